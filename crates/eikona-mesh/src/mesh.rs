@@ -1,0 +1,346 @@
+//! The triangle mesh: positions, faces, and connectivity that says honestly what lies at an edge.
+
+use crate::error::{Fault, MeshError};
+use crate::id::{Corner, Edge, Face, Halfedge, Vertex};
+use crate::polygon::PolygonMesh;
+
+/// A triangle mesh of any kind: open or closed, in one or many pieces, manifold or not, oriented or not.
+///
+/// Order and count of vertices and faces are those of the input. What is guaranteed: every index is in range, the three
+/// corners of a face are three different vertices, every coordinate is finite. What is not: everything else; ask
+/// [`Topology`](crate::Topology), [`Quality`](crate::Quality) or [`validate`](crate::validate).
+///
+/// Halfedge `3 f + k` is side `k` of face `f`; edge `i` is the `i`-th one met when the faces are walked in order.
+///
+/// ```
+/// use eikona_mesh::{TriangleMesh, Neighbour, Face};
+/// let mesh = TriangleMesh::new(
+///     vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]],
+///     vec![[0, 1, 2], [0, 2, 3]],
+/// )?;
+/// assert_eq!((mesh.vertex_count(), mesh.edge_count(), mesh.face_count()), (4, 5, 2));
+/// assert_eq!(mesh.neighbour(Face(0).halfedge(2)), Neighbour::Twin(Face(1).halfedge(0)));
+/// # Ok::<(), eikona_mesh::MeshError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct TriangleMesh {
+    positions: Vec<[f64; 3]>,
+    faces: Vec<[u32; 3]>,
+    /// Edge of each halfedge.
+    halfedge_edge: Vec<u32>,
+    /// The two ends of each edge, in the direction in which it was first met.
+    edge_vertices: Vec<[u32; 2]>,
+    /// Halfedges of edge `e`: `edge_halfedges[edge_start[e]..edge_start[e + 1]]`, in increasing order.
+    edge_start: Vec<u32>,
+    edge_halfedges: Vec<Halfedge>,
+    /// Corners at vertex `v`: `vertex_corners[vertex_start[v]..vertex_start[v + 1]]`, in increasing order.
+    vertex_start: Vec<u32>,
+    vertex_corners: Vec<Corner>,
+}
+
+/// What lies on the other side of a halfedge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Neighbour<'a> {
+    /// Nothing: the edge is on the boundary.
+    Boundary,
+    /// Exactly one other face. (Its halfedge runs the opposite way only if both faces are oriented alike.)
+    Twin(Halfedge),
+    /// Two or more other faces: all halfedges of the edge, this one included.
+    Nonmanifold(&'a [Halfedge]),
+}
+
+impl TriangleMesh {
+    /// Builds the mesh and its connectivity.
+    ///
+    /// # Errors
+    /// [`MeshError::Invalid`] with *every* vertex that is not finite and every face that names a vertex twice or one that
+    /// does not exist; [`MeshError::TooLarge`] past 2^32 / 3 faces.
+    ///
+    /// # Cost
+    /// O(V + F log d) for vertex degrees d; about 0.1 s a million faces.
+    pub fn new(positions: Vec<[f64; 3]>, faces: Vec<[u32; 3]>) -> Result<Self, MeshError> {
+        if faces.len() > (u32::MAX / 3) as usize || positions.len() >= u32::MAX as usize {
+            return Err(MeshError::TooLarge { vertices: positions.len(), faces: faces.len() });
+        }
+        let faults = structural_faults(&positions, &faces);
+        if !faults.is_empty() {
+            return Err(MeshError::Invalid(faults));
+        }
+        let (vertex_start, vertex_corners) = corners_by_vertex(positions.len(), &faces);
+        let (halfedge_edge, edge_vertices) = number_edges(positions.len(), &faces);
+        let (edge_start, edge_halfedges) = halfedges_by_edge(edge_vertices.len(), &halfedge_edge);
+        Ok(TriangleMesh {
+            positions,
+            faces,
+            halfedge_edge,
+            edge_vertices,
+            edge_start,
+            edge_halfedges,
+            vertex_start,
+            vertex_corners,
+        })
+    }
+
+    /// Number of vertices, those that no face uses included.
+    pub fn vertex_count(&self) -> usize {
+        self.positions.len()
+    }
+    /// Number of edges.
+    pub fn edge_count(&self) -> usize {
+        self.edge_vertices.len()
+    }
+    /// Number of faces.
+    pub fn face_count(&self) -> usize {
+        self.faces.len()
+    }
+    /// Number of halfedges (and of corners): three a face.
+    pub fn halfedge_count(&self) -> usize {
+        self.halfedge_edge.len()
+    }
+    /// All vertices.
+    pub fn vertices(&self) -> impl ExactSizeIterator<Item = Vertex> + use<> {
+        (0..self.positions.len() as u32).map(Vertex)
+    }
+    /// All edges.
+    pub fn edges(&self) -> impl ExactSizeIterator<Item = Edge> + use<> {
+        (0..self.edge_vertices.len() as u32).map(Edge)
+    }
+    /// All faces.
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = Face> + use<> {
+        (0..self.faces.len() as u32).map(Face)
+    }
+    /// Positions in the order of the vertices.
+    pub fn positions(&self) -> &[[f64; 3]] {
+        &self.positions
+    }
+    /// Vertex indices of the faces, in the order of the faces.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+    /// The position of a vertex.
+    #[inline]
+    pub fn position(&self, v: Vertex) -> [f64; 3] {
+        self.positions[v.index()]
+    }
+    /// The three corners' positions of a face.
+    #[inline]
+    pub fn face_positions(&self, f: Face) -> [[f64; 3]; 3] {
+        self.faces[f.index()].map(|v| self.positions[v as usize])
+    }
+    /// The three vertices of a face, in its winding.
+    #[inline]
+    pub fn face_vertices(&self, f: Face) -> [Vertex; 3] {
+        self.faces[f.index()].map(Vertex)
+    }
+    /// The three edges of a face; edge `k` joins corners `k` and `k + 1`.
+    #[inline]
+    pub fn face_edges(&self, f: Face) -> [Edge; 3] {
+        let h = 3 * f.index();
+        [0, 1, 2].map(|k| Edge(self.halfedge_edge[h + k]))
+    }
+    /// The edge that a halfedge lies on.
+    #[inline]
+    pub fn edge(&self, h: Halfedge) -> Edge {
+        Edge(self.halfedge_edge[h.index()])
+    }
+    /// The vertex at which a halfedge starts.
+    #[inline]
+    pub fn origin(&self, h: Halfedge) -> Vertex {
+        Vertex(self.faces[h.face().index()][h.side()])
+    }
+    /// The vertex at which a halfedge ends.
+    #[inline]
+    pub fn tip(&self, h: Halfedge) -> Vertex {
+        self.origin(h.next())
+    }
+    /// The vertex of a corner.
+    #[inline]
+    pub fn corner_vertex(&self, c: Corner) -> Vertex {
+        self.origin(c.halfedge())
+    }
+    /// The two ends of an edge, in the edge's own direction: that of its first halfedge.
+    #[inline]
+    pub fn edge_vertices(&self, e: Edge) -> [Vertex; 2] {
+        self.edge_vertices[e.index()].map(Vertex)
+    }
+    /// The halfedges of an edge: one on the boundary, two inside, more where the surface is nonmanifold.
+    #[inline]
+    pub fn edge_halfedges(&self, e: Edge) -> &[Halfedge] {
+        let e = e.index();
+        &self.edge_halfedges[self.edge_start[e] as usize..self.edge_start[e + 1] as usize]
+    }
+    /// The corners that meet at a vertex, in the order of their faces (not around the vertex).
+    #[inline]
+    pub fn vertex_corners(&self, v: Vertex) -> &[Corner] {
+        let v = v.index();
+        &self.vertex_corners[self.vertex_start[v] as usize..self.vertex_start[v + 1] as usize]
+    }
+    /// Whether the halfedge runs in the direction of its edge.
+    #[inline]
+    pub fn follows_edge(&self, h: Halfedge) -> bool {
+        self.edge_vertices[self.edge(h).index()][0] == self.origin(h).0
+    }
+    /// What lies across a halfedge.
+    #[inline]
+    pub fn neighbour(&self, h: Halfedge) -> Neighbour<'_> {
+        match self.edge_halfedges(self.edge(h)) {
+            [_] => Neighbour::Boundary,
+            &[a, b] => Neighbour::Twin(if a == h { b } else { a }),
+            all => Neighbour::Nonmanifold(all),
+        }
+    }
+    /// The edge between two vertices, if there is one.
+    ///
+    /// # Cost
+    /// O(degree of `a`).
+    pub fn find_edge(&self, a: Vertex, b: Vertex) -> Option<Edge> {
+        if a.index() >= self.vertex_count() || b.index() >= self.vertex_count() || a == b {
+            return None;
+        }
+        self.vertex_corners(a).iter().find_map(|&c| {
+            let h = c.halfedge();
+            if self.tip(h) == b {
+                Some(self.edge(h))
+            } else if self.origin(h.previous()) == b {
+                Some(self.edge(h.previous()))
+            } else {
+                None
+            }
+        })
+    }
+    /// The first face whose corners are these three vertices, in any order.
+    pub fn find_face(&self, vertices: [Vertex; 3]) -> Option<Face> {
+        if vertices.iter().any(|v| v.index() >= self.vertex_count()) {
+            return None;
+        }
+        self.vertex_corners(vertices[0]).iter().map(|c| c.face()).find(|&f| {
+            let corners = self.face_vertices(f);
+            vertices.iter().all(|v| corners.contains(v))
+        })
+    }
+    /// The mesh with the faces for which `flip` says so turned over. Numbers of vertices, edges and faces stay the same,
+    /// the direction of edges may not.
+    pub fn with_flipped_faces(&self, mut flip: impl FnMut(Face) -> bool) -> TriangleMesh {
+        let faces = self
+            .faces()
+            .map(|f| {
+                let [a, b, c] = self.faces[f.index()];
+                if flip(f) { [a, c, b] } else { [a, b, c] }
+            })
+            .collect();
+        TriangleMesh::new(self.positions.clone(), faces).expect("flipping faces of a valid mesh keeps it valid")
+    }
+    /// The same connectivity with other positions.
+    ///
+    /// # Errors
+    /// [`MeshError::Invalid`] when a coordinate is not finite, [`MeshError::WrongLength`] when the count differs.
+    pub fn with_positions(&self, positions: Vec<[f64; 3]>) -> Result<TriangleMesh, MeshError> {
+        if positions.len() != self.vertex_count() {
+            return Err(MeshError::WrongLength {
+                what: "positions",
+                found: positions.len(),
+                expected: self.vertex_count(),
+            });
+        }
+        let faults = structural_faults(&positions, &[]);
+        if !faults.is_empty() {
+            return Err(MeshError::Invalid(faults));
+        }
+        Ok(TriangleMesh { positions, ..self.clone() })
+    }
+    /// The same surface as a polygon mesh.
+    pub fn to_polygon_mesh(&self) -> PolygonMesh {
+        PolygonMesh::from_triangles(self.positions.clone(), &self.faces)
+    }
+}
+
+/// Faults without which the connectivity can not be built.
+pub(crate) fn structural_faults(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (i, p) in positions.iter().enumerate() {
+        if !p.iter().all(|x| x.is_finite()) {
+            faults.push(Fault::NonFinitePosition { vertex: Vertex(i as u32), position: *p });
+        }
+    }
+    for (i, face) in faces.iter().enumerate() {
+        let id = Face(i as u32);
+        if let Some(&index) = face.iter().find(|&&v| v as usize >= positions.len()) {
+            faults.push(Fault::IndexOutOfRange { face: id, index: index as i64, vertices: positions.len() });
+        } else if face[0] == face[1] || face[1] == face[2] || face[2] == face[0] {
+            let repeated = if face[0] == face[1] { face[0] } else { face[2] };
+            faults.push(Fault::RepeatedVertex { face: id, vertex: Vertex(repeated) });
+        }
+    }
+    faults
+}
+
+/// Turns a list of owners into "which items belong to owner i": starts and items, items in increasing order.
+pub(crate) fn group_by_owner(owners: usize, owner_of: impl Iterator<Item = u32> + Clone) -> (Vec<u32>, Vec<u32>) {
+    let mut start = vec![0u32; owners + 1];
+    for o in owner_of.clone() {
+        start[o as usize + 1] += 1;
+    }
+    for i in 0..owners {
+        start[i + 1] += start[i];
+    }
+    let mut next = start.clone();
+    let mut items = vec![0u32; start[owners] as usize];
+    for (item, o) in owner_of.enumerate() {
+        items[next[o as usize] as usize] = item as u32;
+        next[o as usize] += 1;
+    }
+    (start, items)
+}
+
+fn corners_by_vertex(vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<Corner>) {
+    let (start, corners) = group_by_owner(vertices, faces.iter().flatten().copied());
+    (start, corners.into_iter().map(Corner).collect())
+}
+
+fn halfedges_by_edge(edges: usize, halfedge_edge: &[u32]) -> (Vec<u32>, Vec<Halfedge>) {
+    let (start, halfedges) = group_by_owner(edges, halfedge_edge.iter().copied());
+    (start, halfedges.into_iter().map(Halfedge).collect())
+}
+
+/// Numbers the edges in the order in which they are first met, corners 01, 12, 20 of each face in turn.
+fn number_edges(vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
+    let ends = |h: usize| {
+        let face = faces[h / 3];
+        [face[h % 3], face[(h + 1) % 3]]
+    };
+    let halfedges = 3 * faces.len();
+    // Halfedges by their smaller end; among those the larger end tells the edge.
+    let (start, by_smaller) = group_by_owner(vertices, (0..halfedges).map(|h| ends(h)[0].min(ends(h)[1])));
+    const UNNUMBERED: u32 = u32::MAX;
+    let mut first_of = vec![UNNUMBERED; halfedges]; // first halfedge on the same edge
+    let mut group: Vec<(u32, u32)> = Vec::new();
+    for v in 0..vertices {
+        group.clear();
+        group.extend(by_smaller[start[v] as usize..start[v + 1] as usize].iter().map(|&h| {
+            let [a, b] = ends(h as usize);
+            (a.max(b), h)
+        }));
+        group.sort_unstable();
+        let mut i = 0;
+        while i < group.len() {
+            let first = group[i].1;
+            let larger = group[i].0;
+            while i < group.len() && group[i].0 == larger {
+                first_of[group[i].1 as usize] = first;
+                i += 1;
+            }
+        }
+    }
+    let mut halfedge_edge = first_of;
+    let mut edge_vertices = Vec::with_capacity(halfedges / 2 + 1);
+    for h in 0..halfedges {
+        let first = halfedge_edge[h] as usize;
+        if first == h {
+            halfedge_edge[h] = edge_vertices.len() as u32;
+            edge_vertices.push(ends(h));
+        } else {
+            halfedge_edge[h] = halfedge_edge[first]; // smaller halfedges are numbered already
+        }
+    }
+    (halfedge_edge, edge_vertices)
+}
