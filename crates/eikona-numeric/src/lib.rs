@@ -1,1 +1,21 @@
-//! eikona-numeric
+//! What we *solve*: sparse symmetric and Hermitian positive definite systems by supernodal Cholesky factorisation, analysed
+//! once and solved many times. Knows no mesh, and hides the linear-algebra backend (`faer`).
+//!
+//! The way of a system: [`Graph`] (which unknowns meet) -> [`Symbolic`] (ordering, elimination tree, predicted memory) ->
+//! [`Cholesky`] (numbers) -> [`Cholesky::solve`]. Everything runs on one thread and gives the same digits every time; two
+//! independent systems may be factored on two threads by the caller.
+
+mod cholesky;
+mod dense;
+mod dissection;
+mod error;
+mod graph;
+mod ordering;
+mod scalar;
+
+pub use cholesky::{Cholesky, SymmetricMatrix, Symbolic};
+pub use dense::solve_dense;
+pub use error::NumericError;
+pub use graph::Graph;
+pub use ordering::Ordering;
+pub use scalar::{Complex, Scalar};

@@ -1,1 +1,3 @@
-//! eikona
+//! eikona: geometry that is imperfect, measured all the same. (crate docs to be completed)
+pub mod geometry;
+pub mod operators;

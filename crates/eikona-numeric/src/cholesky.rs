@@ -1,0 +1,472 @@
+//! Supernodal Cholesky factorisation: analysed once a pattern, factored once a matrix, solved once a right-hand side.
+
+use crate::error::NumericError;
+use crate::graph::{Adjacency, Graph};
+use crate::ordering::Ordering;
+use crate::scalar::Scalar;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::cholesky::{simplicial, supernodal};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Par, Spec};
+use std::sync::Arc;
+
+/// Set in a slot when the contribution lands on the mirrored place, as its conjugate.
+const MIRRORED: u32 = 1 << 31;
+
+/// What depends on the pattern only: the order of elimination, the shape of the factor, and where each contribution goes.
+///
+/// # Cost
+/// O(entries of the factor) time, O(entries of the matrix) memory.
+#[derive(Debug)]
+pub struct Symbolic {
+    unknowns: usize,
+    /// Unknown at each place of the elimination order, and the inverse.
+    order: Vec<u32>,
+    place: Vec<u32>,
+    /// Lower triangle of the permuted matrix, by columns, the diagonal first in each.
+    col_ptr: Vec<u32>,
+    row_idx: Vec<u32>,
+    /// Entry to which contribution k is added, with the flags above.
+    slots: Vec<u32>,
+    factor: supernodal::SymbolicSupernodalCholesky<u32>,
+    /// Memory that the numeric factorisation needs besides the factor.
+    largest_update: usize,
+}
+
+impl Symbolic {
+    /// Analyses the pattern of a system.
+    ///
+    /// # Errors
+    /// [`NumericError::TooLarge`] past 2^31 entries, [`NumericError::WrongLength`] for a wrong number of places.
+    pub fn new(graph: &Graph, ordering: Ordering<'_>) -> Result<Symbolic, NumericError> {
+        let n = graph.unknowns;
+        let too_large = NumericError::TooLarge { unknowns: n };
+        if n >= MIRRORED as usize || graph.pairs.len() >= (MIRRORED as usize) / 2 - n {
+            return Err(too_large);
+        }
+        let adjacency = Adjacency::of(n, &graph.pairs);
+        let order = ordering.order(graph, &adjacency)?;
+        let order = postordered(order, &adjacency);
+        drop(adjacency);
+        let mut place = vec![0u32; n];
+        for (p, &unknown) in order.iter().enumerate() {
+            place[unknown as usize] = p as u32;
+        }
+        let (col_ptr, row_idx, slots) = permuted_lower_triangle(graph, &place);
+        let (upper_ptr, upper_idx) = transposed(n, &col_ptr, &row_idx);
+        let upper = SymbolicSparseColMatRef::new_unsorted_checked(n, n, &upper_ptr, None, &upper_idx);
+
+        let mut parents = vec![0i32; n];
+        let mut counts = vec![0u32; n];
+        let scratch = simplicial::prefactorize_symbolic_cholesky_scratch::<u32>(n, upper_idx.len())
+            .or(supernodal::factorize_supernodal_symbolic_cholesky_scratch::<u32>(n));
+        let mut memory = MemBuffer::try_new(scratch).map_err(|_| too_large.clone())?;
+        let stack = MemStack::new(&mut memory);
+        let tree = simplicial::prefactorize_symbolic_cholesky(&mut parents, &mut counts, upper, stack);
+        let factor = supernodal::factorize_supernodal_symbolic_cholesky(
+            upper,
+            tree,
+            &counts,
+            stack,
+            Default::default(),
+        )
+        .map_err(|_| too_large)?;
+        let largest_update = factor.nnz_per_super().iter().map(|&r| r as usize).max().unwrap_or(0);
+        Ok(Symbolic { unknowns: n, order, place, col_ptr, row_idx, slots, factor, largest_update })
+    }
+
+    /// Number of unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.unknowns
+    }
+    /// Stored entries of the factor.
+    pub fn factor_entries(&self) -> usize {
+        self.factor.len_val()
+    }
+    /// Bytes that the factor and the permuted matrix will take, known before factoring.
+    pub fn predicted_bytes<T: Scalar>(&self) -> usize {
+        (self.factor.len_val() + self.row_idx.len()) * size_of::<T>()
+    }
+}
+
+/// The numbers of a system, in the order of its [`Graph`].
+#[derive(Clone, Debug, Default)]
+pub struct SymmetricMatrix<T> {
+    /// The diagonal, which is real also for Hermitian matrices.
+    pub diagonal: Vec<f64>,
+    /// One value for each pair of the graph: entry (first, second); the mirrored entry is its conjugate.
+    pub off_diagonal: Vec<T>,
+}
+
+/// A factored system `A x = b` with `A` symmetric (or Hermitian) positive definite.
+///
+/// ```
+/// use eikona_numeric::{Cholesky, Graph, Ordering, Symbolic, SymmetricMatrix};
+/// let graph = Graph { unknowns: 2, pairs: vec![[0, 1]] };
+/// let symbolic = Symbolic::new(&graph, Ordering::MinimumDegree)?;
+/// let matrix = SymmetricMatrix { diagonal: vec![2.0, 3.0], off_diagonal: vec![1.0] };
+/// let factor = Cholesky::new(symbolic.into(), &matrix)?;
+/// let x = factor.solve(&[3.0, 4.0])?;
+/// assert!((x[0] - 1.0).abs() < 1e-15 && (x[1] - 1.0).abs() < 1e-15);
+/// # Ok::<(), eikona_numeric::NumericError>(())
+/// ```
+#[derive(Debug)]
+pub struct Cholesky<T> {
+    symbolic: Arc<Symbolic>,
+    /// The permuted lower triangle of A, for residuals.
+    matrix: Vec<T>,
+    values: Vec<T>,
+}
+
+impl<T: Scalar> Cholesky<T> {
+    /// Factors the matrix.
+    ///
+    /// # Errors
+    /// [`NumericError::NonPositivePivot`] with the unknown where the matrix is not positive definite,
+    /// [`NumericError::NonFinite`], [`NumericError::OutOfMemory`] with the predicted bytes, [`NumericError::WrongLength`].
+    pub fn new(symbolic: Arc<Symbolic>, matrix: &SymmetricMatrix<T>) -> Result<Self, NumericError> {
+        let n = symbolic.unknowns;
+        for (found, expected) in
+            [(matrix.diagonal.len(), n), (matrix.off_diagonal.len(), symbolic.slots.len())]
+        {
+            if found != expected {
+                return Err(NumericError::WrongLength { found, expected });
+            }
+        }
+        let entries = symbolic.permute(matrix)?;
+        let out_of_memory =
+            || NumericError::OutOfMemory { unknowns: n, needed_bytes: symbolic.predicted_bytes::<T>() };
+        let mut values: Vec<T> = Vec::new();
+        values.try_reserve_exact(symbolic.factor.len_val()).map_err(|_| out_of_memory())?;
+        values.resize(symbolic.factor.len_val(), T::ZERO);
+
+        let pattern = SymbolicSparseColMatRef::new_unsorted_checked(n, n, &symbolic.col_ptr, None, &symbolic.row_idx);
+        let lower = SparseColMatRef::new(pattern, entries.as_slice());
+        let scratch = supernodal::factorize_supernodal_numeric_llt_scratch::<u32, T>(
+            &symbolic.factor,
+            Par::Seq,
+            Spec::default(),
+        );
+        let mut memory = MemBuffer::try_new(scratch).map_err(|_| out_of_memory())?;
+        supernodal::factorize_supernodal_numeric_llt(
+            &mut values,
+            lower,
+            Default::default(),
+            &symbolic.factor,
+            Par::Seq,
+            MemStack::new(&mut memory),
+            Spec::default(),
+        )
+        .map_err(|faer::linalg::cholesky::llt::factor::LltError::NonPositivePivot { index }| {
+            NumericError::NonPositivePivot { unknown: symbolic.order[index.min(n - 1)] as usize }
+        })?;
+        Ok(Cholesky { symbolic, matrix: entries, values })
+    }
+
+    /// The analysis that the factor was made with.
+    pub fn symbolic(&self) -> &Arc<Symbolic> {
+        &self.symbolic
+    }
+
+    /// The solution of `A x = b`. Unknowns whose right-hand side influences nothing are skipped: few non-zeros cost less.
+    ///
+    /// Values smaller than 1e-290 are set to zero on the way, since arithmetic on denormal numbers is slow and has no
+    /// relative accuracy.
+    ///
+    /// # Errors
+    /// [`NumericError::WrongLength`]; [`NumericError::NonFinite`] when the right-hand side or the solution is not finite.
+    ///
+    /// # Cost
+    /// Two sweeps over the factor.
+    pub fn solve(&self, rhs: &[T]) -> Result<Vec<T>, NumericError> {
+        let s = &*self.symbolic;
+        if rhs.len() != s.unknowns {
+            return Err(NumericError::WrongLength { found: rhs.len(), expected: s.unknowns });
+        }
+        if let Some(unknown) = rhs.iter().position(|x| !x.finite()) {
+            return Err(NumericError::NonFinite { what: "the right-hand side", unknown });
+        }
+        let mut x: Vec<T> = s.order.iter().map(|&i| rhs[i as usize]).collect();
+        let mut update = vec![T::ZERO; s.largest_update];
+        self.forward(&mut x, &mut update);
+        self.backward(&mut x, &mut update);
+        let solution: Vec<T> = s.place.iter().map(|&p| x[p as usize]).collect();
+        match solution.iter().position(|x| !x.finite()) {
+            Some(unknown) => Err(NumericError::NonFinite { what: "the solution", unknown }),
+            None => Ok(solution),
+        }
+    }
+
+    /// The largest entry of `A x - b`, relative to the largest entry of `b` (absolute if `b` is zero).
+    pub fn residual(&self, x: &[T], rhs: &[T]) -> f64 {
+        let s = &*self.symbolic;
+        let mut product = vec![T::ZERO; s.unknowns];
+        for column in 0..s.unknowns {
+            let j = s.order[column] as usize;
+            for k in s.col_ptr[column] as usize..s.col_ptr[column + 1] as usize {
+                let i = s.order[s.row_idx[k] as usize] as usize;
+                product[i] += self.matrix[k] * x[j];
+                if i != j {
+                    product[j] += self.matrix[k].conj() * x[i];
+                }
+            }
+        }
+        let (mut error, mut scale) = (0.0f64, 0.0f64);
+        for i in 0..s.unknowns {
+            error = error.max((product[i] - rhs[i]).max_part());
+            scale = scale.max(rhs[i].max_part());
+        }
+        if scale > 0.0 { error / scale } else { error }
+    }
+
+    /// `x <- L^-1 x`
+    fn forward(&self, x: &mut [T], update: &mut [T]) {
+        let factor = &self.symbolic.factor;
+        let (begin, end) = (factor.supernode_begin(), factor.supernode_end());
+        let (row_ptr, val_ptr) = (factor.col_ptr_for_row_idx(), factor.col_ptr_for_val());
+        for s in 0..factor.n_supernodes() {
+            let (first, last) = (begin[s] as usize, end[s] as usize);
+            let width = last - first;
+            for value in &mut x[first..last] {
+                flush(value);
+            }
+            if x[first..last].iter().all(|v| *v == T::ZERO) {
+                continue;
+            }
+            let rows = &factor.row_idx()[row_ptr[s] as usize..][..factor.nnz_per_super()[s] as usize];
+            let block = &self.values[val_ptr[s] as usize..val_ptr[s + 1] as usize];
+            let height = width + rows.len();
+            let below = &mut update[..rows.len()];
+            below.fill(T::ZERO);
+            let top = &mut x[first..last];
+            for j in 0..width {
+                let column = &block[j * height..(j + 1) * height];
+                let xj = divide_by_pivot(top[j], column[j]);
+                top[j] = xj;
+                for (xi, &l) in top[j + 1..].iter_mut().zip(&column[j + 1..width]) {
+                    *xi -= l * xj;
+                }
+                for (b, &l) in below.iter_mut().zip(&column[width..]) {
+                    *b += l * xj;
+                }
+            }
+            for (&row, &b) in rows.iter().zip(below.iter()) {
+                x[row as usize] -= b;
+            }
+        }
+    }
+
+    /// `x <- L^-H x`
+    fn backward(&self, x: &mut [T], gathered: &mut [T]) {
+        let factor = &self.symbolic.factor;
+        let (begin, end) = (factor.supernode_begin(), factor.supernode_end());
+        let (row_ptr, val_ptr) = (factor.col_ptr_for_row_idx(), factor.col_ptr_for_val());
+        for s in (0..factor.n_supernodes()).rev() {
+            let (first, last) = (begin[s] as usize, end[s] as usize);
+            let width = last - first;
+            let rows = &factor.row_idx()[row_ptr[s] as usize..][..factor.nnz_per_super()[s] as usize];
+            let block = &self.values[val_ptr[s] as usize..val_ptr[s + 1] as usize];
+            let height = width + rows.len();
+            let below = &mut gathered[..rows.len()];
+            for (b, &row) in below.iter_mut().zip(rows) {
+                *b = x[row as usize];
+            }
+            for j in (0..width).rev() {
+                let column = &block[j * height..(j + 1) * height];
+                let known = &x[first + j + 1..last];
+                let sum = conjugate_dot(&column[j + 1..width], known) + conjugate_dot(&column[width..], below);
+                let mut xj = divide_by_pivot(x[first + j] - sum, column[j]);
+                flush(&mut xj);
+                x[first + j] = xj;
+            }
+        }
+    }
+}
+
+/// Smaller values are treated as zero in solves.
+const SMALLEST: f64 = 1e-290;
+
+#[inline]
+fn flush<T: Scalar>(x: &mut T) {
+    if x.max_part() < SMALLEST {
+        *x = T::ZERO;
+    }
+}
+
+/// Pivots of a Cholesky factor are real and positive.
+#[inline]
+fn divide_by_pivot<T: Scalar>(x: T, pivot: T) -> T {
+    x.scale(1.0 / pivot.max_part())
+}
+
+/// The sum of `conj(a) b`, in four interleaved partial sums so that the additions can overlap.
+#[inline]
+fn conjugate_dot<T: Scalar>(a: &[T], b: &[T]) -> T {
+    let mut sums = [T::ZERO; 4];
+    let mut chunks_a = a.chunks_exact(4);
+    let mut chunks_b = b.chunks_exact(4);
+    for (ca, cb) in (&mut chunks_a).zip(&mut chunks_b) {
+        for k in 0..4 {
+            sums[k] += ca[k].conj() * cb[k];
+        }
+    }
+    for (&x, &y) in chunks_a.remainder().iter().zip(chunks_b.remainder()) {
+        sums[0] += x.conj() * y;
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+impl Symbolic {
+    /// The numbers of the permuted lower triangle.
+    fn permute<T: Scalar>(&self, matrix: &SymmetricMatrix<T>) -> Result<Vec<T>, NumericError> {
+        let mut entries = vec![T::ZERO; self.row_idx.len()];
+        for (i, &value) in matrix.diagonal.iter().enumerate() {
+            entries[self.col_ptr[self.place[i] as usize] as usize] = T::real(value);
+        }
+        for (&slot, &value) in self.slots.iter().zip(&matrix.off_diagonal) {
+            let value = if slot & MIRRORED != 0 { value.conj() } else { value };
+            entries[(slot & !MIRRORED) as usize] += value;
+        }
+        match entries.iter().position(|x| !x.finite()) {
+            None => Ok(entries),
+            Some(entry) => {
+                let column = self.col_ptr.partition_point(|&p| p as usize <= entry) - 1;
+                let unknown = self.order[column] as usize;
+                Err(NumericError::NonFinite { what: "a matrix entry", unknown })
+            }
+        }
+    }
+}
+
+/// Rearranges an order of elimination so that every subtree of the elimination tree is contiguous. The factor has the same
+/// number of entries, and chains of columns become supernodes.
+fn postordered(order: Vec<u32>, adjacency: &Adjacency) -> Vec<u32> {
+    const NONE: u32 = u32::MAX;
+    let n = order.len();
+    let mut place = vec![0u32; n];
+    for (p, &unknown) in order.iter().enumerate() {
+        place[unknown as usize] = p as u32;
+    }
+    // Liu's algorithm with path compression.
+    let mut parent = vec![NONE; n];
+    let mut ancestor = vec![NONE; n];
+    for j in 0..n as u32 {
+        for &neighbour in adjacency.of_unknown(order[j as usize]) {
+            let mut i = place[neighbour as usize];
+            while i < j {
+                let next = ancestor[i as usize];
+                ancestor[i as usize] = j;
+                if next == NONE {
+                    parent[i as usize] = j;
+                    break;
+                }
+                if next == j {
+                    break;
+                }
+                i = next;
+            }
+        }
+    }
+    let mut first_child = vec![NONE; n];
+    let mut next_sibling = vec![NONE; n];
+    let mut roots = Vec::new();
+    for j in (0..n as u32).rev() {
+        match parent[j as usize] {
+            NONE => roots.push(j),
+            p => {
+                next_sibling[j as usize] = first_child[p as usize];
+                first_child[p as usize] = j;
+            }
+        }
+    }
+    let mut result = Vec::with_capacity(n);
+    let mut stack = Vec::new();
+    while let Some(root) = roots.pop() {
+        stack.push(root);
+        while let Some(&j) = stack.last() {
+            let child = first_child[j as usize];
+            if child == NONE {
+                result.push(order[j as usize]);
+                stack.pop();
+            } else {
+                first_child[j as usize] = next_sibling[child as usize];
+                stack.push(child);
+            }
+        }
+    }
+    result
+}
+
+/// The lower triangle by columns with sorted rows, equal entries merged, the diagonal first; and the slot of each pair.
+fn permuted_lower_triangle(graph: &Graph, place: &[u32]) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
+    let n = graph.unknowns;
+    let row_and_column = |pair: &[u32; 2]| {
+        let (a, b) = (place[pair[0] as usize], place[pair[1] as usize]);
+        (a.max(b), a.min(b))
+    };
+    // Sorted by row first, then stably by column.
+    let pairs = &graph.pairs;
+    let (_, by_row) = bucket_sorted(n, 0..pairs.len() as u32, |k| row_and_column(&pairs[k as usize]).0);
+    let (start, sorted) = bucket_sorted(n, by_row.iter().copied(), |k| row_and_column(&pairs[k as usize]).1);
+    let mut slots = vec![0; pairs.len()];
+    let mut col_ptr = Vec::with_capacity(n + 1);
+    let mut row_idx = Vec::with_capacity(n + pairs.len());
+    col_ptr.push(0);
+    for column in 0..n as u32 {
+        row_idx.push(column);
+        for &k in &sorted[start[column as usize] as usize..start[column as usize + 1] as usize] {
+            let pair = &pairs[k as usize];
+            let row = row_and_column(pair).0;
+            if row_idx.last() != Some(&row) {
+                row_idx.push(row);
+            }
+            let mirrored = if place[pair[0] as usize] == row { 0 } else { MIRRORED };
+            slots[k as usize] = (row_idx.len() as u32 - 1) | mirrored;
+        }
+        col_ptr.push(row_idx.len() as u32);
+    }
+    (col_ptr, row_idx, slots)
+}
+
+/// Items sorted stably by a key below `buckets`, and where each key starts.
+fn bucket_sorted(
+    buckets: usize,
+    items: impl ExactSizeIterator<Item = u32> + Clone,
+    key: impl Fn(u32) -> u32,
+) -> (Vec<u32>, Vec<u32>) {
+    let mut start = vec![0u32; buckets + 1];
+    for k in items.clone() {
+        start[key(k) as usize + 1] += 1;
+    }
+    for i in 0..buckets {
+        start[i + 1] += start[i];
+    }
+    let mut next = start.clone();
+    let mut sorted = vec![0u32; items.len()];
+    for k in items {
+        let slot = &mut next[key(k) as usize];
+        sorted[*slot as usize] = k;
+        *slot += 1;
+    }
+    (start, sorted)
+}
+
+/// The pattern of the transpose, by columns.
+fn transposed(n: usize, col_ptr: &[u32], row_idx: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let mut start = vec![0u32; n + 1];
+    for &row in row_idx {
+        start[row as usize + 1] += 1;
+    }
+    for i in 0..n {
+        start[i + 1] += start[i];
+    }
+    let mut next = start.clone();
+    let mut columns = vec![0u32; row_idx.len()];
+    for column in 0..n {
+        for &row in &row_idx[col_ptr[column] as usize..col_ptr[column + 1] as usize] {
+            columns[next[row as usize] as usize] = column as u32;
+            next[row as usize] += 1;
+        }
+    }
+    (start, columns)
+}

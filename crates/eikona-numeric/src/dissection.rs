@@ -1,0 +1,272 @@
+//! Nested dissection by coordinates: cut the unknowns in half by a plane, take a smallest set of unknowns that separates the
+//! halves, order the halves first (each in the same way) and the separator last.
+//!
+//! On a surface a plane meets O(sqrt n) unknowns, so the factor has O(n log n) entries whatever the numbering of the input
+//! (minimum degree orderings lose up to 40 % on shuffled input). The cost is one sweep over the unknowns a level.
+
+use crate::graph::Adjacency;
+
+/// Pieces of this size are left in the order of their coordinates; smaller pieces gained nothing in measurements, since the
+/// factorisation merges small supernodes anyway.
+const LEAF: usize = 6;
+
+/// An unknown with its place: what the sweeps run over, so that they touch memory in order.
+#[derive(Clone, Copy)]
+struct Node {
+    place: [f32; 3],
+    /// Distance to its farthest neighbour: an unknown farther than this from the plane has no neighbour beyond it.
+    reach: f32,
+    id: u32,
+}
+
+/// The unknowns in order of elimination.
+///
+/// `places` are coordinates for each unknown; they steer the quality of the order only, never its validity.
+pub(crate) fn nested_dissection(adjacency: &Adjacency, places: &[[f64; 3]]) -> Vec<u32> {
+    let n = places.len();
+    let mut nodes = nodes(adjacency, places);
+    let mut order = vec![0u32; n];
+    let mut workspace = Workspace { side: vec![OUTSIDE; n], local: vec![0; n], ..Workspace::default() };
+    // (first node, end, end of its stretch of the order): a piece fills its stretch from the end.
+    let mut stack = vec![(0usize, n, n)];
+    while let Some((begin, end, order_end)) = stack.pop() {
+        let piece = &mut nodes[begin..end];
+        if piece.len() <= LEAF {
+            for (slot, node) in order[order_end - piece.len()..order_end].iter_mut().zip(piece.iter()) {
+                *slot = node.id;
+            }
+            continue;
+        }
+        let (first, separator) = workspace.dissect(adjacency, piece);
+        // The piece now reads: first half, second half, separator.
+        let total = piece.len();
+        for (slot, node) in
+            order[order_end - separator..order_end].iter_mut().zip(piece[total - separator..].iter())
+        {
+            *slot = node.id;
+        }
+        let second_end = order_end - separator;
+        let second = total - separator - first;
+        stack.push((begin, begin + first, second_end - second));
+        stack.push((begin + first, begin + first + second, second_end));
+    }
+    order
+}
+
+fn nodes(adjacency: &Adjacency, places: &[[f64; 3]]) -> Vec<Node> {
+    // Relative to the middle of the box, in units of its size, so that single precision suffices at any scale.
+    let mut low = [f64::INFINITY; 3];
+    let mut high = [f64::NEG_INFINITY; 3];
+    for p in places {
+        for k in 0..3 {
+            low[k] = low[k].min(p[k]);
+            high[k] = high[k].max(p[k]);
+        }
+    }
+    let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+    let scale = if size > 0.0 && size.is_finite() { 1.0 / size } else { 1.0 };
+    let place = |i: usize| [0, 1, 2].map(|k| ((places[i][k] - low[k]) * scale) as f32);
+    (0..places.len())
+        .map(|i| {
+            let here = place(i);
+            let mut reach = 0.0f32;
+            for &j in adjacency.of_unknown(i as u32) {
+                let there = place(j as usize);
+                for k in 0..3 {
+                    reach = reach.max((there[k] - here[k]).abs());
+                }
+            }
+            Node { place: here, reach, id: i as u32 }
+        })
+        .collect()
+}
+
+const OUTSIDE: u8 = 0;
+const FIRST: u8 = 1;
+const SECOND: u8 = 2;
+const SEPARATOR: u8 = 3;
+
+#[derive(Default)]
+struct Workspace {
+    /// Which part of the current piece an unknown belongs to.
+    side: Vec<u8>,
+    /// Place of an unknown in `left` or `right`.
+    local: Vec<u32>,
+    left: Vec<u32>,
+    right: Vec<u32>,
+    cut_start: Vec<u32>,
+    cut: Vec<u32>,
+    match_left: Vec<u32>,
+    match_right: Vec<u32>,
+    visited: Vec<bool>,
+}
+
+const UNMATCHED: u32 = u32::MAX;
+
+impl Workspace {
+    /// Rearranges a piece into first half, second half, separator; returns the sizes of the first half and the separator.
+    fn dissect(&mut self, adjacency: &Adjacency, piece: &mut [Node]) -> (usize, usize) {
+        let axis = longest_axis(piece);
+        let middle = piece.len() / 2;
+        piece.select_nth_unstable_by(middle, |a, b| {
+            a.place[axis].total_cmp(&b.place[axis]).then(a.id.cmp(&b.id))
+        });
+        let plane = piece[middle].place[axis];
+        for node in &piece[..middle] {
+            self.side[node.id as usize] = FIRST;
+        }
+        for node in &piece[middle..] {
+            self.side[node.id as usize] = SECOND;
+        }
+        self.collect_cut(adjacency, &piece[..middle], plane, axis);
+        self.cover_cut();
+        // Stable partition, so that the order within the parts does not depend on anything else.
+        let mut separator = Vec::with_capacity(self.left.len().min(self.right.len()));
+        let mut kept = 0;
+        let mut first = 0;
+        for i in 0..piece.len() {
+            let node = piece[i];
+            let side = &mut self.side[node.id as usize];
+            if *side == SEPARATOR {
+                separator.push(node);
+            } else {
+                if *side == FIRST {
+                    first += 1;
+                }
+                piece[kept] = node;
+                kept += 1;
+            }
+            *side = OUTSIDE;
+        }
+        piece[kept..].copy_from_slice(&separator);
+        (first, separator.len())
+    }
+
+    /// The pairs of neighbours on different sides, as a bipartite graph between `left` and `right`.
+    fn collect_cut(&mut self, adjacency: &Adjacency, first_half: &[Node], plane: f32, axis: usize) {
+        self.left.clear();
+        self.right.clear();
+        self.cut.clear();
+        self.cut_start.clear();
+        self.cut_start.push(0);
+        for node in first_half {
+            if plane - node.place[axis] > node.reach {
+                continue;
+            }
+            let before = self.cut.len();
+            for &j in adjacency.of_unknown(node.id) {
+                if self.side[j as usize] == SECOND {
+                    // `local` is valid if it points back to j.
+                    let known = self.right.get(self.local[j as usize] as usize) == Some(&j);
+                    if !known {
+                        self.local[j as usize] = self.right.len() as u32;
+                        self.right.push(j);
+                    }
+                    self.cut.push(self.local[j as usize]);
+                }
+            }
+            if self.cut.len() > before {
+                self.left.push(node.id);
+                self.cut_start.push(self.cut.len() as u32);
+            }
+        }
+    }
+
+    /// Marks a smallest set of unknowns that touches every cut pair: a minimum vertex cover, by König's theorem from a maximum
+    /// matching (greedy, then augmented by depth-first search).
+    fn cover_cut(&mut self) {
+        let (nl, nr) = (self.left.len(), self.right.len());
+        self.match_left.clear();
+        self.match_left.resize(nl, UNMATCHED);
+        self.match_right.clear();
+        self.match_right.resize(nr, UNMATCHED);
+        for l in 0..nl {
+            for &r in &self.cut[self.cut_start[l] as usize..self.cut_start[l + 1] as usize] {
+                if self.match_right[r as usize] == UNMATCHED {
+                    self.match_right[r as usize] = l as u32;
+                    self.match_left[l] = r;
+                    break;
+                }
+            }
+        }
+        self.visited.clear();
+        self.visited.resize(nr, false);
+        let mut path: Vec<(u32, u32)> = Vec::new(); // (left unknown, next cut entry to try)
+        for l in 0..nl {
+            if self.match_left[l] == UNMATCHED && self.augment(l as u32, &mut path) {
+                self.visited.fill(false);
+            }
+        }
+        // König: from unmatched left unknowns along alternating paths; cover = left not reached + right reached.
+        self.visited.fill(false);
+        let mut left_reached = vec![false; nl];
+        let mut queue: Vec<u32> = (0..nl as u32).filter(|&l| self.match_left[l as usize] == UNMATCHED).collect();
+        for &l in &queue {
+            left_reached[l as usize] = true;
+        }
+        while let Some(l) = queue.pop() {
+            for &r in &self.cut[self.cut_start[l as usize] as usize..self.cut_start[l as usize + 1] as usize] {
+                if !self.visited[r as usize] {
+                    self.visited[r as usize] = true;
+                    let next = self.match_right[r as usize];
+                    if next != UNMATCHED && !left_reached[next as usize] {
+                        left_reached[next as usize] = true;
+                        queue.push(next);
+                    }
+                }
+            }
+        }
+        for (l, &id) in self.left.iter().enumerate() {
+            if !left_reached[l] {
+                self.side[id as usize] = SEPARATOR;
+            }
+        }
+        for (r, &id) in self.right.iter().enumerate() {
+            if self.visited[r] {
+                self.side[id as usize] = SEPARATOR;
+            }
+        }
+    }
+
+    /// Looks for an augmenting path from an unmatched left unknown. `visited` is kept on failure: what could not be augmented
+    /// through then can not be now.
+    fn augment(&mut self, from: u32, path: &mut Vec<(u32, u32)>) -> bool {
+        path.clear();
+        path.push((from, self.cut_start[from as usize]));
+        while let Some(&mut (l, ref mut next)) = path.last_mut() {
+            if *next == self.cut_start[l as usize + 1] {
+                path.pop();
+                continue;
+            }
+            let r = self.cut[*next as usize];
+            *next += 1;
+            if self.visited[r as usize] {
+                continue;
+            }
+            self.visited[r as usize] = true;
+            let owner = self.match_right[r as usize];
+            if owner == UNMATCHED {
+                for &(l, next) in path.iter().rev() {
+                    let r = self.cut[next as usize - 1];
+                    self.match_left[l as usize] = r;
+                    self.match_right[r as usize] = l;
+                }
+                return true;
+            }
+            path.push((owner, self.cut_start[owner as usize]));
+        }
+        false
+    }
+}
+
+fn longest_axis(piece: &[Node]) -> usize {
+    let mut low = [f32::INFINITY; 3];
+    let mut high = [f32::NEG_INFINITY; 3];
+    for node in piece {
+        for k in 0..3 {
+            low[k] = low[k].min(node.place[k]);
+            high[k] = high[k].max(node.place[k]);
+        }
+    }
+    (0..3).max_by(|&a, &b| (high[a] - low[a]).total_cmp(&(high[b] - low[b])).then(b.cmp(&a))).unwrap_or(0)
+}

@@ -1,0 +1,49 @@
+//! Which unknowns of a system meet.
+
+/// The off-diagonal contributions of a symmetric system, in the order in which their values will be given: contribution `k`
+/// adds a value at row `pairs[k][0]`, column `pairs[k][1]`, and its conjugate at the mirrored place. A pair may occur again.
+#[derive(Clone, Debug, Default)]
+pub struct Graph {
+    /// Number of unknowns.
+    pub unknowns: usize,
+    /// Two different unknowns a contribution.
+    pub pairs: Vec<[u32; 2]>,
+}
+
+/// For each unknown the unknowns it meets (possibly more than once).
+pub(crate) struct Adjacency {
+    start: Vec<u32>,
+    neighbours: Vec<u32>,
+}
+
+impl Adjacency {
+    pub(crate) fn of(unknowns: usize, pairs: &[[u32; 2]]) -> Adjacency {
+        let mut start = vec![0u32; unknowns + 1];
+        for [a, b] in pairs {
+            start[*a as usize + 1] += 1;
+            start[*b as usize + 1] += 1;
+        }
+        for i in 0..unknowns {
+            start[i + 1] += start[i];
+        }
+        let mut next = start.clone();
+        let mut neighbours = vec![0u32; 2 * pairs.len()];
+        for &[a, b] in pairs {
+            neighbours[next[a as usize] as usize] = b;
+            next[a as usize] += 1;
+            neighbours[next[b as usize] as usize] = a;
+            next[b as usize] += 1;
+        }
+        Adjacency { start, neighbours }
+    }
+    #[inline]
+    pub(crate) fn of_unknown(&self, i: u32) -> &[u32] {
+        &self.neighbours[self.start[i as usize] as usize..self.start[i as usize + 1] as usize]
+    }
+    pub(crate) fn starts(&self) -> &[u32] {
+        &self.start
+    }
+    pub(crate) fn neighbours(&self) -> &[u32] {
+        &self.neighbours
+    }
+}

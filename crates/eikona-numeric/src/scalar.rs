@@ -1,0 +1,89 @@
+//! The two number types of our systems.
+
+/// A complex number of two doubles.
+pub type Complex = faer::c64;
+
+/// `f64` or [`Complex`]. Not meant to be implemented elsewhere.
+pub trait Scalar:
+    faer::traits::ComplexField<Real = f64>
+    + Copy
+    + Default
+    + PartialEq
+    + std::fmt::Debug
+    + std::ops::Add<Output = Self>
+    + std::ops::Sub<Output = Self>
+    + std::ops::Mul<Output = Self>
+    + std::ops::AddAssign
+    + std::ops::SubAssign
+{
+    /// Zero.
+    const ZERO: Self;
+    /// A real number.
+    fn real(x: f64) -> Self;
+    /// The complex conjugate.
+    fn conj(self) -> Self;
+    /// Times a real number.
+    fn scale(self, x: f64) -> Self;
+    /// The larger of the absolute values of its parts.
+    fn max_part(self) -> f64;
+    /// The square of its absolute value.
+    fn abs_sq(self) -> f64;
+    /// Whether every part is finite.
+    fn finite(self) -> bool;
+}
+
+impl Scalar for f64 {
+    const ZERO: Self = 0.0;
+    #[inline]
+    fn real(x: f64) -> Self {
+        x
+    }
+    #[inline]
+    fn conj(self) -> Self {
+        self
+    }
+    #[inline]
+    fn scale(self, x: f64) -> Self {
+        self * x
+    }
+    #[inline]
+    fn max_part(self) -> f64 {
+        self.abs()
+    }
+    #[inline]
+    fn abs_sq(self) -> f64 {
+        self * self
+    }
+    #[inline]
+    fn finite(self) -> bool {
+        self.is_finite()
+    }
+}
+
+impl Scalar for Complex {
+    const ZERO: Self = Complex { re: 0.0, im: 0.0 };
+    #[inline]
+    fn real(x: f64) -> Self {
+        Complex { re: x, im: 0.0 }
+    }
+    #[inline]
+    fn conj(self) -> Self {
+        Complex { re: self.re, im: -self.im }
+    }
+    #[inline]
+    fn scale(self, x: f64) -> Self {
+        Complex { re: self.re * x, im: self.im * x }
+    }
+    #[inline]
+    fn max_part(self) -> f64 {
+        self.re.abs().max(self.im.abs())
+    }
+    #[inline]
+    fn abs_sq(self) -> f64 {
+        self.re * self.re + self.im * self.im
+    }
+    #[inline]
+    fn finite(self) -> bool {
+        self.re.is_finite() && self.im.is_finite()
+    }
+}

@@ -1,0 +1,5 @@
+//! Lengths, areas, angles: intrinsic first.
+
+mod triangle;
+
+pub use triangle::{Triangle, distance};

@@ -1,0 +1,138 @@
+//! One triangle laid out in its own plane: everything intrinsic about it.
+
+use eikona_mesh::{Face, TriangleMesh};
+use eikona_numeric::Complex;
+
+/// A triangle in the plane of complex numbers, counter-clockwise: corner 0 at the origin, corner 1 on the positive real axis.
+/// Made from edge lengths only, so that it is the same for every way in which the surface may be bent.
+///
+/// A triangle that is flat to rounding (two sides as long as the third, or a side of length zero) is mollified: all its sides
+/// are made longer by 1e-8 of the longest, which gives it angles at a relative error in length of 1e-8.
+/// (Sharp and Crane 2020, section 4.5, there with one amount for the whole mesh.)
+#[derive(Clone, Copy, Debug)]
+pub struct Triangle {
+    /// Length of each side, side `k` from corner `k` to corner `k + 1`.
+    pub lengths: [f64; 3],
+    /// Cosine and sine of the angle at each corner, as `cos + i sin`.
+    pub angles: [Complex; 3],
+    /// The area.
+    pub area: f64,
+    /// Whether the sides had to be made longer.
+    pub mollified: bool,
+}
+
+/// Share of the longest side by which the sides of a flat triangle are made longer.
+const MOLLIFICATION: f64 = 1e-8;
+
+impl Triangle {
+    /// The triangle of a face of a mesh.
+    pub fn of_face(mesh: &TriangleMesh, face: Face) -> Triangle {
+        let [a, b, c] = mesh.face_positions(face);
+        Triangle::from_lengths([distance(a, b), distance(b, c), distance(c, a)])
+    }
+
+    /// The triangle with these side lengths. Lengths that violate the triangle inequality are mollified.
+    pub fn from_lengths(mut lengths: [f64; 3]) -> Triangle {
+        let longest = lengths.iter().fold(0.0f64, |m, &l| m.max(l));
+        let slack = (0..3)
+            .map(|k| lengths[(k + 1) % 3] + lengths[(k + 2) % 3] - lengths[k])
+            .fold(f64::INFINITY, f64::min);
+        let eps = if longest > 0.0 { MOLLIFICATION * longest } else { 1e-100 };
+        let mollified = slack < eps;
+        if mollified {
+            let add = eps - slack.min(0.0);
+            lengths = lengths.map(|l| l + add);
+        }
+        let area = area_from_lengths(lengths);
+        let angles = [0, 1, 2].map(|k| {
+            // Between side k and side k - 1, opposite side k + 1.
+            let (b, c, a) = (lengths[k], lengths[(k + 2) % 3], lengths[(k + 1) % 3]);
+            let cos = (b * b + c * c - a * a) / (2.0 * b * c);
+            let sin = 2.0 * area / (b * c);
+            let norm = (cos * cos + sin * sin).sqrt();
+            Complex { re: cos / norm, im: sin / norm }
+        });
+        Triangle { lengths, angles, area, mollified }
+    }
+
+    /// Unit vector along each side.
+    #[inline]
+    pub fn directions(&self) -> [Complex; 3] {
+        // From side k to side k + 1 the direction turns by pi - angle.
+        let turn = |angle: Complex| Complex { re: -angle.re, im: angle.im };
+        let second = turn(self.angles[1]);
+        [Complex { re: 1.0, im: 0.0 }, second, second * turn(self.angles[2])]
+    }
+
+    /// The corners.
+    #[inline]
+    pub fn corners(&self) -> [Complex; 3] {
+        let zero = Complex { re: 0.0, im: 0.0 };
+        [zero, Complex { re: self.lengths[0], im: 0.0 }, self.angles[0] * self.lengths[2]]
+    }
+
+    /// Cotangent of the angle at a corner.
+    #[inline]
+    pub fn cotangent(&self, corner: usize) -> f64 {
+        self.angles[corner].re / self.angles[corner].im
+    }
+
+    /// The point with these barycentric weights.
+    #[inline]
+    pub fn point(&self, weights: [f64; 3]) -> Complex {
+        let [_, b, c] = self.corners();
+        b * weights[1] + c * weights[2]
+    }
+}
+
+/// Heron's formula in Kahan's arrangement, accurate for slivers.
+fn area_from_lengths(lengths: [f64; 3]) -> f64 {
+    let mut l = lengths;
+    l.sort_by(|x, y| y.total_cmp(x));
+    let [a, b, c] = l;
+    let product = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c));
+    0.25 * product.max(0.0).sqrt()
+}
+
+/// Distance of two points, safe from overflow and underflow at any scale of coordinates that meshes have.
+#[inline]
+pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn right_triangle() {
+        let t = Triangle::from_lengths([3.0, 4.0, 5.0]);
+        assert!((t.area - 6.0).abs() < 1e-14);
+        assert!(t.angles[1].re.abs() < 1e-15, "right angle at corner 1");
+        assert!((t.cotangent(0) - 3.0 / 4.0).abs() < 1e-14);
+        assert!((t.corners()[2] - Complex { re: 3.0, im: 4.0 }).norm() < 1e-14);
+        for k in 0..3 {
+            let side = t.corners()[(k + 1) % 3] - t.corners()[k];
+            assert!((side - t.directions()[k] * t.lengths[k]).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn flat_triangles_get_angles() {
+        for lengths in [[1.0, 1.0, 2.0], [0.0, 1.0, 1.0], [0.0, 0.0, 0.0], [1.0, 1.0, 2.5]] {
+            let t = Triangle::from_lengths(lengths);
+            assert!(t.mollified && t.area > 0.0, "{lengths:?}");
+            assert!((0..3).all(|k| t.cotangent(k).is_finite() && t.angles[k].im > 0.0), "{lengths:?} {t:?}");
+        }
+    }
+
+    #[test]
+    fn scale_does_not_matter() {
+        for scale in [1e-8, 1e8] {
+            let t = Triangle::from_lengths([3.0 * scale, 4.0 * scale, 5.0 * scale]);
+            assert!((t.area / (scale * scale) - 6.0).abs() < 1e-13);
+            assert!((t.cotangent(2) - 4.0 / 3.0).abs() < 1e-13);
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Discrete operators: the only place where mesh and matrix meet. Laplacians are positive semidefinite.
+
+mod cotan;
+mod crouzeix_raviart;
+
+pub use cotan::{CotanLaplacian, divergence};
+pub use crouzeix_raviart::{ConnectionLaplacian, EdgeFrames, EdgeVector};

@@ -1,0 +1,574 @@
+//! Step III: the function whose gradient is nearest to the unit field (SHM eq. 13), with or without level set constraints
+//! (section 7.1), and its shift.
+
+use crate::geometry::Triangle;
+use crate::operators::{CotanLaplacian, divergence};
+use crate::signed_heat::error::SignedHeatError;
+use crate::signed_heat::options::LevelSets;
+use crate::signed_heat::source::{Source, key};
+use eikona_mesh::{CurveKind, Located, TriangleMesh};
+use eikona_numeric::{Cholesky, Complex, NumericError, Ordering, Symbolic, SymmetricMatrix, solve_dense};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// The cotan Laplacian, grounded and factored.
+#[derive(Debug)]
+pub(crate) struct Integration {
+    laplacian: CotanLaplacian,
+    /// One vertex a component, where a term is added to the diagonal. For a right-hand side that sums to zero over the
+    /// component, which a divergence does, this pins the vertex to zero exactly and changes nothing else.
+    grounded: Vec<Ground>,
+    factor: Cholesky<f64>,
+    /// Component of each vertex; `None` for a vertex without faces.
+    component_of_vertex: Vec<Option<u32>>,
+    component_count: usize,
+    /// Square root of the area of each component.
+    size_of_component: Vec<f64>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Ground {
+    vertex: u32,
+    component: u32,
+}
+
+/// The analysed, not yet factored operator.
+pub(crate) struct PreparedIntegration {
+    laplacian: CotanLaplacian,
+    symbolic: Symbolic,
+}
+
+/// What came out, and how well.
+#[derive(Debug)]
+pub(crate) struct Integrated {
+    /// A value a vertex; NaN where no source reaches.
+    pub values: Vec<f64>,
+    /// Largest relative residual of the solves.
+    pub residual: f64,
+    /// Largest deviation of a constrained value from its level, in the unit of length.
+    pub constraint_violation: f64,
+    /// The level of each connected piece of the curves, for [`LevelSets::PerComponent`].
+    pub levels: Vec<f64>,
+}
+
+impl PreparedIntegration {
+    pub fn new(mesh: &TriangleMesh, triangles: &[Triangle]) -> Result<Self, NumericError> {
+        let laplacian = CotanLaplacian::new(mesh, triangles);
+        let symbolic = Symbolic::new(&laplacian.graph, Ordering::Dissection { places: mesh.positions() })?;
+        Ok(PreparedIntegration { laplacian, symbolic })
+    }
+
+    pub fn predicted_bytes(&self) -> usize {
+        self.symbolic.predicted_bytes::<f64>()
+    }
+
+    pub fn factor(
+        self,
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        component_of_vertex: Vec<Option<u32>>,
+        component_count: usize,
+    ) -> Result<Integration, SignedHeatError> {
+        let mut laplacian = self.laplacian;
+        let mut grounded = Vec::with_capacity(component_count);
+        let mut is_grounded = vec![false; component_count];
+        for (v, component) in component_of_vertex.iter().enumerate() {
+            match component {
+                None => laplacian.matrix.diagonal[v] = 1.0, // in no equation
+                Some(c) if !is_grounded[*c as usize] => {
+                    is_grounded[*c as usize] = true;
+                    grounded.push(Ground { vertex: v as u32, component: *c });
+                }
+                Some(_) => {}
+            }
+        }
+        let mut size_of_component = vec![0.0; component_count];
+        for (corners, t) in mesh.triangles().iter().zip(triangles) {
+            if let Some(c) = component_of_vertex[corners[0] as usize] {
+                size_of_component[c as usize] += t.area;
+            }
+        }
+        size_of_component.iter_mut().for_each(|a| *a = a.sqrt());
+        let matrix = grounded_matrix(&laplacian, grounded.iter());
+        let factor = Cholesky::new(Arc::new(self.symbolic), &matrix).map_err(at_vertex)?;
+        Ok(Integration { laplacian, grounded, factor, component_of_vertex, component_count, size_of_component })
+    }
+}
+
+fn grounded_matrix<'a>(
+    laplacian: &CotanLaplacian,
+    grounded: impl Iterator<Item = &'a Ground>,
+) -> SymmetricMatrix<f64> {
+    let mut matrix = laplacian.matrix.clone();
+    for ground in grounded {
+        let v = ground.vertex as usize;
+        matrix.diagonal[v] += matrix.diagonal[v].abs().max(f64::MIN_POSITIVE);
+    }
+    matrix
+}
+
+fn at_vertex(fault: NumericError) -> SignedHeatError {
+    match fault {
+        NumericError::NonPositivePivot { unknown } | NumericError::NonFinite { unknown, .. } => {
+            SignedHeatError::Integration { vertex: unknown, fault }
+        }
+        other => other.into(),
+    }
+}
+
+/// A place whose value is constrained: a combination of vertex values.
+struct Row {
+    weights: [(u32, f64); 3],
+    count: usize,
+    /// The connected piece of the curves that it belongs to.
+    group: u32,
+}
+
+impl Row {
+    fn weights(&self) -> &[(u32, f64)] {
+        &self.weights[..self.count]
+    }
+    fn value(&self, phi: &[f64]) -> f64 {
+        self.weights().iter().map(|&(v, w)| w * phi[v as usize]).sum()
+    }
+}
+
+/// The penalty of the augmented Lagrangian. Rows and operator have no unit and entries of order 1. Larger values need fewer
+/// iterations and lose as many digits; at 1e4 three to five iterations reach the tolerance.
+const PENALTY: f64 = 1e4;
+/// Constrained values count as equal below this share of the largest value.
+const CONSTRAINT_TOLERANCE: f64 = 1e-11;
+const CONSTRAINT_ITERATIONS: usize = 12;
+
+impl Integration {
+    pub fn component_of_vertex(&self) -> &[Option<u32>] {
+        &self.component_of_vertex
+    }
+    pub fn component_count(&self) -> usize {
+        self.component_count
+    }
+
+    /// Step III. Components in which no face is reached get NaN.
+    pub fn integrate(
+        &self,
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        field: &[Complex],
+        reached: &[bool],
+        source: &Source,
+        level_sets: LevelSets,
+    ) -> Result<Integrated, SignedHeatError> {
+        // Deviation: eq. 13 is printed without the minus, see `divergence`.
+        let mut b = divergence(mesh, triangles, field);
+        b.iter_mut().for_each(|x| *x = -*x);
+        let mut result = match level_sets {
+            LevelSets::Free => self.free(mesh, &b, source)?,
+            LevelSets::Zero => self.constrained(mesh, &b, source, false)?,
+            LevelSets::PerComponent => self.constrained(mesh, &b, source, true)?,
+            LevelSets::Soft(weight) => self.soft(mesh, triangles, &b, source, weight)?,
+        };
+        let mut component_reached = vec![false; self.component_count];
+        for (corners, _) in mesh.triangles().iter().zip(reached).filter(|(_, r)| **r) {
+            if let Some(c) = self.component_of_vertex[corners[0] as usize] {
+                component_reached[c as usize] = true;
+            }
+        }
+        for (value, component) in result.values.iter_mut().zip(&self.component_of_vertex) {
+            if !component.is_some_and(|c| component_reached[c as usize]) {
+                *value = f64::NAN;
+            }
+        }
+        Ok(result)
+    }
+
+    /// The unconstrained fit, up to a constant a component.
+    pub fn fit(&self, b: &[f64]) -> Result<(Vec<f64>, f64), SignedHeatError> {
+        let phi = self.factor.solve(b).map_err(at_vertex)?;
+        let residual = self.factor.residual(&phi, b);
+        Ok((phi, residual))
+    }
+
+    fn free(&self, mesh: &TriangleMesh, b: &[f64], source: &Source) -> Result<Integrated, SignedHeatError> {
+        let (mut values, residual) = self.fit(b)?;
+        let shift = self.mean_at_source(mesh, &values, source);
+        self.subtract(&mut values, &shift);
+        Ok(Integrated { values, residual, constraint_violation: 0.0, levels: Vec::new() })
+    }
+
+    /// For each component the mean of a function along its curves, by length, if there are signed ones; else its minimum, so
+    /// that unsigned distances start at zero. Zero without a source.
+    fn mean_at_source(&self, mesh: &TriangleMesh, phi: &[f64], source: &Source) -> Vec<f64> {
+        let n = self.component_count;
+        let (mut sum, mut length, mut sourced) = (vec![0.0; n], vec![0.0; n], vec![false; n]);
+        for (segment, kind) in source.segments.iter().zip(&source.kinds) {
+            let Some(c) = self.component_of(mesh, segment.ends[0]) else { continue };
+            sourced[c] = true;
+            if *kind == CurveKind::Signed {
+                let [a, b] = segment.ends.map(|p| p.interpolate(mesh, phi));
+                let [p, q] = segment.ends.map(|p| p.position(mesh));
+                let l = crate::geometry::distance(p, q);
+                sum[c] += l * 0.5 * (a + b);
+                length[c] += l;
+            }
+        }
+        for point in &source.points {
+            if let Some(c) = self.component_of(mesh, *point) {
+                sourced[c] = true;
+            }
+        }
+        let mut minimum = vec![f64::INFINITY; n];
+        for (&value, component) in phi.iter().zip(&self.component_of_vertex) {
+            if let Some(c) = component {
+                minimum[*c as usize] = minimum[*c as usize].min(value);
+            }
+        }
+        (0..n)
+            .map(|c| match (length[c] > 0.0, sourced[c]) {
+                (true, _) => sum[c] / length[c],
+                (false, true) => minimum[c],
+                (false, false) => 0.0,
+            })
+            .collect()
+    }
+
+    fn component_of(&self, mesh: &TriangleMesh, point: Located) -> Option<usize> {
+        let (v, _) = point.weights(mesh).next()?;
+        self.component_of_vertex[v.index()].map(|c| c as usize)
+    }
+
+    fn subtract(&self, values: &mut [f64], shift: &[f64]) {
+        for (value, component) in values.iter_mut().zip(&self.component_of_vertex) {
+            if let Some(c) = component {
+                *value -= shift[*c as usize];
+            }
+        }
+    }
+
+    /// The fit among the functions that are constant along the curves: zero on all, or at a free level on each connected
+    /// piece.
+    ///
+    /// Augmented Lagrangian: the rows `A` of the constraints touch only vertices of one face each, so `C + w A^T A` has the
+    /// pattern of `C`; its factor costs one numeric factorisation with the kept analysis, needs no grounding where there is a
+    /// row, and does not mind rows that depend on each other (several nodes in one face, doubled curves), which make the
+    /// saddle system of eq. 14 singular. Multipliers then converge by a factor of about `w` an iteration.
+    fn constrained(
+        &self,
+        mesh: &TriangleMesh,
+        b: &[f64],
+        source: &Source,
+        free_levels: bool,
+    ) -> Result<Integrated, SignedHeatError> {
+        let (rows, groups) = self.rows(mesh, source);
+        let mut matrix = grounded_matrix(&self.laplacian, self.ungrounded_by(&rows).iter());
+        for row in &rows {
+            add_outer_product(&mut matrix, &self.laplacian, mesh, row, PENALTY);
+        }
+        let factor = Cholesky::new(self.factor.symbolic().clone(), &matrix).map_err(at_vertex)?;
+        let levels = if free_levels {
+            Some(Levels::new(&factor, &rows, groups, &self.first_groups(&rows, groups))?)
+        } else {
+            None
+        };
+        let mut multipliers = vec![0.0; rows.len()];
+        let mut level = vec![0.0; groups];
+        let mut phi = Vec::new();
+        let mut violation = f64::INFINITY;
+        for _ in 0..CONSTRAINT_ITERATIONS {
+            let mut rhs = b.to_vec();
+            for (row, &m) in rows.iter().zip(&multipliers) {
+                for &(v, w) in row.weights() {
+                    rhs[v as usize] -= w * m;
+                }
+            }
+            phi = factor.solve(&rhs).map_err(at_vertex)?;
+            if let Some(levels) = &levels {
+                level = levels.solve(&rows, &multipliers, &mut phi)?;
+            }
+            let scale = phi.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            violation = 0.0;
+            for (row, m) in rows.iter().zip(&mut multipliers) {
+                let error = row.value(&phi) - level[row.group as usize];
+                *m += PENALTY * error;
+                violation = f64::max(violation, error.abs());
+            }
+            if violation <= CONSTRAINT_TOLERANCE * scale {
+                break;
+            }
+        }
+        let residual = self.multiplier_residual(&phi, b, &rows, &multipliers);
+        let mut result =
+            Integrated { values: phi, residual, constraint_violation: violation, levels: Vec::new() };
+        if free_levels {
+            let shift = self.mean_at_source(mesh, &result.values, source);
+            self.subtract(&mut result.values, &shift);
+            let mut component_of_group = vec![0; groups];
+            for row in &rows {
+                let v = row.weights[0].0 as usize;
+                component_of_group[row.group as usize] = self.component_of_vertex[v].unwrap_or(0) as usize;
+            }
+            result.levels = level.iter().zip(component_of_group).map(|(l, c)| l - shift[c]).collect();
+        }
+        self.clamp_unsigned(mesh, source, &mut result.values);
+        Ok(result)
+    }
+
+    /// How well the constrained fit satisfies its equations, relative to the right-hand side.
+    fn multiplier_residual(&self, phi: &[f64], b: &[f64], rows: &[Row], multipliers: &[f64]) -> f64 {
+        let c = &self.laplacian;
+        let mut error: Vec<f64> = phi
+            .iter()
+            .zip(&c.matrix.diagonal)
+            .zip(&self.component_of_vertex)
+            .map(|((x, d), component)| if component.is_some() { x * d } else { 0.0 })
+            .collect();
+        for ([i, j], value) in c.graph.pairs.iter().zip(&c.matrix.off_diagonal) {
+            error[*i as usize] += value * phi[*j as usize];
+            error[*j as usize] += value * phi[*i as usize];
+        }
+        for (row, m) in rows.iter().zip(multipliers) {
+            for &(v, w) in row.weights() {
+                error[v as usize] += w * m;
+            }
+        }
+        let scale = b.iter().fold(0.0f64, |s, x| s.max(x.abs()));
+        let worst = error.iter().zip(b).fold(0.0f64, |s, (e, b)| s.max((e - b).abs()));
+        if scale > 0.0 { worst / scale } else { worst }
+    }
+
+    /// The penalty of section 7.1, as an integral along the curves so that resolution does not matter.
+    ///
+    /// Deviation: the text prints `C - lambda A^T A`; the penalty must be added.
+    fn soft(
+        &self,
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        b: &[f64],
+        source: &Source,
+        weight: f64,
+    ) -> Result<Integrated, SignedHeatError> {
+        let (rows, _) = self.rows(mesh, source);
+        let mut matrix = grounded_matrix(&self.laplacian, self.ungrounded_by(&rows).iter());
+        let group = 0;
+        let mut penalise = |point: Located, weight: f64| {
+            let row = row_of(mesh, point, group);
+            add_outer_product(&mut matrix, &self.laplacian, mesh, &row, weight);
+        };
+        for segment in &source.segments {
+            let Some(c) = self.component_of(mesh, segment.ends[0]) else { continue };
+            let [p, q] = segment.ends.map(|p| p.position(mesh));
+            let w = weight * crate::geometry::distance(p, q) / self.size_of_component[c];
+            // Simpson's rule, exact for the square of a linear function.
+            penalise(segment.ends[0], w / 6.0);
+            penalise(segment.ends[1], w / 6.0);
+            penalise(middle(mesh, segment), w * 4.0 / 6.0);
+        }
+        let spacing = mean_edge_length(triangles);
+        for point in &source.points {
+            let Some(c) = self.component_of(mesh, *point) else { continue };
+            penalise(*point, weight * spacing / self.size_of_component[c]);
+        }
+        let factor = Cholesky::new(self.factor.symbolic().clone(), &matrix).map_err(at_vertex)?;
+        let values = factor.solve(b).map_err(at_vertex)?;
+        let residual = factor.residual(&values, b);
+        let mut result = Integrated { values, residual, constraint_violation: 0.0, levels: Vec::new() };
+        self.clamp_unsigned(mesh, source, &mut result.values);
+        Ok(result)
+    }
+
+    /// In components with unsigned sources only, values below zero are errors of discretisation: they become zero.
+    fn clamp_unsigned(&self, mesh: &TriangleMesh, source: &Source, values: &mut [f64]) {
+        let mut signed = vec![false; self.component_count];
+        for (segment, kind) in source.segments.iter().zip(&source.kinds) {
+            if let (CurveKind::Signed, Some(c)) = (kind, self.component_of(mesh, segment.ends[0])) {
+                signed[c] = true;
+            }
+        }
+        for (value, component) in values.iter_mut().zip(&self.component_of_vertex) {
+            if component.is_some_and(|c| !signed[c as usize]) {
+                *value = value.max(0.0);
+            }
+        }
+    }
+
+    /// One row for each node of the curves and each point, with the connected piece that it belongs to.
+    fn rows(&self, mesh: &TriangleMesh, source: &Source) -> (Vec<Row>, usize) {
+        let mut index: HashMap<_, u32> = HashMap::new();
+        let mut places: Vec<Located> = Vec::new();
+        let mut number = |point: Located| {
+            *index.entry(key(point)).or_insert_with(|| {
+                places.push(point);
+                places.len() as u32 - 1
+            })
+        };
+        let links: Vec<[u32; 2]> = source.segments.iter().map(|s| s.ends.map(&mut number)).collect();
+        source.points.iter().for_each(|p| {
+            number(*p);
+        });
+        let group = connected_pieces(places.len(), &links);
+        let groups = group.iter().max().map_or(0, |g| *g as usize + 1);
+        (places.iter().zip(group).map(|(p, g)| row_of(mesh, *p, g)).collect(), groups)
+    }
+
+    /// The grounds of the components that no row holds.
+    fn ungrounded_by(&self, rows: &[Row]) -> Vec<Ground> {
+        let mut held = vec![false; self.component_count];
+        for row in rows {
+            if let Some(c) = self.component_of_vertex[row.weights[0].0 as usize] {
+                held[c as usize] = true;
+            }
+        }
+        self.grounded.iter().filter(|g| !held[g.component as usize]).copied().collect()
+    }
+
+    /// The first group in each component: its level is zero, since only differences are determined.
+    fn first_groups(&self, rows: &[Row], groups: usize) -> Vec<bool> {
+        let mut has_first = vec![false; self.component_count];
+        let mut seen = vec![false; groups];
+        let mut first = vec![false; groups];
+        for row in rows {
+            let group = row.group as usize;
+            let component = self.component_of_vertex[row.weights[0].0 as usize].map(|c| c as usize);
+            if let (false, Some(c)) = (seen[group], component) {
+                first[group] = !has_first[c];
+                has_first[c] = true;
+            }
+            seen[group] = true;
+        }
+        first
+    }
+}
+
+/// The free levels of groups of rows, eliminated: minimising over them too adds a small dense system.
+struct Levels {
+    /// For each free group, `P^-1 A^T 1_g`, times the penalty.
+    responses: Vec<(usize, Vec<f64>)>,
+    /// The dense system of the levels, row by row.
+    system: Vec<f64>,
+    groups: usize,
+}
+
+impl Levels {
+    fn new(factor: &Cholesky<f64>, rows: &[Row], groups: usize, fixed: &[bool]) -> Result<Levels, SignedHeatError> {
+        let mut responses = Vec::new();
+        for group in (0..groups).filter(|&g| !fixed[g]) {
+            let mut rhs = vec![0.0; factor.symbolic().unknowns()];
+            for row in rows.iter().filter(|r| r.group as usize == group) {
+                for &(v, w) in row.weights() {
+                    rhs[v as usize] += PENALTY * w;
+                }
+            }
+            responses.push((group, factor.solve(&rhs).map_err(at_vertex)?));
+        }
+        let n = responses.len();
+        let mut place = vec![usize::MAX; groups];
+        for (i, (group, _)) in responses.iter().enumerate() {
+            place[*group] = i;
+        }
+        let mut system = vec![0.0; n * n];
+        for row in rows {
+            let i = place[row.group as usize];
+            if i == usize::MAX {
+                continue;
+            }
+            system[i * n + i] += PENALTY;
+            for (j, (_, response)) in responses.iter().enumerate() {
+                system[i * n + j] -= PENALTY * row.value(response);
+            }
+        }
+        Ok(Levels { responses, system, groups })
+    }
+
+    /// The levels, with `phi` (the solution at level zero) brought up to them.
+    fn solve(&self, rows: &[Row], multipliers: &[f64], phi: &mut [f64]) -> Result<Vec<f64>, SignedHeatError> {
+        let n = self.responses.len();
+        let mut place = vec![usize::MAX; self.groups];
+        for (i, (group, _)) in self.responses.iter().enumerate() {
+            place[*group] = i;
+        }
+        // d/d level: sum over the group of (penalty (A phi - level) + multiplier) = 0.
+        let mut rhs = vec![0.0; n];
+        for (row, m) in rows.iter().zip(multipliers) {
+            let i = place[row.group as usize];
+            if i != usize::MAX {
+                rhs[i] += PENALTY * row.value(phi) + m;
+            }
+        }
+        let solution = solve_dense(&self.system, &rhs)?;
+        let mut levels = vec![0.0; self.groups];
+        for ((group, response), level) in self.responses.iter().zip(solution) {
+            levels[*group] = level;
+            phi.iter_mut().zip(response).for_each(|(p, r)| *p += level * r);
+        }
+        Ok(levels)
+    }
+}
+
+fn row_of(mesh: &TriangleMesh, point: Located, group: u32) -> Row {
+    let mut weights = [(0, 0.0); 3];
+    let mut count = 0;
+    for (v, w) in point.weights(mesh) {
+        weights[count] = (v.0, w);
+        count += 1;
+    }
+    Row { weights, count, group }
+}
+
+fn middle(mesh: &TriangleMesh, segment: &eikona_mesh::Segment) -> Located {
+    match segment.host {
+        eikona_mesh::SegmentHost::Edge(edge, [s, t]) => Located::Edge(edge, 0.5 * (s + t)),
+        eikona_mesh::SegmentHost::Face(face, [a, b]) => {
+            Located::in_face(mesh, face, [0, 1, 2].map(|k| 0.5 * (a[k] + b[k])))
+        }
+    }
+}
+
+fn mean_edge_length(triangles: &[Triangle]) -> f64 {
+    let sum: f64 = triangles.iter().flat_map(|t| t.lengths).sum();
+    sum / (3 * triangles.len()).max(1) as f64
+}
+
+/// Adds `weight a a^T` for a row `a` whose vertices lie in one face: every entry is in the pattern already.
+fn add_outer_product(
+    matrix: &mut SymmetricMatrix<f64>,
+    laplacian: &CotanLaplacian,
+    mesh: &TriangleMesh,
+    row: &Row,
+    weight: f64,
+) {
+    for (m, &(i, wi)) in row.weights().iter().enumerate() {
+        matrix.diagonal[i as usize] += weight * wi * wi;
+        for &(j, wj) in &row.weights()[m + 1..] {
+            if let Some(entry) = laplacian.entry(mesh, i, j) {
+                matrix.off_diagonal[entry] += weight * wi * wj;
+            }
+        }
+    }
+}
+
+/// A number for each of the pieces that links between items make, counted from 0 in the order of their first items.
+fn connected_pieces(items: usize, links: &[[u32; 2]]) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..items as u32).collect();
+    fn root(parent: &mut [u32], mut i: u32) -> u32 {
+        while parent[i as usize] != i {
+            parent[i as usize] = parent[parent[i as usize] as usize];
+            i = parent[i as usize];
+        }
+        i
+    }
+    for &[a, b] in links {
+        let (a, b) = (root(&mut parent, a), root(&mut parent, b));
+        parent[a.max(b) as usize] = a.min(b);
+    }
+    let mut number = vec![u32::MAX; items];
+    let mut next = 0;
+    (0..items as u32)
+        .map(|i| {
+            let r = root(&mut parent, i) as usize;
+            if number[r] == u32::MAX {
+                number[r] = next;
+                next += 1;
+            }
+            number[r]
+        })
+        .collect()
+}

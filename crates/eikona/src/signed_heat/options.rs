@@ -1,0 +1,78 @@
+//! What the user wants.
+
+/// How long normals diffuse: `t` in `(M + t L) X = X_0` (SHM eq. 12).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DiffusionTime {
+    /// `t = coefficient * h^2` with `h` half the mean edge length. 1 is the paper's choice (section 6). Larger values smooth
+    /// corners and noise and follow rounder completions; smaller ones follow the nearest normal.
+    Coefficient(f64),
+    /// Chosen from the mesh so that the error of smooth curves falls with refinement; see [`time`](super::time). The report
+    /// says what was chosen and why.
+    Automatic,
+}
+
+/// Which level sets of the distance the curves are held to be (SHM section 7.1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LevelSets {
+    /// Nothing is imposed: the fit is free, then shifted so that the curves have mean zero. Right for noisy curves.
+    Free,
+    /// The distance is zero at every node of every curve and at every point.
+    Zero,
+    /// The distance is constant along each connected piece of the curves, at a value that comes out of the fit.
+    PerComponent,
+    /// The mean square of the distance along the curves is weighed against the fit of the gradient. The weight has no unit and
+    /// does not depend on resolution: it is divided by the square root of the area of the surface's component. 100 holds a
+    /// curve tightly.
+    Soft(f64),
+}
+
+/// On which side of an oriented curve the distance is negative.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SignConvention {
+    /// Negative on the left, so that a counter-clockwise loop has a negative inside.
+    #[default]
+    LeftNegative,
+    /// Positive on the left, as geometry-central and potpourri3d have it.
+    LeftPositive,
+}
+
+/// What a solver is built with: fixed as long as it is used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolverOptions {
+    /// Diffusion time. Default: the paper's, coefficient 1.
+    pub time: DiffusionTime,
+    /// How many threads may factor the two systems: 1 (default) or 2. The digits are the same for any number.
+    pub threads: usize,
+    /// Refuse to factor when the factors are predicted to take more bytes than this. Default: no limit.
+    pub memory_limit: Option<usize>,
+}
+
+impl Default for SolverOptions {
+    fn default() -> Self {
+        SolverOptions { time: DiffusionTime::Coefficient(1.0), threads: 1, memory_limit: None }
+    }
+}
+
+/// What may change from one solve to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveOptions {
+    /// Default [`LevelSets::Zero`], as in the paper's figures.
+    pub level_sets: LevelSets,
+    /// Keep the diffused vectors normal to the curves, so that corners of a curve are not rounded (default false).
+    pub preserve_source_normals: bool,
+    /// Default [`SignConvention::LeftNegative`].
+    pub sign: SignConvention,
+    /// Also compute how far each value rests on extrapolation (default false).
+    pub confidence: bool,
+}
+
+impl Default for SolveOptions {
+    fn default() -> Self {
+        SolveOptions {
+            level_sets: LevelSets::Zero,
+            preserve_source_normals: false,
+            sign: SignConvention::default(),
+            confidence: false,
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Which side of a segment is left: by the winding of a reference face, carried along each curve.
+
+use crate::geometry::Triangle;
+use eikona_mesh::{Face, Located, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex};
+
+/// For each segment a face that it touches, and +1 or -1: whether left is left in the winding of that face.
+pub(crate) struct SideOfSegments {
+    sides: Vec<(Face, f64)>,
+}
+
+impl SideOfSegments {
+    /// Carries the side from the first segment of each curve to its last. Where two consecutive segments see no chain of
+    /// faces between them, or on a closed curve that comes back reversed, a warning says so.
+    pub fn of(
+        mesh: &TriangleMesh,
+        input: &SurfaceCurves,
+        segments: &[Segment],
+        warnings: &mut Vec<String>,
+    ) -> SideOfSegments {
+        let mut sides: Vec<(Face, f64)> = Vec::with_capacity(segments.len());
+        let mut first_of_curve = 0;
+        for (i, segment) in segments.iter().enumerate() {
+            let face = host_face(mesh, segment);
+            if i == 0 || segments[i - 1].curve != segment.curve {
+                first_of_curve = i;
+                sides.push((face, first_side(mesh, face, input.curves[segment.curve].up)));
+                continue;
+            }
+            let (before, side) = sides[i - 1];
+            let turn = relative_winding(mesh, before, face, segment.ends[0]).unwrap_or(1.0);
+            sides.push((face, side * turn));
+            let last = segments.get(i + 1).is_none_or(|next| next.curve != segment.curve);
+            if last && segment.ends[1] == segments[first_of_curve].ends[0] {
+                let (first_face, first_side) = sides[first_of_curve];
+                let back = relative_winding(mesh, face, first_face, segment.ends[1]).unwrap_or(1.0);
+                if side * turn * back != first_side {
+                    warnings.push(format!(
+                        "curve {} is one-sided: going once round it, left becomes right; the sides change at its first node",
+                        segment.curve
+                    ));
+                }
+            }
+        }
+        SideOfSegments { sides }
+    }
+
+    /// Face and sign of a segment.
+    pub fn of_segment(&self, i: usize) -> (Face, f64) {
+        self.sides[i]
+    }
+}
+
+fn host_face(mesh: &TriangleMesh, segment: &Segment) -> Face {
+    match segment.host {
+        SegmentHost::Face(face, _) => face,
+        SegmentHost::Edge(edge, _) => mesh.edge_halfedges(edge)[0].face(),
+    }
+}
+
+/// +1 when left is left in the winding of the face: always, unless the wanted normal says otherwise.
+fn first_side(mesh: &TriangleMesh, face: Face, up: Option<[f64; 3]>) -> f64 {
+    let Some(up) = up else { return 1.0 };
+    let [a, b, c] = mesh.face_positions(face);
+    let (u, v) = ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| c[k] - a[k]));
+    let normal = [0, 1, 2].map(|k| u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]);
+    if (0..3).map(|k| up[k] * normal[k]).sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
+}
+
+/// +1 when two faces at a point have the same winding, -1 when opposite, `None` when no chain of faces around the point joins them.
+fn relative_winding(mesh: &TriangleMesh, from: Face, to: Face, at: Located) -> Option<f64> {
+    if from == to {
+        return Some(1.0);
+    }
+    match at {
+        Located::Face(..) => None,
+        Located::Edge(edge, _) => {
+            let halfedge = |f: Face| mesh.edge_halfedges(edge).iter().copied().find(|h| h.face() == f);
+            let (a, b) = (halfedge(from)?, halfedge(to)?);
+            Some(if mesh.follows_edge(a) == mesh.follows_edge(b) { -1.0 } else { 1.0 })
+        }
+        Located::Vertex(v) => relative_winding_around(mesh, from, to, v),
+    }
+}
+
+fn relative_winding_around(mesh: &TriangleMesh, from: Face, to: Face, v: Vertex) -> Option<f64> {
+    let mut seen = vec![(from, 1.0)];
+    let mut next = 0;
+    while next < seen.len() {
+        let (face, side) = seen[next];
+        next += 1;
+        for k in 0..3 {
+            let h = face.halfedge(k);
+            if mesh.origin(h) != v && mesh.tip(h) != v {
+                continue;
+            }
+            let across = mesh.edge_halfedges(mesh.edge(h));
+            if across.len() != 2 {
+                continue;
+            }
+            let other = if across[0] == h { across[1] } else { across[0] };
+            if seen.iter().any(|(f, _)| *f == other.face()) {
+                continue;
+            }
+            let turn = if mesh.follows_edge(h) == mesh.follows_edge(other) { -1.0 } else { 1.0 };
+            if other.face() == to {
+                return Some(side * turn);
+            }
+            seen.push((other.face(), side * turn));
+        }
+    }
+    None
+}
+
+/// The layouts of all faces.
+pub(crate) fn lay_out(mesh: &TriangleMesh) -> Vec<Triangle> {
+    mesh.faces().map(|f| Triangle::of_face(mesh, f)).collect()
+}
