@@ -32,7 +32,8 @@ fn closed_and_open_surfaces() {
 #[test]
 fn punctured_torus_of_genus_one_with_two_loops() {
     let torus = glued_grid(6, 6, [Seam::Joined, Seam::Joined]);
-    let faces = torus.triangles().iter().enumerate().filter(|(f, _)| *f != 0 && *f != 40).map(|(_, f)| *f).collect();
+    let faces =
+        torus.triangles().iter().enumerate().filter(|(f, _)| *f != 0 && *f != 40).map(|(_, f)| *f).collect();
     assert_eq!(surface(&mesh(torus.positions().to_vec(), faces)), (-2, 2, Some(1), None));
 }
 
@@ -109,7 +110,10 @@ fn tetrahedra_that_share_a_vertex_an_edge_or_nothing() {
     assert!(apart.components.iter().all(|c| c.genus == Some(0) && c.euler_characteristic == 2));
 
     let at_vertex = Topology::of(&two_tetrahedra(1));
-    assert_eq!((at_vertex.sheet_count, at_vertex.components.len(), at_vertex.euler_characteristic), (2, 1, 3));
+    assert_eq!(
+        (at_vertex.sheet_count, at_vertex.components.len(), at_vertex.euler_characteristic),
+        (2, 1, 3)
+    );
     assert_eq!(at_vertex.nonmanifold_vertices, [NonmanifoldVertex { vertex: Vertex(0), fans: 2 }]);
     assert_eq!(at_vertex.components[0].genus, None);
 

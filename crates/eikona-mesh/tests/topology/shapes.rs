@@ -66,8 +66,16 @@ pub fn moebius(n: u32, m: u32) -> TriangleMesh {
 /// The projective plane with six vertices: all fifteen pairs are edges.
 pub fn projective_plane() -> TriangleMesh {
     let faces = vec![
-        [0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 1],
-        [1, 2, 4], [2, 3, 5], [3, 4, 1], [4, 5, 2], [5, 1, 3],
+        [0, 1, 2],
+        [0, 2, 3],
+        [0, 3, 4],
+        [0, 4, 5],
+        [0, 5, 1],
+        [1, 2, 4],
+        [2, 3, 5],
+        [3, 4, 1],
+        [4, 5, 2],
+        [5, 1, 3],
     ];
     mesh((0..6).map(|k| [(k * k) as f64, k as f64, (k * k * k % 7) as f64]).collect(), faces)
 }
