@@ -68,25 +68,13 @@ impl Orientation {
     /// # Cost
     /// O(F); about 0.1 s a million faces.
     pub fn of(mesh: &TriangleMesh) -> Orientation {
-        let pairs = || mesh.edges().filter_map(|e| Some((e, two_faces(mesh, e)?)));
-        let mut flood = flood(mesh);
-        let inconsistent_edges: Vec<Edge> = pairs()
-            .filter(|&(_, [g, h])| mesh.follows_edge(g) == mesh.follows_edge(h))
-            .map(|(e, _)| e)
-            .collect();
-        for (e, [g, h]) in pairs() {
-            let alike = flood.sign[g.face()] == flood.sign[h.face()];
-            let opposite = mesh.follows_edge(g) != mesh.follows_edge(h);
-            if alike != opposite {
-                flood.patches[flood.patch_of_face[g.face()] as usize].witness.get_or_insert(e);
-            }
-        }
+        let flood = Flood::of(mesh);
         let turn = patches_to_turn(mesh, &flood);
         let mut orientation = Orientation {
             sign_of_face: flood.sign,
             patch_of_face: flood.patch_of_face,
             patches: flood.patches,
-            inconsistent_edges,
+            inconsistent_edges: inconsistent_edges(mesh),
         };
         for f in mesh.faces() {
             let p = orientation.patch_of_face[f] as usize;
@@ -117,58 +105,88 @@ impl Orientation {
 }
 
 /// Signs relative to the first face of each patch, as far as one path of faces to each can tell.
-struct Flood {
+pub(crate) struct Flood {
     sign: FaceField<i8>,
     patch_of_face: FaceField<u32>,
-    patches: Vec<Patch>,
+    pub(crate) patches: Vec<Patch>,
+}
+
+/// The edges with two faces, each with its halfedges.
+fn manifold_edges(mesh: &TriangleMesh) -> impl Iterator<Item = (Edge, [Halfedge; 2])> {
+    mesh.edges().filter_map(|e| Some((e, two_faces(mesh, e)?)))
 }
 
 fn two_faces(mesh: &TriangleMesh, e: Edge) -> Option<[Halfedge; 2]> {
     mesh.edge_halfedges(e).try_into().ok()
 }
 
-fn flood(mesh: &TriangleMesh) -> Flood {
-    const UNSEEN: i8 = 0;
-    let mut sign = FaceField::constant(mesh.face_count(), UNSEEN);
-    let mut patch_of_face = FaceField::constant(mesh.face_count(), 0);
-    let mut patches = Vec::new();
-    let mut waiting = Vec::new();
-    for first_face in mesh.faces() {
-        if sign[first_face] != UNSEEN {
-            continue;
-        }
-        let patch = patches.len() as u32;
-        let mut face_count = 0;
-        sign[first_face] = 1;
-        waiting.push(first_face);
-        while let Some(f) = waiting.pop() {
-            patch_of_face[f] = patch;
-            face_count += 1;
-            for e in mesh.face_edges(f) {
-                let Some([g, h]) = two_faces(mesh, e) else { continue };
-                let other = if g.face() == f { h.face() } else { g.face() };
-                if sign[other] == UNSEEN {
-                    let opposite = mesh.follows_edge(g) != mesh.follows_edge(h);
-                    sign[other] = if opposite { sign[f] } else { -sign[f] };
-                    waiting.push(other);
+/// Whether the faces of two halfedges on one edge are oriented alike.
+fn alike(mesh: &TriangleMesh, [g, h]: [Halfedge; 2]) -> bool {
+    mesh.follows_edge(g) != mesh.follows_edge(h)
+}
+
+/// Edges whose two faces are not oriented alike, in increasing order.
+pub(crate) fn inconsistent_edges(mesh: &TriangleMesh) -> Vec<Edge> {
+    manifold_edges(mesh).filter(|&(_, pair)| !alike(mesh, pair)).map(|(e, _)| e).collect()
+}
+
+impl Flood {
+    pub(crate) fn of(mesh: &TriangleMesh) -> Flood {
+        const UNSEEN: i8 = 0;
+        let mut sign = FaceField::constant(mesh.face_count(), UNSEEN);
+        let mut patch_of_face = FaceField::constant(mesh.face_count(), 0);
+        let mut patches = Vec::new();
+        let mut waiting = Vec::new();
+        for first_face in mesh.faces() {
+            if sign[first_face] != UNSEEN {
+                continue;
+            }
+            let patch = patches.len() as u32;
+            let mut face_count = 0;
+            sign[first_face] = 1;
+            waiting.push(first_face);
+            while let Some(f) = waiting.pop() {
+                patch_of_face[f] = patch;
+                face_count += 1;
+                for pair in mesh.face_edges(f).into_iter().filter_map(|e| two_faces(mesh, e)) {
+                    let other = if pair[0].face() == f { pair[1].face() } else { pair[0].face() };
+                    if sign[other] == UNSEEN {
+                        sign[other] = if alike(mesh, pair) { sign[f] } else { -sign[f] };
+                        waiting.push(other);
+                    }
                 }
             }
+            patches.push(Patch { first_face, face_count, flipped_face_count: 0, witness: None });
         }
-        patches.push(Patch { first_face, face_count, flipped_face_count: 0, witness: None });
+        let mut flood = Flood { sign, patch_of_face, patches };
+        for (e, pair) in manifold_edges(mesh) {
+            let [f, g] = pair.map(Halfedge::face);
+            if (flood.sign[f] == flood.sign[g]) != alike(mesh, pair) {
+                flood.patches[flood.patch_of_face[f] as usize].witness.get_or_insert(e);
+            }
+        }
+        flood
     }
-    Flood { sign, patch_of_face, patches }
 }
 
 /// Whether the faces against the first one cover the larger area of their patch.
 fn patches_to_turn(mesh: &TriangleMesh, flood: &Flood) -> Vec<bool> {
-    let shape = |f: Face| TriangleShape::of(mesh.face_positions(f));
+    // Most meshes are consistent, and then no area needs to be known.
+    let mut mixed = vec![false; flood.patches.len()];
+    for (f, _) in flood.sign.iter().filter(|(_, sign)| **sign < 0) {
+        mixed[flood.patch_of_face[f] as usize] = true;
+    }
+    let shapes = || {
+        let faces = flood.sign.iter().filter(|(f, _)| mixed[flood.patch_of_face[*f] as usize]);
+        faces.map(|(f, sign)| (f, *sign, TriangleShape::of(mesh.face_positions(f))))
+    };
     // Lengths relative to the largest face, so that squares neither overflow nor all vanish.
-    let unit = mesh.faces().map(|f| shape(f).unit).fold(0.0, f64::max);
+    let unit = shapes().map(|(_, _, shape)| shape.unit).fold(0.0, f64::max);
     let mut with_first = vec![0.0; flood.patches.len()];
     let mut against_first = vec![0.0; flood.patches.len()];
-    for (f, &sign) in flood.sign.iter() {
+    for (f, sign, shape) in shapes() {
         let side = if sign > 0 { &mut with_first } else { &mut against_first };
-        side[flood.patch_of_face[f] as usize] += shape(f).area_in(unit);
+        side[flood.patch_of_face[f] as usize] += shape.area_in(unit);
     }
     with_first.iter().zip(&against_first).map(|(a, b)| b - a > EQUAL_AREA * (a + b)).collect()
 }

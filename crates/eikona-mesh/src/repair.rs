@@ -114,7 +114,7 @@ impl IndexMaps {
 ///
 /// # Errors
 /// [`MeshError::Parameter`] if the tolerance is negative, not finite, or so small beside the coordinates that it can not be told
-/// from rounding (below 2^-50 of the largest coordinate): give 0 then.
+/// from rounding (below 2^-44 of the largest coordinate): give 0 then.
 ///
 /// # Cost
 /// O(V + F); about 0.7 s for a million separate triangles.
@@ -311,13 +311,13 @@ fn keep_vertices(positions: &[[f64; 3]], target: &[u32]) -> (Vec<[f64; 3]>, Vec<
 /// The vertex that each one is merged into: itself, or one before it that is its own target.
 fn weld_targets(positions: &[[f64; 3]], tolerance: f64) -> Result<Vec<u32>, MeshError> {
     let largest = positions.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
-    // Numbers of grid cells must be exact, with the neighbours of a cell told apart.
-    const CELLS: f64 = (1u64 << 50) as f64;
-    if !tolerance.is_finite() || tolerance < 0.0 || (tolerance > 0.0 && largest / tolerance > CELLS) {
+    // Places in the grid of `nearest_kept` must be exact to a small part of a cell: 2^-10 with this bound.
+    const TOLERANCES: f64 = (1u64 << 44) as f64;
+    if !tolerance.is_finite() || tolerance < 0.0 || (tolerance > 0.0 && largest / tolerance > TOLERANCES) {
         return Err(MeshError::Parameter {
             name: "tolerance",
             value: tolerance.to_string(),
-            bound: "0 to weld equal positions, or a length of at least 1e-15 times the largest coordinate",
+            bound: "0 to weld equal positions, or a length of at least 1e-13 times the largest coordinate",
         });
     }
     Ok(if tolerance == 0.0 { first_at_position(positions) } else { nearest_kept(positions, tolerance) })
@@ -336,19 +336,31 @@ pub(crate) fn first_at_position(positions: &[[f64; 3]]) -> Vec<u32> {
 
 /// For each position the nearest one kept before it within the tolerance; itself if there is none, and then it is kept.
 ///
-/// Kept positions are more than the tolerance apart, so a grid cell of that size holds only a few of them.
+/// Kept positions are more than the tolerance apart, so a grid cell of four times that size holds a bounded number of them.
 fn nearest_kept(positions: &[[f64; 3]], tolerance: f64) -> Vec<u32> {
     const END: u32 = u32::MAX;
+    const CELL: f64 = 4.0;
+    // The reach of the tolerance in cells, and a little more for rounding.
+    const REACH: f64 = 1.02 / CELL;
+    let first = first_at_position(positions);
     // The last vertex kept in each cell; the others follow by `previous`.
     let mut last_in_cell: HashMap<[i64; 3], u32> = HashMap::new();
     let mut previous = vec![END; positions.len()];
-    let mut target = Vec::with_capacity(positions.len());
+    let mut target: Vec<u32> = Vec::with_capacity(positions.len());
     for (i, p) in positions.iter().enumerate() {
-        let cell = p.map(|x| (x / tolerance).floor() as i64);
+        let equal = first[i] as usize;
+        if equal < i && target[equal] == first[i] {
+            target.push(first[i]); // nothing is nearer than a kept vertex at the same position
+            continue;
+        }
+        let place = p.map(|x| x / tolerance / CELL);
+        let low = place.map(|u| (u - REACH).floor() as i64);
+        let high = place.map(|u| (u + REACH).floor() as i64);
         let mut best: Option<(f64, u32)> = None;
-        for n in 0..27 {
-            let neighbour = [cell[0] + n % 3 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n / 9 - 1];
-            let mut at = last_in_cell.get(&neighbour).copied().unwrap_or(END);
+        for (x, y, z) in (low[0]..=high[0])
+            .flat_map(|x| (low[1]..=high[1]).flat_map(move |y| (low[2]..=high[2]).map(move |z| (x, y, z))))
+        {
+            let mut at = last_in_cell.get(&[x, y, z]).copied().unwrap_or(END);
             while at != END {
                 let q = positions[at as usize];
                 let apart_sq: f64 = (0..3).map(|k| ((p[k] - q[k]) / tolerance).powi(2)).sum();
@@ -358,10 +370,9 @@ fn nearest_kept(positions: &[[f64; 3]], tolerance: f64) -> Vec<u32> {
                 at = previous[at as usize];
             }
         }
-        let vertex = i as u32;
-        target.push(best.map_or(vertex, |b| b.1));
+        target.push(best.map_or(i as u32, |b| b.1));
         if best.is_none() {
-            previous[i] = last_in_cell.insert(cell, vertex).unwrap_or(END);
+            previous[i] = last_in_cell.insert(place.map(|u| u.floor() as i64), i as u32).unwrap_or(END);
         }
     }
     target

@@ -3,7 +3,7 @@
 use crate::error::Fault;
 use crate::id::{Face, Vertex};
 use crate::mesh::TriangleMesh;
-use crate::orientation::Orientation;
+use crate::orientation::inconsistent_edges;
 use crate::quality::TriangleShape;
 use crate::repair::first_at_position;
 use crate::topology::Topology;
@@ -61,10 +61,9 @@ pub fn validate(mesh: &TriangleMesh) -> Vec<Fault> {
             .map(|at| Fault::NonmanifoldVertex { vertex: at.vertex, fans: at.fans }),
     );
     faults.extend(
-        Orientation::of(mesh)
-            .inconsistent_edges
-            .iter()
-            .map(|&edge| Fault::InconsistentOrientation { edge, vertices: mesh.edge_vertices(edge) }),
+        inconsistent_edges(mesh)
+            .into_iter()
+            .map(|edge| Fault::InconsistentOrientation { edge, vertices: mesh.edge_vertices(edge) }),
     );
     faults
 }

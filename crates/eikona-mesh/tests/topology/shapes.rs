@@ -41,7 +41,7 @@ pub fn glued_grid(n: u32, m: u32, seams: [Seam; 2]) -> TriangleMesh {
             faces.push([a, c, d]);
         }
     }
-    let at = |k: u32| [k as f64, (k * k % 31) as f64, (k * k % 17) as f64 * 0.1];
+    let at = |k: u32| [k as f64, ((k % 31).pow(2) % 31) as f64, ((k % 17).pow(2) % 17) as f64 * 0.1];
     mesh((0..columns * rows).map(at).collect(), faces)
 }
 
