@@ -9,13 +9,26 @@ mod error;
 mod field;
 mod id;
 mod mesh;
+mod orientation;
 mod point;
 mod polygon;
+mod quality;
+mod repair;
+mod topology;
+mod validate;
 
 pub use curve::{Curve, CurveKind, Segment, SegmentHost, SurfaceCurves, segment_host};
 pub use error::{CurveError, Fault, FileError, MeshError};
 pub use field::{CornerField, EdgeField, FaceField, Field, HalfedgeField, VertexField};
 pub use id::{Corner, Edge, ElementId, Face, Halfedge, Vertex};
 pub use mesh::{Neighbour, TriangleMesh};
+pub use orientation::{Orientation, Patch};
 pub use point::{BARYCENTRIC_TOLERANCE, Located, SNAP_TOLERANCE, SurfacePoint};
 pub use polygon::PolygonMesh;
+pub use quality::{Quality, Range, ZERO_AREA};
+pub use repair::{
+    IndexMaps, Repaired, RepairedPolygons, drop_degenerate_faces, drop_duplicate_faces,
+    drop_unreferenced_vertices, orient, split_nonmanifold_vertices, weld, weld_polygons,
+};
+pub use topology::{BoundaryLoop, Component, NonmanifoldVertex, Topology};
+pub use validate::validate;

@@ -1,0 +1,8 @@
+//! Topology, orientation, validation, quality and repairs, on meshes with known answers and on the files of the data folder.
+
+mod data_files;
+mod faults_and_quality;
+mod known_surfaces;
+mod renumbering;
+mod repairs;
+mod shapes;

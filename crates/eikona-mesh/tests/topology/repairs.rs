@@ -1,0 +1,206 @@
+//! Repairs do what they say, and their index maps lead from old to new elements.
+
+use crate::shapes::{Random, Seam, cube, glued_grid, grid, mesh, moebius, two_tetrahedra};
+use eikona_mesh::{
+    Face, IndexMaps, MeshError, Orientation, PolygonMesh, Repaired, Topology, TriangleMesh, Vertex,
+    drop_degenerate_faces, drop_duplicate_faces, drop_unreferenced_vertices, orient,
+    split_nonmanifold_vertices, validate, weld, weld_polygons,
+};
+
+/// Each face with corners of its own, as STL files have it.
+fn soup(mesh_in: &TriangleMesh) -> TriangleMesh {
+    let positions = mesh_in.faces().flat_map(|f| mesh_in.face_positions(f)).collect();
+    mesh(positions, (0..mesh_in.face_count() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect())
+}
+
+/// Every kept face has the corners of the old one, by the vertex map; kept elements are in order and all are reached.
+fn check_maps(old: &TriangleMesh, new: &Repaired) {
+    let IndexMaps { vertices, faces, flipped_faces } = &new.maps;
+    assert_eq!((vertices.len(), faces.len()), (old.vertex_count(), old.face_count()));
+    let kept: Vec<u32> = faces.as_slice().iter().flatten().map(|f| f.0).collect();
+    assert_eq!(kept, (0..new.mesh.face_count() as u32).collect::<Vec<_>>());
+    for (f, to) in faces.iter() {
+        let Some(to) = *to else { continue };
+        let mut expected = old.face_vertices(f).map(|v| vertices[v]);
+        if flipped_faces.contains(&f) {
+            expected.swap(1, 2);
+        }
+        assert_eq!(expected, new.mesh.face_vertices(to).map(Some));
+    }
+}
+
+#[test]
+fn welding_a_soup_gives_the_surface_back() {
+    for surface in [cube(), grid(4, 5), moebius(13, 3)] {
+        for tolerance in [0.0, 1e-9] {
+            let soup = soup(&surface);
+            let welded = weld(&soup, tolerance).expect("tolerance");
+            check_maps(&soup, &welded);
+            assert_eq!(welded.mesh.vertex_count(), surface.vertex_count());
+            assert_eq!(Topology::of(&welded.mesh).components.len(), 1);
+            for v in soup.vertices() {
+                let to = welded.maps.vertices[v].expect("vertices are merged, not dropped");
+                assert_eq!(welded.mesh.position(to), soup.position(v));
+            }
+        }
+    }
+}
+
+/// The rule of welding, all pairs.
+fn weld_slowly(positions: &[[f64; 3]], tolerance: f64) -> Vec<[f64; 3]> {
+    let mut kept: Vec<[f64; 3]> = Vec::new();
+    let mut result = Vec::new();
+    for p in positions {
+        let apart = |q: &[f64; 3]| (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt();
+        let nearest = kept.iter().copied().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        match nearest.filter(|q| apart(q) <= tolerance) {
+            Some(q) => result.push(q),
+            None => {
+                kept.push(*p);
+                result.push(*p);
+            }
+        }
+    }
+    result
+}
+
+#[test]
+fn welding_with_a_tolerance_follows_its_rule() {
+    let mut random = Random(11);
+    let mut coordinate = || random.below(1000) as f64 / 500.0 - 1.0;
+    for tolerance in [0.01, 0.1, 0.3, 5.0] {
+        let positions: Vec<[f64; 3]> = (0..400).map(|_| [coordinate(), coordinate(), coordinate()]).collect();
+        let cloud = mesh(positions.clone(), vec![]);
+        let welded = weld(&cloud, tolerance).expect("tolerance");
+        let ours: Vec<[f64; 3]> = welded
+            .maps
+            .vertices
+            .as_slice()
+            .iter()
+            .map(|v| welded.mesh.position(v.expect("merged")))
+            .collect();
+        assert_eq!(ours, weld_slowly(&positions, tolerance), "tolerance {tolerance}");
+    }
+}
+
+#[test]
+fn welding_drops_faces_that_collapse_and_keeps_minus_zero() {
+    let positions = vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [-0., 0., -0.], [0., 1., 0.]];
+    let input = mesh(positions, vec![[0, 1, 2], [0, 1, 3], [3, 4, 1]]);
+    let welded = weld(&input, 0.0).expect("tolerance");
+    check_maps(&input, &welded);
+    assert_eq!(welded.maps.dropped_faces(), [Face(1)]);
+    assert_eq!(welded.mesh.vertex_count(), 3);
+    assert!(weld(&input, 10.0).is_ok_and(|w| w.mesh.face_count() == 0 && w.mesh.vertex_count() == 1));
+}
+
+#[test]
+fn impossible_tolerances_are_refused() {
+    for tolerance in [-1.0, f64::NAN, f64::INFINITY, 1e-30] {
+        let refused = weld(&cube(), tolerance);
+        assert!(matches!(refused, Err(MeshError::Parameter { name: "tolerance", .. })), "{tolerance}");
+    }
+}
+
+#[test]
+fn polygons_lose_repeated_corners() {
+    let mut input = PolygonMesh::new(vec![
+        [0., 0., 0.],
+        [1., 0., 0.],
+        [1., 1., 0.],
+        [0., 1., 0.],
+        [0., 1., 0.],
+        [0., 0., 0.],
+    ]);
+    input.push_face([0, 1, 2, 3, 4]);
+    input.push_face([0, 3, 4, 5]);
+    input.push_face([5, 2, 3]);
+    let welded = weld_polygons(&input, 0.0).expect("tolerance");
+    assert_eq!(welded.mesh.faces().collect::<Vec<_>>(), [&[0, 1, 2, 3][..], &[0, 2, 3][..]]);
+    assert_eq!(welded.maps.dropped_faces(), [Face(1)]);
+    assert_eq!(welded.maps.faces[Face(2)], Some(Face(1)));
+    input.push_face([0, 1, 99]);
+    assert!(matches!(weld_polygons(&input, 0.0), Err(MeshError::Invalid(faults)) if faults.len() == 1));
+}
+
+#[test]
+fn drops_and_their_maps_in_a_chain() {
+    let mut positions = vec![[9., 9., 9.]];
+    positions.extend(soup(&grid(2, 2)).positions());
+    positions.push([5., 0., 0.]);
+    let mut faces: Vec<[u32; 3]> = (0..8).map(|f| [3 * f + 1, 3 * f + 2, 3 * f + 3]).collect();
+    faces.insert(3, [3, 2, 1]); // the first face again, turned over
+    faces.push([1, 2, 25]); // no area
+    let input = mesh(positions, faces);
+
+    let welded = weld(&input, 0.0).expect("tolerance");
+    let unique = drop_duplicate_faces(&welded.mesh);
+    let proper = drop_degenerate_faces(&unique.mesh);
+    let trimmed = drop_unreferenced_vertices(&proper.mesh);
+    check_maps(&input, &welded);
+    check_maps(&welded.mesh, &unique);
+    check_maps(&unique.mesh, &proper);
+    check_maps(&proper.mesh, &trimmed);
+    assert_eq!(unique.maps.dropped_faces(), [Face(3)]);
+    assert_eq!(validate(&trimmed.mesh), []);
+
+    let maps = welded.maps.then(&unique.maps).then(&proper.maps).then(&trimmed.maps);
+    assert_eq!(maps.dropped_faces(), [Face(3), Face(9)]);
+    assert_eq!(maps.dropped_vertices(), [Vertex(0), Vertex(25)]);
+    check_maps(&input, &Repaired { mesh: trimmed.mesh, maps });
+}
+
+#[test]
+fn orienting_lists_the_faces_it_turns_over() {
+    let damaged = cube().with_flipped_faces(|f| f.0 == 2 || f.0 == 7);
+    let oriented = orient(&damaged);
+    check_maps(&damaged, &oriented);
+    assert_eq!(oriented.maps.flipped_faces, [Face(2), Face(7)]);
+    assert_eq!(oriented.mesh.triangles(), cube().triangles());
+    assert!(Orientation::of(&oriented.mesh).is_consistent());
+    // Faces that are dropped before the turn are not turned; two turns cancel.
+    let first = drop_duplicate_faces(&damaged).maps.then(&oriented.maps);
+    assert_eq!(first.flipped_faces, [Face(2), Face(7)]);
+    assert_eq!(first.then(&oriented.maps).flipped_faces, []);
+}
+
+#[test]
+fn splitting_fans_gives_manifold_vertices() {
+    let pair = two_tetrahedra(1);
+    let (split, source) = split_nonmanifold_vertices(&pair).expect("small enough");
+    assert_eq!(split.mesh.vertex_count(), 8);
+    assert_eq!(source[Vertex(7)], Vertex(0));
+    let topology = Topology::of(&split.mesh);
+    assert!(topology.is_manifold());
+    assert_eq!((topology.components.len(), topology.euler_characteristic), (2, 4));
+    let (same, _) = split_nonmanifold_vertices(&cube()).expect("small enough");
+    assert_eq!(same.mesh.triangles(), cube().triangles());
+}
+
+/// Times of a million triangles, for the figures in the docstrings: `cargo test --release -- --ignored --nocapture`.
+#[test]
+#[ignore = "measures time"]
+fn times_of_a_million_triangles() {
+    fn timed<T>(what: &str, work: impl FnOnce() -> T) -> T {
+        let start = std::time::Instant::now();
+        let result = work();
+        println!("{what}: {:.2} s", start.elapsed().as_secs_f64());
+        result
+    }
+    let surface = glued_grid(1000, 500, [Seam::Joined, Seam::Joined]);
+    let positions = (0..500_000u32).map(|k| [(k / 500) as f64, (k % 500) as f64, (k as f64).sin()]).collect();
+    let surface = surface.with_positions(positions).expect("finite");
+    let soup = soup(&surface);
+    let welded = timed("weld", || weld(&soup, 0.0)).expect("tolerance");
+    assert_eq!(welded.mesh.vertex_count(), 500_000);
+    let near = timed("weld with a tolerance", || weld(&soup, 1e-6)).expect("tolerance");
+    assert_eq!(near.mesh.vertex_count(), 500_000);
+    timed("mesh", || mesh(surface.positions().to_vec(), surface.triangles().to_vec()));
+    timed("topology", || Topology::of(&welded.mesh));
+    timed("topology of the soup", || Topology::of(&soup));
+    timed("orientation", || Orientation::of(&welded.mesh));
+    timed("quality", || eikona_mesh::Quality::of(&welded.mesh));
+    timed("validate", || validate(&welded.mesh));
+    timed("drop duplicate faces", || drop_duplicate_faces(&welded.mesh));
+    timed("split", || split_nonmanifold_vertices(&welded.mesh)).expect("small enough").1.len();
+}
