@@ -5,12 +5,15 @@
 //! those of the input; every repair is a named step that returns index maps.
 
 mod curve;
+pub mod damage;
 mod error;
 mod field;
 mod id;
 mod mesh;
 mod point;
 mod polygon;
+pub mod random;
+pub mod shapes;
 
 pub use curve::{Curve, CurveKind, Segment, SegmentHost, SurfaceCurves, segment_host};
 pub use error::{CurveError, Fault, FileError, MeshError};
