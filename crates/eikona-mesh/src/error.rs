@@ -172,6 +172,25 @@ pub enum MeshError {
         /// What is allowed.
         bound: &'static str,
     },
+    /// A shape, or a parameter of a shape, that does not exist.
+    #[error("there is no {what} called {name:?}; there {}", known_names(.known))]
+    UnknownName {
+        /// "shape" or "parameter".
+        what: &'static str,
+        /// The name as given.
+        name: String,
+        /// Those that exist, the most similar one first.
+        known: Vec<&'static str>,
+    },
+}
+
+/// "is a" or "are a, b, c", to follow "there".
+fn known_names(known: &[&str]) -> String {
+    match known {
+        [] => "are none to choose".to_string(),
+        [one] => format!("is {one}"),
+        many => format!("are {}", many.join(", ")),
+    }
 }
 
 /// What is wrong with a curve or a point on a surface.
@@ -233,13 +252,17 @@ pub enum CurveError {
         t: f64,
     },
     /// Barycentric weights that are not a point of the face.
-    #[error("barycentric weights {bary:?} are not a point of the face; each must lie in [0, 1] and their sum be 1")]
+    #[error(
+        "barycentric weights {bary:?} are not a point of the face; each must lie in [0, 1] and their sum be 1"
+    )]
     WeightsOutOfRange {
         /// The weights as given.
         bary: [f64; 3],
     },
     /// A segment whose two nodes share no face.
-    #[error("the segment to the next node does not lie in one face; have the curve traced across the faces (`trace`, or `--trace` on the command line)")]
+    #[error(
+        "the segment to the next node does not lie in one face; have the curve traced across the faces (`trace`, or `--trace` on the command line)"
+    )]
     SegmentAcrossFaces,
     /// A curve with fewer than two nodes.
     #[error("curve {curve} has {nodes} node(s), a curve needs at least 2; give isolated places as points")]

@@ -5,6 +5,7 @@
 //! those of the input; every repair is a named step that returns index maps.
 
 mod curve;
+pub mod damage;
 mod error;
 mod field;
 mod id;
@@ -16,6 +17,8 @@ mod quality;
 mod repair;
 mod topology;
 mod validate;
+pub mod random;
+pub mod shapes;
 
 pub use curve::{Curve, CurveKind, Segment, SegmentHost, SurfaceCurves, segment_host};
 pub use error::{CurveError, Fault, FileError, MeshError};

@@ -1,0 +1,51 @@
+//! Procedural shapes: meshes by formula, the same every time, with element counts in closed form.
+//!
+//! Each shape is a function with its counts, parametrisation and orientation in its docs. [`make`] makes any of them by name from
+//! `key = value` pairs, as the command `eikona make` does; [`shape_descriptions`] lists them. Curves in space that go with the shapes
+//! ([`circle`], [`torus_knot`], ...) can be cut into pieces by [`break_polyline`].
+//!
+//! | family | shapes |
+//! |---|---|
+//! | spheres | [`geodesic_sphere`], [`icosphere`], [`uv_sphere`], [`cube_sphere`], [`bumpy_sphere`] |
+//! | solids | [`tetrahedron`], [`octahedron`], [`icosahedron`], [`cuboid`] |
+//! | of revolution | [`torus`], [`cylinder`], [`cone`] |
+//! | flat | [`grid`], [`grid_with_holes`], [`strip`], [`disk`], [`annulus`] |
+//! | tubes | [`tube`], [`trefoil_tube`], [`figure_eight_tube`], [`linked_rings`] |
+//! | from blocks | [`chain_of_genus`], [`clay_animal`] |
+//! | one-sided | [`moebius_band`], [`klein_bottle`], [`projective_plane`] |
+//!
+//! Every shape has at most [`MAX_SHAPE_FACES`] faces and no face of zero area.
+
+mod boxes;
+mod curves;
+mod flat;
+mod holes;
+mod lattice;
+mod one_sided;
+pub(crate) mod parameter;
+mod platonic;
+mod polycube;
+mod registry;
+mod revolution;
+mod spheres;
+#[cfg(test)]
+mod tests;
+mod tubes;
+pub(crate) mod vector;
+
+pub use boxes::cuboid;
+pub use curves::{
+    break_polyline, break_polyline_at_random, circle, figure_eight_knot, latitude_circle, torus_knot,
+    trefoil, wavy_latitude,
+};
+pub use flat::{annulus, disk, grid, strip};
+pub use holes::{Hole, grid_with_holes};
+pub use lattice::Diagonal;
+pub use one_sided::{klein_bottle, moebius_band, projective_plane};
+pub use parameter::MAX_SHAPE_FACES;
+pub use platonic::{icosahedron, octahedron, tetrahedron};
+pub use polycube::{chain_of_genus, clay_animal};
+pub use registry::{Parameter, ShapeDescription, make, shape_descriptions, shape_names};
+pub use revolution::{Ends, cone, cylinder, torus};
+pub use spheres::{bumpy_sphere, cube_sphere, geodesic_sphere, icosphere, uv_sphere};
+pub use tubes::{figure_eight_tube, linked_rings, trefoil_tube, tube};

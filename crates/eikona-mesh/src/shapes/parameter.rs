@@ -1,0 +1,51 @@
+//! Bounds of the parameters of shapes and damages.
+
+use crate::error::MeshError;
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+/// The largest number of faces that a shape is made with: larger requests are refused before memory is asked for.
+pub const MAX_SHAPE_FACES: usize = 1 << 26;
+
+/// Lengths within this range can be raised to the fourth power, as the square of an area is, without overflow or underflow.
+const LENGTHS: RangeInclusive<f64> = 1e-70..=1e70;
+
+pub(crate) fn refuse<T>(
+    name: &'static str,
+    value: impl Display,
+    bound: &'static str,
+) -> Result<T, MeshError> {
+    Err(MeshError::Parameter { name, value: value.to_string(), bound })
+}
+
+pub(crate) fn require(
+    holds: bool,
+    name: &'static str,
+    value: impl Display,
+    bound: &'static str,
+) -> Result<(), MeshError> {
+    if holds { Ok(()) } else { refuse(name, value, bound) }
+}
+
+pub(crate) fn require_length(name: &'static str, value: f64) -> Result<(), MeshError> {
+    require(LENGTHS.contains(&value), name, value, "a length must lie between 1e-70 and 1e70")
+}
+
+pub(crate) fn require_share(name: &'static str, value: f64) -> Result<(), MeshError> {
+    require((0.0..=1.0).contains(&value), name, value, "a share must lie between 0 and 1")
+}
+
+/// At least three, as a closed ring of triangles needs.
+pub(crate) fn require_ring(name: &'static str, value: usize) -> Result<(), MeshError> {
+    require(value >= 3, name, value, "a closed ring needs at least 3")
+}
+
+pub(crate) fn require_some(name: &'static str, value: usize) -> Result<(), MeshError> {
+    require(value >= 1, name, value, "at least 1 is needed")
+}
+
+/// The expected number of faces is given as `f64` so that no product of counts can overflow on the way here.
+pub(crate) fn limit_faces(name: &'static str, value: impl Display, faces: f64) -> Result<(), MeshError> {
+    let bound = "the shape would have more than 2^26 (67,108,864) faces; take a smaller number";
+    require(faces <= MAX_SHAPE_FACES as f64, name, value, bound)
+}

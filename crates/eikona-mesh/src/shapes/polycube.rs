@@ -1,0 +1,188 @@
+//! Smooth surfaces from blocks: the surface of a set of boxes, smoothed by Catmull-Clark subdivision.
+//!
+//! Reference: E. Catmull and J. Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes", CAD 10 (1978).
+
+use super::lattice::cut_quads;
+use super::parameter::{limit_faces, require_some};
+use super::vector::{Vec3, add, scale};
+use crate::error::MeshError;
+use crate::mesh::TriangleMesh;
+use std::collections::BTreeMap;
+
+/// A smooth closed surface of genus `genus`: a row of rings, grown together.
+///
+/// A plate of (2 g + 1) x 3 x 1 unit blocks with g of them taken out is smoothed `levels` times (at least once). With q = (18 g + 14) 4^k
+/// for k levels: V = q + 2 - 2 g, E = 3 q, F = 2 q, χ = 2 - 2 g. Outward oriented; the row lies along x with its middle at the origin.
+///
+/// # Errors
+/// [`MeshError::Parameter`] when `genus` or `levels` is 0 or there are too many faces.
+///
+/// ```
+/// let double = eikona_mesh::shapes::chain_of_genus(2, 2)?;
+/// assert_eq!((double.vertex_count(), double.face_count()), (798, 1600));
+/// # Ok::<(), eikona_mesh::MeshError>(())
+/// ```
+pub fn chain_of_genus(genus: usize, levels: u32) -> Result<TriangleMesh, MeshError> {
+    require_some("genus", genus)?;
+    require_some("levels", levels as usize)?;
+    limit_faces("genus", genus, 2.0 * (18.0 * genus as f64 + 14.0) * 4f64.powf(f64::from(levels)))?;
+    let length = 2 * genus + 1;
+    let is_solid = |[i, j, _]: [usize; 3]| j != 1 || i % 2 == 0;
+    let middle = [length as f64 / 2.0, 1.5, 0.5];
+    let surface = block_surface([length, 3, 1], is_solid, |p| [0, 1, 2].map(|k| p[k] as f64 - middle[k]));
+    smooth(surface, levels)
+}
+
+/// A clay animal on four legs: a closed surface with a long neck, ears, and a tail, for pictures and for tests on a shape with features.
+///
+/// Boxes smoothed `levels` times (at least once). With q = 110 · 4^k for k levels: V = q + 2, E = 3 q, F = 2 q, χ = 2. It stands on the plane z = 0
+/// about, looks along +x, is about 3 long and 3 high, and is symmetric under y -> -y. Outward oriented.
+///
+/// # Errors
+/// [`MeshError::Parameter`] when `levels` is 0 or gives too many faces.
+///
+/// ```
+/// let animal = eikona_mesh::shapes::clay_animal(3)?;
+/// let chi = animal.vertex_count() as i64 - animal.edge_count() as i64 + animal.face_count() as i64;
+/// assert_eq!(chi, 2);
+/// # Ok::<(), eikona_mesh::MeshError>(())
+/// ```
+pub fn clay_animal(levels: u32) -> Result<TriangleMesh, MeshError> {
+    require_some("levels", levels as usize)?;
+    limit_faces("levels", levels, 2.0 * 110.0 * 4f64.powf(f64::from(levels)))?;
+    // Where the planes between the blocks lie.
+    const X: [f64; 8] = [-0.5, 0.0, 0.55, 1.45, 2.0, 2.45, 3.0, 3.5];
+    const Y: [f64; 6] = [-0.6, -0.5, -0.17, 0.17, 0.5, 0.6];
+    const Z: [f64; 9] = [0.0, 0.55, 1.1, 1.75, 2.15, 2.6, 3.1, 3.5, 4.0];
+    let is_solid = |[i, j, k]: [usize; 3]| {
+        let middle = j == 2;
+        let within_body = (1..=3).contains(&j);
+        match k {
+            0 | 1 => (i == 1 || i == 3) && (j == 1 || j == 3),
+            2 => ((1..=3).contains(&i) && within_body) || (i == 0 && middle),
+            3 | 4 => i == 3 && middle,
+            5 => (i == 3 || i == 4 || i == 5) && within_body,
+            6 => i == 3 && (j == 1 || j == 3),
+            _ => false,
+        }
+    };
+    let surface = block_surface([7, 5, 8], is_solid, |[i, j, k]| [X[i], Y[j], Z[k]]);
+    smooth(surface, levels)
+}
+
+struct QuadMesh {
+    positions: Vec<Vec3>,
+    quads: Vec<[u32; 4]>,
+}
+
+/// The quads between solid and empty blocks, counter-clockwise from the empty side. Blocks must not touch in an edge or corner alone.
+fn block_surface(
+    cells: [usize; 3],
+    is_solid: impl Fn([usize; 3]) -> bool,
+    at: impl Fn([usize; 3]) -> Vec3,
+) -> QuadMesh {
+    let solid = |block: [usize; 3], axis: usize, step: isize| {
+        let mut neighbour = block;
+        match block[axis].checked_add_signed(step) {
+            Some(x) if x < cells[axis] => neighbour[axis] = x,
+            _ => return false,
+        }
+        is_solid(neighbour)
+    };
+    let mut number: BTreeMap<[usize; 3], u32> = BTreeMap::new();
+    let mut mesh = QuadMesh { positions: Vec::new(), quads: Vec::new() };
+    for index in 0..cells[0] * cells[1] * cells[2] {
+        let block = [index / (cells[1] * cells[2]), index / cells[2] % cells[1], index % cells[2]];
+        if !is_solid(block) {
+            continue;
+        }
+        for axis in 0..3 {
+            for (side, step) in [(0, -1), (1, 1)] {
+                if solid(block, axis, step) {
+                    continue;
+                }
+                let (first, second) = ((axis + 1) % 3, (axis + 2) % 3);
+                let mut quad = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(a, b)| {
+                    let mut p = block;
+                    p[axis] += side;
+                    p[first] += a;
+                    p[second] += b;
+                    *number.entry(p).or_insert_with(|| {
+                        mesh.positions.push(at(p));
+                        mesh.positions.len() as u32 - 1
+                    })
+                });
+                if side == 0 {
+                    quad.reverse();
+                }
+                mesh.quads.push(quad);
+            }
+        }
+    }
+    mesh
+}
+
+fn smooth(mut mesh: QuadMesh, levels: u32) -> Result<TriangleMesh, MeshError> {
+    for _ in 0..levels {
+        mesh = subdivide(&mesh);
+    }
+    let faces = cut_quads(&mesh.positions, &mesh.quads);
+    TriangleMesh::new(mesh.positions, faces)
+}
+
+/// One step of Catmull-Clark on a closed surface. Vertices come first, then a point a quad, then a point an edge.
+fn subdivide(mesh: &QuadMesh) -> QuadMesh {
+    let (vertices, quads) = (mesh.positions.len(), mesh.quads.len());
+    // Sides of quads sorted by their ends: the two sides of an edge become neighbours.
+    let mut sides: Vec<(u32, u32, u32)> = Vec::with_capacity(4 * quads);
+    for (q, quad) in mesh.quads.iter().enumerate() {
+        for k in 0..4 {
+            let (a, b) = (quad[k], quad[(k + 1) % 4]);
+            sides.push((a.min(b), a.max(b), (4 * q + k) as u32));
+        }
+    }
+    sides.sort_unstable();
+    let quad_points: Vec<Vec3> = mesh
+        .quads
+        .iter()
+        .map(|quad| scale(quad.iter().fold([0.0; 3], |sum, &v| add(sum, mesh.positions[v as usize])), 0.25))
+        .collect();
+
+    let mut positions = mesh.positions.clone();
+    positions.extend_from_slice(&quad_points);
+    let mut edge_of_side = vec![0u32; 4 * quads];
+    let mut edge_sums = vec![[0.0; 3]; vertices];
+    let mut valence = vec![0usize; vertices];
+    for group in sides.chunk_by(|s, t| (s.0, s.1) == (t.0, t.1)) {
+        let (a, b, _) = group[0];
+        let ends = add(mesh.positions[a as usize], mesh.positions[b as usize]);
+        let across = group.iter().fold([0.0; 3], |sum, s| add(sum, quad_points[s.2 as usize / 4]));
+        for &(_, _, side) in group {
+            edge_of_side[side as usize] = positions.len() as u32;
+        }
+        positions.push(scale(add(ends, across), 1.0 / (2 + group.len()) as f64));
+        for v in [a as usize, b as usize] {
+            edge_sums[v] = add(edge_sums[v], scale(ends, 0.5));
+            valence[v] += 1;
+        }
+    }
+    let mut quad_sums = vec![[0.0; 3]; vertices];
+    for (quad, &point) in mesh.quads.iter().zip(&quad_points) {
+        for &v in quad {
+            quad_sums[v as usize] = add(quad_sums[v as usize], point);
+        }
+    }
+    for v in 0..vertices {
+        let n = valence[v] as f64; // quads and edges at a vertex of a closed surface are equally many
+        let around = add(quad_sums[v], scale(edge_sums[v], 2.0));
+        positions[v] = add(scale(around, 1.0 / (n * n)), scale(mesh.positions[v], (n - 3.0) / n));
+    }
+    let mut finer = Vec::with_capacity(4 * quads);
+    for (q, quad) in mesh.quads.iter().enumerate() {
+        for k in 0..4 {
+            let (after, before) = (edge_of_side[4 * q + k], edge_of_side[4 * q + (k + 3) % 4]);
+            finer.push([quad[k], after, (vertices + q) as u32, before]);
+        }
+    }
+    QuadMesh { positions, quads: finer }
+}

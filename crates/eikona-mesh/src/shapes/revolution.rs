@@ -1,0 +1,169 @@
+//! Surfaces of revolution about the z axis: torus, cylinder, cone.
+
+use super::flat::concentric_rings;
+use super::lattice::{Diagonal, Lattice, Ring, Seam, fan, zip_rings};
+use super::parameter::{limit_faces, require, require_length, require_ring, require_some};
+use super::vector::Vec3;
+use crate::error::MeshError;
+use crate::mesh::TriangleMesh;
+use std::f64::consts::TAU;
+
+/// The torus about the z axis whose tube of radius `minor` follows the circle of radius `major`.
+///
+/// V = nu nv, E = 3 nu nv, F = 2 nu nv. Vertex i nv + j is at angle u = 2π i / nu around the axis and v = 2π j / nv around the
+/// tube, at ((R + r cos v) cos u, (R + r cos v) sin u, r sin v). Outward oriented. Area 4π² R r, volume 2π² R r².
+///
+/// # Errors
+/// [`MeshError::Parameter`] unless 1e-6 `major` <= `minor` < `major`, both counts are at least 3, and the faces are not too many.
+///
+/// ```
+/// let torus = eikona_mesh::shapes::torus(1.0, 0.4, 48, 24)?;
+/// assert_eq!((torus.vertex_count(), torus.edge_count(), torus.face_count()), (1152, 3456, 2304));
+/// assert_eq!(torus.positions()[0], [1.4, 0.0, 0.0]);
+/// # Ok::<(), eikona_mesh::MeshError>(())
+/// ```
+pub fn torus(major: f64, minor: f64, nu: usize, nv: usize) -> Result<TriangleMesh, MeshError> {
+    check_torus(major, minor, nu, nv, 1)?;
+    torus_lattice(nu, nv).mesh(Diagonal::Uniform, |i, j| torus_point(major, minor, nu, nv, i, j))
+}
+
+pub(super) fn check_torus(
+    major: f64,
+    minor: f64,
+    nu: usize,
+    nv: usize,
+    copies: usize,
+) -> Result<(), MeshError> {
+    require_length("major", major)?;
+    require_length("minor", minor)?;
+    let fits = minor < major && minor >= 1e-6 * major;
+    require(fits, "minor", minor, "it must be below the major radius and at least a millionth of it")?;
+    require_ring("nu", nu)?;
+    require_ring("nv", nv)?;
+    limit_faces("nu", nu, 2.0 * nu as f64 * nv as f64 * copies as f64)
+}
+
+pub(super) fn torus_lattice(nu: usize, nv: usize) -> Lattice {
+    Lattice { columns: nu, rows: nv, seam: Seam::Closed, rows_closed: true }
+}
+
+pub(super) fn torus_point(major: f64, minor: f64, nu: usize, nv: usize, i: usize, j: usize) -> Vec3 {
+    let (sin_u, cos_u) = (TAU * i as f64 / nu as f64).sin_cos();
+    let (sin_v, cos_v) = (TAU * j as f64 / nv as f64).sin_cos();
+    let from_axis = major + minor * cos_v;
+    [from_axis * cos_u, from_axis * sin_u, minor * sin_v]
+}
+
+/// Whether a cylinder has its two flat ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ends {
+    /// No: the surface has two boundary loops.
+    #[default]
+    Open,
+    /// Yes: the surface is closed.
+    Capped,
+}
+
+/// The cylinder about the z axis from z = 0 to z = `height`, with `sectors` vertices around and `stacks` bands.
+///
+/// Open: V = s (n + 1), E = s (3 n + 1), F = 2 s n for s sectors and n stacks; vertex i (n + 1) + j is at angle 2π i / s and
+/// height j / n. Capped: each end is filled with rings that have fewer vertices towards the middle, and χ = 2. Outward oriented.
+///
+/// # Errors
+/// [`MeshError::Parameter`] with fewer than 3 sectors, no stack, a length that is not positive, or too many faces.
+///
+/// ```
+/// use eikona_mesh::shapes::{Ends, cylinder};
+/// let tube = cylinder(0.5, 2.0, 16, 8, Ends::Open)?;
+/// assert_eq!((tube.vertex_count(), tube.edge_count(), tube.face_count()), (144, 400, 256));
+/// # Ok::<(), eikona_mesh::MeshError>(())
+/// ```
+pub fn cylinder(
+    radius: f64,
+    height: f64,
+    sectors: usize,
+    stacks: usize,
+    ends: Ends,
+) -> Result<TriangleMesh, MeshError> {
+    require_length("radius", radius)?;
+    require_length("height", height)?;
+    require_ring("sectors", sectors)?;
+    require_some("stacks", stacks)?;
+    let s = sectors as f64;
+    let cap_faces = if ends == Ends::Capped { s * s / 3.0 } else { 0.0 };
+    limit_faces("sectors", sectors, 2.0 * s * stacks as f64 + cap_faces)?;
+
+    let lattice = Lattice { columns: sectors, rows: stacks, seam: Seam::Closed, rows_closed: false };
+    let mut positions = lattice.positions(|i, j| {
+        let (s, c) = (TAU * i as f64 / sectors as f64).sin_cos();
+        [radius * c, radius * s, height * j as f64 / stacks as f64]
+    });
+    let mut faces = lattice.triangles(&positions, Diagonal::Uniform);
+    if ends == Ends::Capped {
+        for (row, z, upward) in [(0, 0.0, false), (stacks, height, true)] {
+            let (points, triangles) =
+                cap(sectors, |r, angle| [radius * r * angle.cos(), radius * r * angle.sin(), z]);
+            // The cap's last vertices are its rim: they are the end ring of the side.
+            let own = points.len() - sectors;
+            let first = positions.len();
+            let number = |v: u32| match (v as usize).checked_sub(own) {
+                Some(i) => (i * (stacks + 1) + row) as u32,
+                None => (first + v as usize) as u32,
+            };
+            faces.extend(triangles.into_iter().map(|t| {
+                let [a, b, c] = t.map(number);
+                if upward { [a, b, c] } else { [a, c, b] }
+            }));
+            positions.extend_from_slice(&points[..own]);
+        }
+    }
+    TriangleMesh::new(positions, faces)
+}
+
+/// A disk with `sectors` vertices on its rim, the last ones, and about evenly sized triangles; placed by radius (1 = rim) and angle.
+fn cap(sectors: usize, at: impl Fn(f64, f64) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let rings = (sectors as f64 / TAU).round().max(1.0) as usize;
+    let mut positions = vec![at(0.0, 0.0)];
+    let mut faces = Vec::new();
+    let mut inner: Option<Ring> = None;
+    for k in 1..=rings {
+        let ring = Ring { start: positions.len(), count: (sectors * k).div_ceil(rings).max(3) };
+        let r = k as f64 / rings as f64;
+        positions.extend((0..ring.count).map(|i| at(r, TAU * i as f64 / ring.count as f64)));
+        match inner {
+            None => fan(&mut faces, 0, ring),
+            Some(inner) => zip_rings(&mut faces, inner, ring),
+        }
+        inner = Some(ring);
+    }
+    (positions, faces)
+}
+
+/// The side of the cone with its rim of this radius in the plane z = 0 and its apex, vertex 0, at z = `height`.
+///
+/// Counts are those of [`disk`](super::disk). Open at the base; normals point outward and up. The half-angle at the apex is
+/// a = atan(radius / height), the angles of the faces around the apex sum to 2π sin a in the limit: rolled out flat it is a
+/// sector of a disk, on which distances are known.
+///
+/// # Errors
+/// [`MeshError::Parameter`] with fewer than 3 sectors, no ring, a length that is not positive, or too many faces.
+///
+/// ```
+/// let cone = eikona_mesh::shapes::cone(1.0, 2.0, 10, 6)?;
+/// assert_eq!((cone.vertex_count(), cone.face_count()), (331, 600));
+/// assert_eq!(cone.positions()[0], [0.0, 0.0, 2.0]);
+/// # Ok::<(), eikona_mesh::MeshError>(())
+/// ```
+pub fn cone(radius: f64, height: f64, rings: usize, sectors: usize) -> Result<TriangleMesh, MeshError> {
+    require_length("radius", radius)?;
+    require_length("height", height)?;
+    require_some("rings", rings)?;
+    require_ring("sectors", sectors)?;
+    limit_faces("rings", rings, sectors as f64 * (rings as f64).powi(2))?;
+    let (positions, faces) = concentric_rings(rings, sectors, |k, angle| {
+        let share = k as f64 / rings as f64;
+        let r = radius * share;
+        [r * angle.cos(), r * angle.sin(), height * (1.0 - share)]
+    });
+    TriangleMesh::new(positions, faces)
+}

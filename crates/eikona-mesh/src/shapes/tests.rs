@@ -1,0 +1,447 @@
+use super::vector::{Vec3, add, cross, distance, dot, norm, scale, sub};
+use super::*;
+use crate::error::MeshError;
+use crate::mesh::TriangleMesh;
+use std::f64::consts::{PI, TAU};
+
+fn chi(mesh: &TriangleMesh) -> i64 {
+    mesh.vertex_count() as i64 - mesh.edge_count() as i64 + mesh.face_count() as i64
+}
+
+fn boundary_edges(mesh: &TriangleMesh) -> usize {
+    mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() == 1).count()
+}
+
+fn area_vectors(mesh: &TriangleMesh) -> impl Iterator<Item = Vec3> {
+    mesh.faces().map(|f| {
+        let [a, b, c] = mesh.face_positions(f);
+        scale(cross(sub(b, a), sub(c, a)), 0.5)
+    })
+}
+
+fn area(mesh: &TriangleMesh) -> f64 {
+    area_vectors(mesh).map(norm).sum()
+}
+
+fn volume(mesh: &TriangleMesh) -> f64 {
+    mesh.faces().map(|f| mesh.face_positions(f)).map(|[a, b, c]| dot(a, cross(b, c)) / 6.0).sum()
+}
+
+/// Degrees.
+fn smallest_angle(mesh: &TriangleMesh) -> f64 {
+    let mut smallest = 180.0f64;
+    for f in mesh.faces() {
+        let p = mesh.face_positions(f);
+        for k in 0..3 {
+            let (u, v) = (sub(p[(k + 1) % 3], p[k]), sub(p[(k + 2) % 3], p[k]));
+            smallest = smallest.min(norm(cross(u, v)).atan2(dot(u, v)).to_degrees());
+        }
+    }
+    smallest
+}
+
+/// Every edge has at most two faces, every vertex one fan of faces, and no face is without area.
+#[track_caller]
+fn assert_sound(mesh: &TriangleMesh) {
+    assert!(mesh.edges().all(|e| mesh.edge_halfedges(e).len() <= 2), "an edge is not manifold");
+    assert!(mesh.positions().iter().flatten().all(|x| x.is_finite()));
+    for v in mesh.vertices() {
+        let corners = mesh.vertex_corners(v);
+        let mut reached = vec![false; corners.len()];
+        let mut to_visit = vec![0];
+        while let Some(i) = to_visit.pop() {
+            if std::mem::replace(&mut reached[i], true) {
+                continue;
+            }
+            let mine = mesh.face_edges(corners[i].face());
+            for (j, c) in corners.iter().enumerate() {
+                let shared = mesh
+                    .face_edges(c.face())
+                    .into_iter()
+                    .any(|e| mine.contains(&e) && mesh.edge_vertices(e).contains(&v));
+                if shared {
+                    to_visit.push(j);
+                }
+            }
+        }
+        assert!(!corners.is_empty() && reached.iter().all(|&r| r), "{v} is unused or has several fans");
+    }
+    for f in mesh.faces() {
+        let [a, b, c] = mesh.face_positions(f);
+        let height_ratio = norm(cross(sub(b, a), sub(c, a)));
+        let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
+        assert!(height_ratio > 1e-9 * longest * longest, "{f} has no area");
+    }
+}
+
+fn is_oriented(mesh: &TriangleMesh) -> bool {
+    mesh.edges().all(|e| match *mesh.edge_halfedges(e) {
+        [a, b] => mesh.origin(a) == mesh.tip(b),
+        _ => true,
+    })
+}
+
+#[track_caller]
+fn assert_closed(mesh: &TriangleMesh, euler: i64, counts: [usize; 3]) {
+    assert_eq!([mesh.vertex_count(), mesh.edge_count(), mesh.face_count()], counts);
+    assert_eq!(chi(mesh), euler);
+    assert_eq!(boundary_edges(mesh), 0);
+    assert_sound(mesh);
+}
+
+#[track_caller]
+fn assert_solid(mesh: &TriangleMesh, euler: i64, counts: [usize; 3]) {
+    assert_closed(mesh, euler, counts);
+    assert!(is_oriented(mesh) && volume(mesh) > 0.0, "not oriented outward");
+}
+
+#[test]
+fn spheres_have_their_counts_and_lie_on_the_sphere() {
+    for n in [1, 2, 3, 4, 7, 20] {
+        let sphere = geodesic_sphere(n).unwrap();
+        assert_solid(&sphere, 2, [10 * n * n + 2, 30 * n * n, 20 * n * n]);
+        assert!(smallest_angle(&sphere) > 48.0, "{n}: {}", smallest_angle(&sphere));
+        let cube = cube_sphere(n).unwrap();
+        assert_solid(&cube, 2, [6 * n * n + 2, 18 * n * n, 12 * n * n]);
+        assert!(smallest_angle(&cube) > 30.0, "{n}: {}", smallest_angle(&cube));
+        for p in sphere.positions().iter().chain(cube.positions()) {
+            assert!((norm(*p) - 1.0).abs() < 1e-15);
+        }
+    }
+    for k in 0..5 {
+        let q = 4usize.pow(k);
+        let sphere = icosphere(k).unwrap();
+        assert_solid(&sphere, 2, [10 * q + 2, 30 * q, 20 * q]);
+        let finer = icosphere(k + 1).unwrap();
+        assert_eq!(sphere.positions(), &finer.positions()[..sphere.vertex_count()]);
+    }
+    for (m, p) in [(3, 1), (4, 2), (17, 9)] {
+        assert_solid(&uv_sphere(m, p).unwrap(), 2, [m * p + 2, 3 * m * p, 2 * m * p]);
+    }
+    assert_eq!(geodesic_sphere(158).unwrap().face_count(), 499_280);
+    assert_sound(&bumpy_sphere(30, 0.9, 12.0).unwrap());
+}
+
+#[test]
+fn solids_are_closed() {
+    assert_solid(&tetrahedron().unwrap(), 2, [4, 6, 4]);
+    assert_solid(&octahedron().unwrap(), 2, [6, 12, 8]);
+    assert_solid(&icosahedron().unwrap(), 2, [12, 30, 20]);
+    for cells in [[1, 1, 1], [1, 2, 3], [3, 1, 2], [4, 5, 2], [1, 1, 9]] {
+        let [a, b, c] = cells;
+        let s = a * b + b * c + c * a;
+        let mesh = cuboid([1.0, 2.0, 0.5], cells).unwrap();
+        assert_solid(&mesh, 2, [2 * s + 2, 6 * s, 4 * s]);
+        assert!((volume(&mesh) - 1.0).abs() < 1e-13 && (area(&mesh) - 7.0).abs() < 1e-13);
+    }
+    for sectors in [3, 4, 7, 13, 48, 100] {
+        let mesh = cylinder(1.0, 2.0, sectors, 3, Ends::Capped).unwrap();
+        assert_sound(&mesh);
+        assert_eq!((chi(&mesh), boundary_edges(&mesh)), (2, 0));
+        assert!(is_oriented(&mesh));
+        let polygon = 0.5 * sectors as f64 * (TAU / sectors as f64).sin();
+        assert!((volume(&mesh) - 2.0 * polygon).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn tori_tubes_and_chains_are_closed() {
+    for (nu, nv) in [(3, 3), (4, 3), (3, 5), (30, 12)] {
+        let counts = [nu * nv, 3 * nu * nv, 2 * nu * nv];
+        assert_solid(&torus(1.0, 0.4, nu, nv).unwrap(), 0, counts);
+    }
+    assert_solid(&trefoil_tube(0.4, 200, 16).unwrap(), 0, [3200, 9600, 6400]);
+    assert_solid(&figure_eight_tube(0.2, 300, 12).unwrap(), 0, [3600, 10_800, 7200]);
+    assert_solid(&linked_rings(4, 0.25, 24, 10).unwrap(), 0, [960, 2880, 1920]);
+    for genus in 1..6 {
+        for levels in 1..4 {
+            let q = (18 * genus + 14) * 4usize.pow(levels);
+            let mesh = chain_of_genus(genus, levels).unwrap();
+            assert_solid(&mesh, 2 - 2 * genus as i64, [q + 2 - 2 * genus, 3 * q, 2 * q]);
+            assert!(smallest_angle(&mesh) > 20.0, "{genus} {levels}: {}", smallest_angle(&mesh));
+        }
+    }
+    for levels in 1..4 {
+        let q = 110 * 4usize.pow(levels);
+        let mesh = clay_animal(levels).unwrap();
+        assert_solid(&mesh, 2, [q + 2, 3 * q, 2 * q]);
+        assert!(smallest_angle(&mesh) > 10.0, "{}", smallest_angle(&mesh));
+    }
+}
+
+#[test]
+fn one_sided_surfaces_close_without_an_orientation() {
+    for (nu, nv) in [(3, 3), (4, 4), (5, 3), (40, 17)] {
+        let bottle = klein_bottle(2.5, nu, nv).unwrap();
+        assert_closed(&bottle, 0, [nu * nv, 3 * nu * nv, 2 * nu * nv]);
+        assert!(!is_oriented(&bottle));
+        let band = moebius_band(1.0, 0.6, nu, nv).unwrap();
+        assert_sound(&band);
+        assert_eq!((chi(&band), boundary_edges(&band)), (0, 2 * nu));
+        assert!(!is_oriented(&band));
+    }
+    for n in [2, 3, 4, 15, 40] {
+        let plane = projective_plane(n).unwrap();
+        assert_closed(&plane, 1, [3 * n * n + 1, 9 * n * n, 6 * n * n]);
+        assert!(!is_oriented(&plane));
+    }
+    assert!(smallest_angle(&projective_plane(40).unwrap()) > 20.0);
+}
+
+/// The seam of Boy's surface closes: opposite points of the unit circle are one point in space, so that edges across the rim
+/// are as short as the others.
+#[test]
+fn boy_surface_is_smooth_across_its_rim() {
+    let longest = |n: usize| {
+        let mesh = projective_plane(n).unwrap();
+        let length = |e| {
+            let [a, b] = mesh.edge_vertices(e).map(|v| mesh.position(v));
+            distance(a, b)
+        };
+        mesh.edges().map(length).fold(0.0, f64::max)
+    };
+    let ratio = longest(20) / longest(40);
+    assert!((1.8..2.2).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn flat_shapes_have_their_counts_area_and_normal() {
+    let upward = |mesh: &TriangleMesh| area_vectors(mesh).all(|a| a[2] > 0.0);
+    for diagonal in [Diagonal::Uniform, Diagonal::Alternating, Diagonal::Shorter] {
+        let mesh = grid(5, 4, 2.0, 3.0, diagonal).unwrap();
+        assert_sound(&mesh);
+        assert_eq!([mesh.vertex_count(), mesh.edge_count(), mesh.face_count()], [30, 69, 40]);
+        assert!((area(&mesh) - 6.0).abs() < 1e-14 && upward(&mesh));
+    }
+    for (n, s) in [(1, 3), (1, 6), (2, 3), (5, 5), (12, 6), (6, 9)] {
+        let mesh = disk(n, s, 2.0).unwrap();
+        assert_sound(&mesh);
+        let counts = [1 + s * n * (n + 1) / 2, s * n * (3 * n + 1) / 2, s * n * n];
+        assert_eq!([mesh.vertex_count(), mesh.edge_count(), mesh.face_count()], counts);
+        let polygon = 2.0 * (n * s) as f64 * (TAU / (n * s) as f64).sin();
+        assert!((area(&mesh) - polygon).abs() < 1e-12 && upward(&mesh));
+        let lifted = cone(1.0, 2.0, n, s).unwrap();
+        assert_sound(&lifted);
+        assert!(lifted.positions().iter().all(|p| (p[2] - 2.0 * (1.0 - p[0].hypot(p[1]))).abs() < 1e-14));
+        assert!(upward(&lifted) && boundary_edges(&lifted) == n * s);
+    }
+    assert!(
+        smallest_angle(&disk(40, 6, 1.0).unwrap()) > 42.0,
+        "{}",
+        smallest_angle(&disk(40, 6, 1.0).unwrap())
+    );
+    let ring = annulus(0.25, 1.0, 8, 36).unwrap();
+    assert_sound(&ring);
+    assert_eq!((chi(&ring), boundary_edges(&ring)), (0, 72));
+    assert!(upward(&ring) && smallest_angle(&ring) > 35.0, "{}", smallest_angle(&ring));
+    let mesh = strip(7, 3).unwrap();
+    assert_eq!([mesh.vertex_count(), mesh.edge_count(), mesh.face_count()], [32, 73, 42]);
+    assert!(upward(&mesh));
+    for e in mesh.edges() {
+        let [a, b] = mesh.edge_vertices(e).map(|v| mesh.position(v));
+        assert!((distance(a, b) - 1.0).abs() < 1e-14);
+    }
+}
+
+#[test]
+fn plates_lose_exactly_their_holes() {
+    let holes = [
+        Hole::Disk { centre: [0.7, 0.52], radius: 0.3 },
+        Hole::Disk { centre: [1.61, 0.5], radius: 0.21 },
+        Hole::Rectangle { min: [2.1, 0.2], max: [2.7, 0.8] },
+    ];
+    let missing = PI * (0.3f64.powi(2) + 0.21f64.powi(2)) + 0.36;
+    let mut errors = Vec::new();
+    for n in [20, 40, 80] {
+        let mesh = grid_with_holes(3 * n, n, 3.0, 1.0, &holes).unwrap();
+        assert_sound(&mesh);
+        assert_eq!(chi(&mesh), -2);
+        assert!(area_vectors(&mesh).all(|a| a[2] > 0.0));
+        assert!(smallest_angle(&mesh) > 7.0, "{n}: {}", smallest_angle(&mesh));
+        errors.push((area(&mesh) - (3.0 - missing)).abs());
+    }
+    assert!(errors[2] < errors[0] / 8.0 && errors[2] < 2e-3, "{errors:?}");
+    // Rims of round holes lie on the circle.
+    let mesh = grid_with_holes(40, 40, 1.0, 1.0, &[Hole::Disk { centre: [0.5, 0.5], radius: 0.3 }]).unwrap();
+    let mut rim = 0;
+    for v in mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() == 1).flat_map(|e| mesh.edge_vertices(e)) {
+        let p = mesh.position(v);
+        if p[0] > 0.0 && p[0] < 1.0 && p[1] > 0.0 && p[1] < 1.0 {
+            assert!(((p[0] - 0.5).hypot(p[1] - 0.5) - 0.3).abs() < 1e-14);
+            rim += 1;
+        }
+    }
+    assert!(rim > 100, "{rim}");
+    assert_eq!(chi(&grid_with_holes(9, 9, 1.0, 1.0, &[]).unwrap()), 1);
+    for bad in [
+        Hole::Disk { centre: [0.5, 0.5], radius: 0.001 },
+        Hole::Disk { centre: [0.5, 0.5], radius: 3.0 },
+        Hole::Disk { centre: [0.0, 0.5], radius: 0.2 },
+        Hole::Disk { centre: [f64::NAN, 0.5], radius: 0.2 },
+        Hole::Rectangle { min: [0.5, 0.5], max: [0.4, 0.6] },
+    ] {
+        let refused = grid_with_holes(20, 20, 1.0, 1.0, &[bad]);
+        assert!(matches!(refused, Err(MeshError::Parameter { .. })), "{bad:?}");
+    }
+}
+
+/// Halving the edges must divide the error by four.
+#[track_caller]
+fn assert_second_order(exact: f64, measured: impl Fn(usize) -> f64) {
+    let errors = [1, 2, 4].map(|n| (measured(n) - exact).abs());
+    for w in errors.windows(2) {
+        let order = (w[0] / w[1]).log2();
+        assert!((1.9..2.1).contains(&order), "order {order}, errors {errors:?}");
+    }
+}
+
+#[test]
+fn area_and_volume_converge_with_order_two() {
+    assert_second_order(4.0 * PI, |n| area(&geodesic_sphere(8 * n).unwrap()));
+    assert_second_order(4.0 / 3.0 * PI, |n| volume(&geodesic_sphere(8 * n).unwrap()));
+    assert_second_order(4.0 * PI, |n| area(&cube_sphere(8 * n).unwrap()));
+    assert_second_order(4.0 / 3.0 * PI, |n| volume(&uv_sphere(24 * n, 12 * n - 1).unwrap()));
+    assert_second_order(4.0 / 3.0 * PI, |n| volume(&icosphere(2 + n.ilog2()).unwrap()));
+    assert_second_order(4.0 * PI * PI * 0.4, |n| area(&torus(1.0, 0.4, 32 * n, 16 * n).unwrap()));
+    assert_second_order(2.0 * PI * PI * 0.16, |n| volume(&torus(1.0, 0.4, 32 * n, 16 * n).unwrap()));
+    // Pappus: a tube without self-intersection has volume π r² times the length of its curve.
+    let length: f64 = trefoil(100_000).unwrap().windows(2).map(|w| distance(w[0], w[1])).sum();
+    assert_second_order(PI * 0.16 * length, |n| volume(&trefoil_tube(0.4, 150 * n, 12 * n).unwrap()));
+}
+
+#[test]
+fn tube_frames_do_not_twist_and_seams_do_not_show() {
+    // Neighbouring sections of a knot differ by at most a little more than the even share of the turn.
+    let (along, around) = (300, 16);
+    let mesh = trefoil_tube(0.3, along, around).unwrap();
+    let p = mesh.positions();
+    let widest = |i: usize| {
+        let next = (i + 1) % along;
+        (0..around).map(|j| distance(p[i * around + j], p[next * around + j])).fold(0.0, f64::max)
+    };
+    let steps: Vec<f64> = (0..along).map(widest).collect();
+    let mean = steps.iter().sum::<f64>() / along as f64;
+    let largest = steps.iter().copied().fold(0.0, f64::max);
+    assert!(largest < 1.6 * mean, "{largest} {mean}");
+    assert!((steps[along - 1] - steps[along - 2]).abs() < 0.05 * mean);
+    // A straight open tube keeps its frame, its ends are open, and its area is that of a prism.
+    let line = |t: f64| [0.0, 0.0, 3.0 * t];
+    let straight = tube(&line, false, 0.5, 6, 8).unwrap();
+    assert_eq!((chi(&straight), boundary_edges(&straight)), (0, 16));
+    let prism = 3.0 * 8.0 * (PI / 8.0).sin();
+    assert!((area(&straight) - prism).abs() < 1e-9, "{}", area(&straight));
+    let outward = straight.faces().zip(area_vectors(&straight)).all(|(f, a)| {
+        let [p, q, r] = straight.face_positions(f);
+        let middle = add(p, add(q, r));
+        a[0] * middle[0] + a[1] * middle[1] > 0.0
+    });
+    assert!(outward);
+}
+
+#[test]
+fn tubes_refuse_curves_that_cannot_be_followed() {
+    let bad: [&dyn Fn(f64) -> Vec3; 4] =
+        [&|_| [1.0, 0.0, 0.0], &|t| [t, 0.0, 0.0], &|t| [1.0 / (t - 0.5), 0.0, 0.0], &|t| {
+            [(t - 0.5).sqrt(), 0.0, 0.0]
+        }];
+    for curve in bad {
+        assert!(matches!(tube(curve, true, 0.1, 10, 8), Err(MeshError::Parameter { name: "curve", .. })));
+    }
+}
+
+#[test]
+fn extreme_but_allowed_parameters_give_sound_meshes() {
+    for scale in [1e-64, 1e-30, 1e30, 1e69] {
+        assert_sound(&torus(scale, 0.3 * scale, 8, 6).unwrap());
+        assert_sound(&torus(scale, 1e-6 * scale, 8, 6).unwrap());
+        assert_sound(&cylinder(scale, scale, 9, 2, Ends::Capped).unwrap());
+        assert_sound(&annulus(0.999_999 * scale, scale, 1, 2000).unwrap());
+        assert_sound(&cuboid([scale; 3], [2, 1, 1]).unwrap());
+        assert_sound(&moebius_band(scale, scale, 30, 4).unwrap());
+        assert_sound(&disk(4, 6, scale).unwrap());
+    }
+    assert_sound(&klein_bottle(1.5, 50, 21).unwrap());
+    assert_sound(&linked_rings(3, 0.3, 12, 8).unwrap());
+}
+
+#[test]
+fn bad_parameters_are_refused_before_memory_is_asked_for() {
+    let huge = usize::MAX;
+    let refused = [
+        geodesic_sphere(0),
+        geodesic_sphere(huge),
+        icosphere(u32::MAX),
+        uv_sphere(2, 5),
+        uv_sphere(huge, huge),
+        cube_sphere(huge),
+        bumpy_sphere(5, f64::NAN, 1.0),
+        bumpy_sphere(5, 1.0, 1.0),
+        cuboid([1.0, -1.0, 1.0], [1; 3]),
+        cuboid([1.0; 3], [huge, 1, 1]),
+        torus(1.0, 1.0, 8, 8),
+        torus(1.0, f64::NAN, 8, 8),
+        torus(1.0, 0.5, 2, 8),
+        torus(f64::INFINITY, 0.5, 8, 8),
+        cylinder(1.0, 1.0, huge, 1, Ends::Capped),
+        cylinder(1.0, 0.0, 8, 1, Ends::Open),
+        cone(1.0, 1.0, 0, 6),
+        cone(1.0, 1.0, huge, 6),
+        disk(huge, 6, 1.0),
+        annulus(1.0, 1.0, 2, 8),
+        annulus(2.0, 1.0, 2, 8),
+        grid(0, 3, 1.0, 1.0, Diagonal::Uniform),
+        grid(huge, huge, 1.0, 1.0, Diagonal::Uniform),
+        strip(huge, 2),
+        moebius_band(1.0, 2.0, 8, 2),
+        klein_bottle(1.0, 8, 8),
+        projective_plane(1),
+        projective_plane(huge),
+        chain_of_genus(0, 2),
+        chain_of_genus(huge, 2),
+        chain_of_genus(1, u32::MAX),
+        clay_animal(0),
+        linked_rings(huge, 0.2, 8, 8),
+        linked_rings(2, 0.4, 8, 8),
+        trefoil_tube(0.0, 10, 10),
+        trefoil_tube(0.1, huge, 10),
+    ];
+    for (i, result) in refused.into_iter().enumerate() {
+        assert!(matches!(result, Err(MeshError::Parameter { .. })), "case {i}");
+    }
+}
+
+#[test]
+fn every_shape_of_the_registry_is_made_with_its_defaults() {
+    let mut made = 0;
+    for shape in shape_descriptions() {
+        let mesh = make(shape.name, &[]).unwrap_or_else(|e| panic!("{}: {e}", shape.name));
+        assert_sound(&mesh);
+        let again = make(&shape.name.replace('_', "-"), &[]).unwrap();
+        assert_eq!((mesh.positions(), mesh.triangles()), (again.positions(), again.triangles()));
+        // Every parameter is read: a value that is no value is refused under its own name.
+        for parameter in shape.parameters {
+            match make(shape.name, &[(parameter.name, "nonsense")]) {
+                Err(MeshError::Parameter { name, .. }) => assert_eq!(name, parameter.name),
+                other => panic!("{} {}: {other:?}", shape.name, parameter.name),
+            }
+        }
+        made += 1;
+    }
+    assert_eq!(made, shape_names().len());
+    assert!(made >= 25);
+}
+
+#[test]
+fn unknown_names_are_answered_with_the_known_ones() {
+    let Err(MeshError::UnknownName { known, .. }) = make("tetrahedorn", &[]) else { panic!() };
+    assert_eq!(known[0], "tetrahedron");
+    assert_eq!(known.len(), shape_names().len());
+    let Err(MeshError::UnknownName { what, known, .. }) = make("torus", &[("mayor", "2")]) else { panic!() };
+    assert_eq!((what, known[0], known.len()), ("parameter", "major", 4));
+    assert!(matches!(
+        make("torus", &[("nu", "8"), ("nu", "9")]),
+        Err(MeshError::Parameter { name: "nu", .. })
+    ));
+    assert!(matches!(make("torus", &[("nu", "-8")]), Err(MeshError::Parameter { name: "nu", .. })));
+    assert!(make(&"x".repeat(100_000), &[]).is_err());
+}
