@@ -5,6 +5,7 @@
 //! those of the input; every repair is a named step that returns index maps.
 
 mod curve;
+mod curve_io;
 mod error;
 mod field;
 mod id;
@@ -13,6 +14,10 @@ mod point;
 mod polygon;
 
 pub use curve::{Curve, CurveKind, Segment, SegmentHost, SurfaceCurves, segment_host};
+pub use curve_io::{
+    CurveFile, CurveFormat, SpacePolyline, curves_from_lines, format_curves, read_curves, read_curves_bytes,
+    write_curves, write_curves_json,
+};
 pub use error::{CurveError, Fault, FileError, MeshError};
 pub use field::{CornerField, EdgeField, FaceField, Field, HalfedgeField, VertexField};
 pub use id::{Corner, Edge, ElementId, Face, Halfedge, Vertex};
