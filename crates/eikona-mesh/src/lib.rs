@@ -6,6 +6,7 @@
 
 mod curve;
 pub mod damage;
+mod curve_io;
 mod error;
 mod field;
 mod id;
@@ -21,6 +22,10 @@ pub mod random;
 pub mod shapes;
 
 pub use curve::{Curve, CurveKind, Segment, SegmentHost, SurfaceCurves, segment_host};
+pub use curve_io::{
+    CurveFile, CurveFormat, SpacePolyline, curves_from_lines, format_curves, read_curves, read_curves_bytes,
+    write_curves, write_curves_json,
+};
 pub use error::{CurveError, Fault, FileError, MeshError};
 pub use field::{CornerField, EdgeField, FaceField, Field, HalfedgeField, VertexField};
 pub use id::{Corner, Edge, ElementId, Face, Halfedge, Vertex};

@@ -1,0 +1,85 @@
+//! What the solver did, measured.
+
+use crate::signed_heat::time::ChosenTime;
+use std::time::{Duration, Instant};
+
+/// Names and durations of the phases of a computation, in order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Phases(pub Vec<(&'static str, Duration)>);
+
+impl Phases {
+    /// Starts the clock.
+    pub(crate) fn start() -> Running {
+        Running { phases: Phases::default(), since: Instant::now() }
+    }
+    /// The time of all phases.
+    pub fn total(&self) -> Duration {
+        self.0.iter().map(|(_, d)| *d).sum()
+    }
+}
+
+/// Phases of which the last is still running.
+pub(crate) struct Running {
+    phases: Phases,
+    since: Instant,
+}
+
+impl Running {
+    /// Ends the running phase under this name and starts the next.
+    pub fn end(&mut self, name: &'static str) {
+        let now = Instant::now();
+        self.phases.0.push((name, now - self.since));
+        self.since = now;
+    }
+    /// All ended phases.
+    pub fn finish(self) -> Phases {
+        self.phases
+    }
+}
+
+/// What building the solver took and noticed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Preparation {
+    /// Phases of [`Solver::new`](super::Solver::new).
+    pub phases: Phases,
+    /// Bytes of both factors.
+    pub factor_bytes: usize,
+    /// Whether the real form was needed (nonmanifold edges, or no consistent orientation).
+    pub real_form: bool,
+    /// Sentences for the user.
+    pub warnings: Vec<String>,
+}
+
+/// What one solve took and noticed.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// Of the solver.
+    pub preparation: Preparation,
+    /// The diffusion time and why.
+    pub time: ChosenTime,
+    /// Phases of [`Solver::solve`](super::Solver::solve).
+    pub phases: Phases,
+    /// How many solves the diffusion took to reach all faces.
+    pub stages: usize,
+    /// Largest relative residual of the diffusion solves.
+    pub diffusion_residual: f64,
+    /// Relative residual of the fit.
+    pub integration_residual: f64,
+    /// Largest deviation of a constrained value from its level, in the unit of length.
+    pub constraint_violation: f64,
+    /// Level of each connected piece of the source for [`LevelSets::PerComponent`](super::LevelSets::PerComponent).
+    pub levels: Vec<f64>,
+    /// Segments of all curves, zero-length ones left out.
+    pub source_segments: usize,
+    /// Isolated points.
+    pub source_points: usize,
+    /// Sentences for the user, besides those of the preparation.
+    pub warnings: Vec<String>,
+}
+
+impl Report {
+    /// All warnings: of the solver, then of the solve.
+    pub fn all_warnings(&self) -> impl Iterator<Item = &str> {
+        self.preparation.warnings.iter().chain(&self.warnings).map(String::as_str)
+    }
+}

@@ -1,0 +1,311 @@
+//! The solver: factors once, answers curve after curve.
+
+use crate::geometry::Triangle;
+use crate::signed_heat::confidence::confidence;
+use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
+use crate::signed_heat::error::SignedHeatError;
+use crate::signed_heat::integration::{Integration, PreparedIntegration};
+use crate::signed_heat::options::{LevelSets, SolveOptions, SolverOptions};
+use crate::signed_heat::report::{Phases, Preparation, Report};
+use crate::signed_heat::side::lay_out;
+use crate::signed_heat::solution::Solution;
+use crate::signed_heat::source::Source;
+use crate::signed_heat::time::{ChosenTime, choose_time};
+use eikona_mesh::{FaceField, Orientation, SurfaceCurves, Topology, TriangleMesh, VertexField};
+use eikona_numeric::Complex;
+use std::sync::Arc;
+
+/// The signed heat method on one triangle mesh, at one diffusion time: both systems factored, any number of sources.
+///
+/// ```
+/// use eikona::signed_heat::{Solver, SolverOptions, SolveOptions};
+/// use eikona_mesh::{shapes, Curve, SurfaceCurves, Vertex};
+/// // The line x = 5 on a strip of 10 x 2 unit squares, from y = 0 to y = 2: left of it is x < 5.
+/// let mesh = shapes::strip(10, 2)?;
+/// let on_line = |v: &Vertex| mesh.position(*v)[0] == 5.0;
+/// let curve = Curve::signed(mesh.vertices().filter(on_line));
+/// let solver = Solver::new(&mesh, &SolverOptions::default())?;
+/// let solution = solver.solve(&SurfaceCurves::from_curve(curve), &SolveOptions::default())?;
+/// for v in mesh.vertices() {
+///     assert!((solution.distance[v] - (mesh.position(v)[0] - 5.0)).abs() < 1e-9);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Solver {
+    /// The mesh with consistent winding wherever there is one; numbering as given.
+    mesh: Arc<TriangleMesh>,
+    triangles: Vec<Triangle>,
+    diffusion: Diffusion,
+    integration: Integration,
+    time: ChosenTime,
+    preparation: Preparation,
+}
+
+impl Solver {
+    /// Sets up and factors both systems.
+    ///
+    /// # Errors
+    /// [`SignedHeatError::NoFaces`], [`SignedHeatError::NoArea`], [`SignedHeatError::Option`],
+    /// [`SignedHeatError::MemoryLimit`] before anything large is allocated, [`SignedHeatError::Scale`], and the failures of the
+    /// factorisations with the edge or vertex at which they happened.
+    ///
+    /// # Cost
+    /// Two sparse factorisations: O(n^1.5) time, O(n log n) memory.
+    pub fn new(mesh: &TriangleMesh, options: &SolverOptions) -> Result<Solver, SignedHeatError> {
+        let mut phases = Phases::start();
+        if mesh.face_count() == 0 {
+            return Err(SignedHeatError::NoFaces);
+        }
+        let mut warnings = Vec::new();
+        let mesh = Arc::new(consistently_wound(mesh, &mut warnings));
+        let triangles = lay_out(&mesh);
+        check_scale(&triangles)?;
+        note_mollified(&triangles, &mut warnings);
+        let time = choose_time(&mesh, &triangles, options.time)?;
+        let topology = Topology::of(&mesh);
+        phases.end("geometry");
+
+        let diffusion = PreparedDiffusion::new(&mesh, &triangles)?;
+        let integration = PreparedIntegration::new(&mesh, &triangles)?;
+        phases.end("analysis");
+        let needed_bytes = diffusion.predicted_bytes() + integration.predicted_bytes();
+        if let Some(limit_bytes) = options.memory_limit.filter(|&limit| needed_bytes > limit) {
+            return Err(SignedHeatError::MemoryLimit { needed_bytes, limit_bytes });
+        }
+
+        let component_of_vertex = topology.component_of_vertex.into_vec();
+        let components = topology.components.len();
+        let factor_integration = || integration.factor(&mesh, &triangles, component_of_vertex, components);
+        let (diffusion, integration) = if options.threads > 1 {
+            std::thread::scope(|scope| {
+                let other = scope.spawn(factor_integration);
+                let diffusion = diffusion.factor(time.time);
+                match other.join() {
+                    Ok(integration) => (diffusion, integration),
+                    Err(panic) => std::panic::resume_unwind(panic),
+                }
+            })
+        } else {
+            (diffusion.factor(time.time), factor_integration())
+        };
+        let (diffusion, integration) = (diffusion?, integration?);
+        phases.end("factorisation");
+        let unreferenced = topology.unreferenced_vertices.len();
+        if unreferenced > 0 {
+            warnings.push(format!("{unreferenced} vertices are used by no face; their distance is NaN"));
+        }
+        let preparation = Preparation {
+            phases: phases.finish(),
+            factor_bytes: needed_bytes,
+            real_form: matches!(diffusion.frames, crate::operators::EdgeFrames::Real { .. }),
+            warnings,
+        };
+        Ok(Solver { mesh, triangles, diffusion, integration, time, preparation })
+    }
+
+    /// The distance to curves and points.
+    ///
+    /// # Errors
+    /// [`SignedHeatError::Curve`] with the curve and node that is not on the mesh, out of range, or across faces;
+    /// [`SignedHeatError::Option`]; failures of the solves.
+    ///
+    /// # Cost
+    /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more with constraints. A source
+    /// that is hundreds of edges away from parts of the mesh costs one more back-substitution for each such distance.
+    pub fn solve(&self, source: &SurfaceCurves, options: &SolveOptions) -> Result<Solution, SignedHeatError> {
+        let mut phases = Phases::start();
+        if let LevelSets::Soft(weight) = options.level_sets
+            && !(weight > 0.0 && weight.is_finite())
+        {
+            return Err(SignedHeatError::Option { name: "soft weight", value: weight, bound: "positive and finite" });
+        }
+        let source = Source::new(&self.mesh, source)?;
+        let values = source.values(
+            &self.mesh,
+            &self.diffusion.frames,
+            &self.triangles,
+            options.sign,
+            self.time.edge_spacing,
+        );
+        phases.end("source");
+
+        // Step I and II: diffuse the normals, normalise a face.
+        let mut field = self.diffusion.unit_field(
+            &self.mesh,
+            &self.triangles,
+            &source,
+            values,
+            options.preserve_source_normals,
+        )?;
+        self.bridge_vertices(&mut field)?;
+        phases.end("diffusion");
+
+        // Step III: integrate.
+        let integrated = self.integration.integrate(
+            &self.mesh,
+            &self.triangles,
+            &field.vectors,
+            &field.reached,
+            &source,
+            options.level_sets,
+        )?;
+        phases.end("integration");
+
+        let confidence = options
+            .confidence
+            .then(|| confidence(&self.mesh, &self.triangles, &source, &field, &integrated.values));
+        phases.end("confidence");
+
+        let mut warnings = source.warnings;
+        self.warn_unreached(&integrated.values, &mut warnings);
+        Ok(Solution {
+            distance: VertexField::from(integrated.values),
+            gradient: self.gradient(&field.vectors),
+            confidence,
+            report: Report {
+                preparation: self.preparation.clone(),
+                time: self.time.clone(),
+                phases: phases.finish(),
+                stages: field.stages,
+                diffusion_residual: field.residual,
+                integration_residual: integrated.residual,
+                constraint_violation: integrated.constraint_violation,
+                levels: integrated.levels,
+                source_segments: source.segments.len(),
+                source_points: source.points.len(),
+                warnings,
+            },
+        })
+    }
+
+    /// The mesh that the solver works on: wound consistently, numbered as given.
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.mesh
+    }
+
+    /// The diffusion time with the reason for it.
+    pub fn time(&self) -> &ChosenTime {
+        &self.time
+    }
+
+    /// Sheets of faces that hang on the rest by single vertices only are not reached by diffusion across edges. Distance
+    /// goes on through such a vertex as from a point.
+    fn bridge_vertices(&self, field: &mut UnitField) -> Result<(), SignedHeatError> {
+        loop {
+            let bridges: Vec<_> = self
+                .mesh
+                .vertices()
+                .filter(|&v| {
+                    let reached = |c: &eikona_mesh::Corner| field.reached[c.face().index()];
+                    let corners = self.mesh.vertex_corners(v);
+                    corners.iter().any(reached) && !corners.iter().all(reached)
+                })
+                .collect();
+            if bridges.is_empty() {
+                return Ok(());
+            }
+            // On faces that are not reached yet the fit is constant: the value at the vertex tells the sign.
+            let mut b = crate::operators::divergence(&self.mesh, &self.triangles, &field.vectors);
+            b.iter_mut().for_each(|x| *x = -*x);
+            let (phi, _) = self.integration.fit(&b)?;
+            let zero = self.integration.zero_level(&phi, &field.source_vertices);
+            let mut values = self.diffusion.frames.zeros(&self.mesh);
+            for v in bridges {
+                let sign = if phi[v.index()] >= zero[v.index()] { 1.0 } else { -1.0 };
+                for corner in self.mesh.vertex_corners(v).iter().filter(|c| !field.reached[c.face().index()]) {
+                    let t = &self.triangles[corner.face().index()];
+                    let k = corner.halfedge().side();
+                    let (from, to) = (t.directions()[k].arg(), t.directions()[k].arg() + t.angles[k].arg());
+                    let radial = Complex { re: to.sin() - from.sin(), im: from.cos() - to.cos() } * sign;
+                    for side in 0..3 {
+                        let seen = t.directions()[side].conj() * radial;
+                        self.diffusion.frames.add(&self.mesh, &mut values, corner.face().halfedge(side), seen);
+                    }
+                }
+            }
+            let before = field.reached.iter().filter(|r| **r).count();
+            self.diffusion.continue_field(&self.mesh, &self.triangles, values, field, None)?;
+            if field.reached.iter().filter(|r| **r).count() == before {
+                return Ok(());
+            }
+        }
+    }
+
+    fn warn_unreached(&self, values: &[f64], warnings: &mut Vec<String>) {
+        let mut faces = vec![0usize; self.integration.component_count()];
+        for corners in self.mesh.triangles() {
+            let v = corners[0] as usize;
+            if let (true, Some(c)) = (values[v].is_nan(), self.integration.component_of_vertex()[v]) {
+                faces[c as usize] += 1;
+            }
+        }
+        for (component, &count) in faces.iter().enumerate().filter(|(_, count)| **count > 0) {
+            warnings.push(format!(
+                "component {component} ({count} faces) is reached by no curve or point; its distance is NaN"
+            ));
+        }
+    }
+
+    /// The unit vectors of the faces in space.
+    fn gradient(&self, vectors: &[Complex]) -> FaceField<[f64; 3]> {
+        self.mesh
+            .faces()
+            .zip(vectors)
+            .map(|(face, y)| {
+                let [a, b, c] = self.mesh.face_positions(face);
+                let along = unit([0, 1, 2].map(|k| b[k] - a[k]));
+                let other = [0, 1, 2].map(|k| c[k] - a[k]);
+                let part: f64 = (0..3).map(|k| other[k] * along[k]).sum();
+                let across = unit([0, 1, 2].map(|k| other[k] - part * along[k]));
+                [0, 1, 2].map(|k| y.re * along[k] + y.im * across[k])
+            })
+            .collect::<Vec<_>>()
+            .into()
+    }
+}
+
+fn unit(v: [f64; 3]) -> [f64; 3] {
+    let norm = crate::geometry::distance(v, [0.0; 3]);
+    if norm > 0.0 { v.map(|x| x / norm) } else { [0.0; 3] }
+}
+
+/// The mesh itself if its winding is consistent; else with the smaller part of each orientable patch turned over.
+fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> TriangleMesh {
+    let orientation = Orientation::of(mesh);
+    let flipped = orientation.flipped_faces().len();
+    if !orientation.is_orientable() {
+        warnings.push(
+            "the surface has no consistent orientation: left is told by the winding of the first face that a curve touches, \
+             or by its `up`, and carried along the curve"
+                .into(),
+        );
+    }
+    if flipped == 0 {
+        return mesh.clone();
+    }
+    warnings.push(format!("{flipped} faces were turned over to make the winding consistent"));
+    mesh.with_flipped_faces(|f| orientation.sign_of_face[f] < 0)
+}
+
+fn check_scale(triangles: &[Triangle]) -> Result<(), SignedHeatError> {
+    for (i, t) in triangles.iter().enumerate() {
+        let longest = t.lengths.iter().fold(0.0f64, |m, l| m.max(*l));
+        if !(longest < 1e100) {
+            return Err(SignedHeatError::Scale { face: eikona_mesh::Face(i as u32), lengths: t.lengths });
+        }
+    }
+    if triangles.iter().all(|t| t.mollified) {
+        return Err(SignedHeatError::NoArea);
+    }
+    Ok(())
+}
+
+fn note_mollified(triangles: &[Triangle], warnings: &mut Vec<String>) {
+    let count = triangles.iter().filter(|t| t.mollified).count();
+    if let Some(first) = triangles.iter().position(|t| t.mollified) {
+        warnings.push(format!(
+            "{count} faces (the first is face {first}) have no area to speak of; their sides were made longer by 1e-8 of their length"
+        ));
+    }
+}
