@@ -10,6 +10,7 @@ use crate::quality::TriangleShape;
 use crate::topology::fans;
 use crate::validate::first_with_same_vertices;
 use std::collections::HashMap;
+use std::hash::{BuildHasher, RandomState};
 
 /// A mesh after a repair, and the way from the old elements to its own.
 #[derive(Clone, Debug)]
@@ -74,16 +75,19 @@ impl IndexMaps {
     /// # Ok::<(), eikona_mesh::MeshError>(())
     /// ```
     pub fn then(&self, next: &IndexMaps) -> IndexMaps {
-        let mut flipped_later = FaceField::constant(next.faces.len(), false);
-        for &f in &next.flipped_faces {
-            flipped_later[f] = true;
-        }
-        let mut flipped = FaceField::constant(self.faces.len(), false);
-        for &f in &self.flipped_faces {
-            flipped[f] = true;
-        }
+        let marked = |faces: &[Face], count: usize| {
+            let mut marks = FaceField::constant(count, false);
+            for f in faces {
+                if let Some(mark) = marks.as_mut_slice().get_mut(f.index()) {
+                    *mark = true;
+                }
+            }
+            marks
+        };
+        let later = marked(&next.flipped_faces, next.faces.len());
+        let mut flipped = marked(&self.flipped_faces, self.faces.len());
         for (f, new) in self.faces.iter() {
-            flipped[f] ^= new.and_then(|g| flipped_later.get(g).copied()).unwrap_or(false);
+            flipped[f] ^= new.and_then(|g| later.get(g).copied()).unwrap_or(false);
         }
         let vertices: Vec<_> = self
             .vertices
@@ -117,7 +121,7 @@ impl IndexMaps {
 /// from rounding (below 2^-44 of the largest coordinate): give 0 then.
 ///
 /// # Cost
-/// O(V + F); about 0.7 s for a million separate triangles.
+/// O(V + F); for a million separate triangles about 0.5 s at tolerance 0 and 1 s at a larger one.
 pub fn weld(mesh: &TriangleMesh, tolerance: f64) -> Result<Repaired, MeshError> {
     let target = weld_targets(mesh.positions(), tolerance)?;
     let (positions, vertex_map) = keep_vertices(mesh.positions(), &target);
@@ -325,13 +329,24 @@ fn weld_targets(positions: &[[f64; 3]], tolerance: f64) -> Result<Vec<u32>, Mesh
 
 /// For each position the first equal one (itself if there is none before it). Zero equals minus zero.
 pub(crate) fn first_at_position(positions: &[[f64; 3]]) -> Vec<u32> {
-    // The map is never walked, so that its random hashing, which no input can defeat, leaves no trace in the result.
-    let mut first: HashMap<[u64; 3], u32> = HashMap::with_capacity(positions.len());
-    positions
-        .iter()
-        .enumerate()
-        .map(|(i, p)| *first.entry(p.map(|x| (x + 0.0).to_bits())).or_insert(i as u32))
-        .collect()
+    const EMPTY: u32 = u32::MAX;
+    // A table of vertex numbers with open addressing, a few times smaller than a map that holds the positions. The hashing is
+    // random, so that no input can defeat it; the result does not depend on it.
+    let hashing = RandomState::new();
+    let mask = (2 * positions.len()).next_power_of_two() - 1;
+    let mut table = vec![EMPTY; mask + 1];
+    let mut first = Vec::with_capacity(positions.len());
+    for (i, p) in positions.iter().enumerate() {
+        let mut slot = hashing.hash_one(p.map(|x| (x + 0.0).to_bits())) as usize & mask;
+        while table[slot] != EMPTY && positions[table[slot] as usize] != *p {
+            slot = (slot + 1) & mask;
+        }
+        if table[slot] == EMPTY {
+            table[slot] = i as u32;
+        }
+        first.push(table[slot]);
+    }
+    first
 }
 
 /// For each position the nearest one kept before it within the tolerance; itself if there is none, and then it is kept.

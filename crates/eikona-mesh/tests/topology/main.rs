@@ -3,6 +3,7 @@
 mod data_files;
 mod faults_and_quality;
 mod known_surfaces;
+mod random_complexes;
 mod renumbering;
 mod repairs;
 mod shapes;
