@@ -1,5 +1,7 @@
 //! Lengths, areas, angles: intrinsic first.
 
+mod fast_marching;
 mod triangle;
 
+pub use fast_marching::fast_marching;
 pub use triangle::{Triangle, distance};

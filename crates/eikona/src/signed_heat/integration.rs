@@ -197,7 +197,7 @@ impl Integration {
 
     /// For each component the mean of a function along its curves, by length, if there are signed ones; else its minimum, so
     /// that unsigned distances start at zero. Zero without a source.
-    fn mean_at_source(&self, mesh: &TriangleMesh, phi: &[f64], source: &Source) -> Vec<f64> {
+    pub fn mean_at_source(&self, mesh: &TriangleMesh, phi: &[f64], source: &Source) -> Vec<f64> {
         let n = self.component_count;
         let (mut sum, mut length, mut sourced) = (vec![0.0; n], vec![0.0; n], vec![false; n]);
         for (segment, kind) in source.segments.iter().zip(&source.kinds) {

@@ -138,7 +138,7 @@ impl Solver {
             values,
             options.preserve_source_normals,
         )?;
-        self.bridge_vertices(&mut field)?;
+        self.bridge_vertices(&source, &mut field)?;
         phases.end("diffusion");
 
         // Step III: integrate.
@@ -191,7 +191,7 @@ impl Solver {
 
     /// Sheets of faces that hang on the rest by single vertices only are not reached by diffusion across edges. Distance
     /// goes on through such a vertex as from a point.
-    fn bridge_vertices(&self, field: &mut UnitField) -> Result<(), SignedHeatError> {
+    fn bridge_vertices(&self, source: &Source, field: &mut UnitField) -> Result<(), SignedHeatError> {
         loop {
             let bridges: Vec<_> = self
                 .mesh
@@ -209,10 +209,11 @@ impl Solver {
             let mut b = crate::operators::divergence(&self.mesh, &self.triangles, &field.vectors);
             b.iter_mut().for_each(|x| *x = -*x);
             let (phi, _) = self.integration.fit(&b)?;
-            let zero = self.integration.zero_level(&phi, &field.source_vertices);
+            let zero = self.integration.mean_at_source(&self.mesh, &phi, source);
             let mut values = self.diffusion.frames.zeros(&self.mesh);
             for v in bridges {
-                let sign = if phi[v.index()] >= zero[v.index()] { 1.0 } else { -1.0 };
+                let component = self.integration.component_of_vertex()[v.index()].unwrap_or(0) as usize;
+                let sign = if phi[v.index()] >= zero[component] { 1.0 } else { -1.0 };
                 for corner in self.mesh.vertex_corners(v).iter().filter(|c| !field.reached[c.face().index()]) {
                     let t = &self.triangles[corner.face().index()];
                     let k = corner.halfedge().side();

@@ -1,0 +1,64 @@
+//! How far each value rests on data rather than on extrapolation.
+
+use crate::geometry::{Triangle, distance, fast_marching};
+use crate::signed_heat::diffusion::UnitField;
+use crate::signed_heat::solution::Confidence;
+use crate::signed_heat::source::Source;
+use eikona_mesh::{Located, TriangleMesh, Vertex, VertexField};
+
+/// See [`Confidence`].
+pub(crate) fn confidence(
+    mesh: &TriangleMesh,
+    triangles: &[Triangle],
+    source: &Source,
+    field: &UnitField,
+    phi: &[f64],
+) -> Confidence {
+    let to_data = fast_marching(mesh, triangles, &seeds(mesh, source));
+    let edge = triangles.iter().flat_map(|t| t.lengths).sum::<f64>() / (3 * triangles.len()).max(1) as f64;
+    let agreement = vertex_agreement(mesh, triangles, field);
+    let confidence = (0..mesh.vertex_count())
+        .map(|v| ((phi[v].abs() + edge) / (to_data[v] + edge)).min(1.0) * agreement[v])
+        .collect::<Vec<f64>>();
+    let to_data: Vec<f64> = to_data.into_iter().map(|d| if d.is_finite() { d } else { f64::NAN }).collect();
+    Confidence { distance_to_data: VertexField::from(to_data), confidence: VertexField::from(confidence) }
+}
+
+/// The corners of the faces that hold data, with their distance to it.
+fn seeds(mesh: &TriangleMesh, source: &Source) -> Vec<(Vertex, f64)> {
+    let mut seeds = Vec::new();
+    let mut near = |ends: [Located; 2]| {
+        let [a, b] = ends.map(|p| p.position(mesh));
+        let shared: Vec<_> = ends[0].faces(mesh).into_iter().filter(|f| ends[1].weights_in_face(mesh, *f).is_some()).collect();
+        for face in shared {
+            for v in mesh.face_vertices(face) {
+                seeds.push((v, distance_to_segment(mesh.position(v), a, b)));
+            }
+        }
+    };
+    source.segments.iter().for_each(|s| near(s.ends));
+    source.points.iter().for_each(|p| near([*p, *p]));
+    seeds
+}
+
+fn distance_to_segment(p: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
+    let (ab, ap) = ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| p[k] - a[k]));
+    let dot = |x: [f64; 3], y: [f64; 3]| x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+    let length_sq = dot(ab, ab);
+    let t = if length_sq > 0.0 { (dot(ap, ab) / length_sq).clamp(0.0, 1.0) } else { 0.0 };
+    distance(p, [0, 1, 2].map(|k| a[k] + t * ab[k]))
+}
+
+/// The agreement of the faces around each vertex, by area; NaN where no source reaches.
+fn vertex_agreement(mesh: &TriangleMesh, triangles: &[Triangle], field: &UnitField) -> Vec<f64> {
+    mesh.vertices()
+        .map(|v| {
+            let (mut sum, mut area) = (0.0, 0.0);
+            for f in mesh.vertex_corners(v).iter().map(|c| c.face().index()).filter(|f| field.reached[*f]) {
+                sum += triangles[f].area * field.agreement[f];
+                area += triangles[f].area;
+            }
+            if area > 0.0 { sum / area } else { f64::NAN }
+        })
+        .collect()
+}

@@ -1,0 +1,53 @@
+//! How long to diffuse.
+
+use crate::geometry::Triangle;
+use crate::signed_heat::error::SignedHeatError;
+use crate::signed_heat::options::DiffusionTime;
+use eikona_mesh::TriangleMesh;
+
+/// The diffusion time of a solver, and why it is that.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChosenTime {
+    /// `t`, a squared length.
+    pub time: f64,
+    /// `t` in units of `h^2`.
+    pub coefficient: f64,
+    /// `h`: half the mean edge length, the mean distance between edge midpoints (SHM section 6).
+    pub edge_spacing: f64,
+    /// Why this time, in a sentence.
+    pub reason: String,
+}
+
+pub(crate) fn choose_time(
+    mesh: &TriangleMesh,
+    triangles: &[Triangle],
+    wanted: DiffusionTime,
+) -> Result<ChosenTime, SignedHeatError> {
+    let edge_spacing = 0.5 * mean_edge_length(mesh, triangles);
+    let (coefficient, reason) = match wanted {
+        DiffusionTime::Coefficient(c) if c > 0.0 && c.is_finite() => (c, "the coefficient given".to_string()),
+        DiffusionTime::Coefficient(value) => {
+            return Err(SignedHeatError::Option { name: "time coefficient", value, bound: "positive and finite" });
+        }
+        DiffusionTime::Automatic => automatic(triangles, edge_spacing),
+    };
+    Ok(ChosenTime { time: coefficient * edge_spacing * edge_spacing, coefficient, edge_spacing, reason })
+}
+
+fn mean_edge_length(mesh: &TriangleMesh, triangles: &[Triangle]) -> f64 {
+    let sum: f64 = mesh
+        .edges()
+        .map(|e| {
+            let h = mesh.edge_halfedges(e)[0];
+            triangles[h.face().index()].lengths[h.side()]
+        })
+        .sum();
+    sum / mesh.edge_count().max(1) as f64
+}
+
+fn automatic(triangles: &[Triangle], spacing: f64) -> (f64, String) {
+    let area: f64 = triangles.iter().map(|t| t.area).sum();
+    let c = AUTO * area.sqrt() / spacing;
+    (c, format!("automatic: {c}"))
+}
+const AUTO: f64 = 0.1;
