@@ -155,7 +155,7 @@ fn tori_tubes_and_chains_are_closed() {
     assert_solid(&linked_rings(4, 0.25, 24, 10).unwrap(), 0, [960, 2880, 1920]);
     for genus in 1..6 {
         for levels in 1..4 {
-            let q = (18 * genus + 14) * 4usize.pow(levels);
+            let q = (26 * genus + 14) * 4usize.pow(levels);
             let mesh = chain_of_genus(genus, levels).unwrap();
             assert_solid(&mesh, 2 - 2 * genus as i64, [q + 2 - 2 * genus, 3 * q, 2 * q]);
             assert!(smallest_angle(&mesh) > 20.0, "{genus} {levels}: {}", smallest_angle(&mesh));
