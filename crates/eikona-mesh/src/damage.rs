@@ -1,7 +1,8 @@
-//! Damaged versions of a mesh, by seed, each with what was done: for tests of robustness and of what a repair brings back.
+//! Damaged versions of a mesh, by seed, each with what was done: for tests of robustness and of what a repair
+//! brings back.
 //!
-//! The same mesh, amount and seed give the same damage. A share says how many faces are hit: `share` times the number of faces, rounded,
-//! drawn without repetition.
+//! The same mesh, amount and seed give the same damage. A share says how many faces are hit: `share` times the
+//! number of faces, rounded, drawn without repetition.
 
 use crate::error::MeshError;
 use crate::field::{CornerField, VertexField};
@@ -16,7 +17,8 @@ use crate::shapes::vector::{add, distance, lerp, scale, sub};
 pub struct Damaged {
     /// The mesh with the damage.
     pub mesh: TriangleMesh,
-    /// The faces of the input that were hit (removed, flipped, copied, flattened), in increasing order; empty when all faces are alike in this.
+    /// The faces of the input that were hit (removed, flipped, copied, flattened), in increasing order; empty when
+    /// all faces are alike in this.
     pub hit: Vec<Face>,
     /// The vertex of the input that each vertex comes from.
     pub source_vertex: VertexField<Vertex>,
@@ -33,8 +35,8 @@ impl Damaged {
 
 /// The mesh with each vertex moved at random by up to `amount` times its shortest edge.
 ///
-/// The displacement is uniform in a ball. Below `amount` = 0.25 two neighbours cannot meet; triangles may still turn over. Vertices
-/// without an edge stay.
+/// The displacement is uniform in a ball. Below `amount` = 0.5 two neighbours cannot meet; triangles may still turn
+/// over. Vertices without an edge stay.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when `amount` is not in [0, 100].
@@ -51,7 +53,8 @@ pub fn jitter(mesh: &TriangleMesh, amount: f64, seed: u64) -> Result<TriangleMes
     jitter_with(mesh, amount, seed, &|p| p)
 }
 
-/// As [`jitter`], and then each vertex, moved or not, is put where `project` says: back onto the sphere, say, for noise along it.
+/// As [`jitter`], and then each vertex, moved or not, is put where `project` says: back onto the sphere, say, for
+/// noise along it.
 ///
 /// # Errors
 /// As [`jitter`]; [`MeshError::Invalid`] when `project` returns something that is not finite.
@@ -102,7 +105,8 @@ pub fn remove_faces(mesh: &TriangleMesh, share: f64, seed: u64) -> Result<Damage
     without_faces(mesh, hit)
 }
 
-/// The mesh without `count` round patches: each a face drawn at random with all faces within `rings` steps over shared vertices.
+/// The mesh without `count` round patches: each a face drawn at random with all faces within `rings` steps over
+/// shared vertices.
 ///
 /// Patches may touch or overlap, so the boundary has at most `count` more loops, or fewer.
 ///
@@ -166,7 +170,8 @@ pub fn flip_faces(mesh: &TriangleMesh, share: f64, seed: u64) -> Result<Damaged,
     with_corners(mesh, corners, hit)
 }
 
-/// The mesh with a share of its faces twice: the copies come after all others, in the order of `hit`, and are oriented alike.
+/// The mesh with a share of its faces twice: the copies come after all others, in the order of `hit`, and are
+/// oriented alike.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when `share` is not in [0, 1].
@@ -184,7 +189,8 @@ pub fn duplicate_faces(mesh: &TriangleMesh, share: f64, seed: u64) -> Result<Dam
     with_corners(mesh, corners, hit)
 }
 
-/// The same surface with all numbers drawn anew: of vertices, of faces, and of the corners within each face (its winding stays).
+/// The same surface with all numbers drawn anew: of vertices, of faces, and of the corners within each face (its
+/// winding stays).
 ///
 /// # Errors
 /// None for a mesh that exists.
@@ -246,11 +252,12 @@ pub fn unweld(mesh: &TriangleMesh) -> Result<Damaged, MeshError> {
     })
 }
 
-/// The mesh with slivers: in each face hit, a corner drawn at random is moved towards a point of the middle half of the opposite edge, so that its
-/// height shrinks to `height` times what it was (0.001, say; 0 makes faces without area).
+/// The mesh with slivers: in each face hit, a corner drawn at random is moved towards a point of the middle half of
+/// the opposite edge, so that its height shrinks to `height` times what it was (0.001, say; 0 makes faces without
+/// area).
 ///
-/// The other faces at the moved vertex grow. No face hit has a vertex in common with another one, so when the share is large fewer faces
-/// are hit than it says; `hit` has those that are.
+/// The other faces at the moved vertex grow. No face hit has a vertex in common with another one, so when the share
+/// is large fewer faces are hit than it says; `hit` has those that are.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when `share` or `height` is not in [0, 1].
