@@ -6,7 +6,8 @@ use super::vector::Vec3;
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
 
-/// The quads on the surface of a box of `cells` cubes. Lattice points are named (i, j, k), from 0 to the number of cells.
+/// The quads on the surface of a box of `cells` cubes. Lattice points are named (i, j, k), from 0 to the number of
+/// cells.
 pub(super) struct BoxSurface {
     pub cells: [usize; 3],
 }

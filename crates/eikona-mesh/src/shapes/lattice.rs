@@ -1,4 +1,5 @@
-//! Rectangular lattices of quads, closed or open in either direction, cut into triangles; and rings zipped together.
+//! Rectangular lattices of quads, closed or open in either direction, cut into triangles; and rings zipped
+//! together.
 
 use super::vector::{Vec3, distance};
 use crate::error::MeshError;
@@ -10,7 +11,8 @@ pub enum Diagonal {
     /// All from the first corner to the third: every interior vertex has six neighbours.
     #[default]
     Uniform,
-    /// In turn, as the colours of a chessboard: vertices have four or eight neighbours, and no direction is favoured.
+    /// In turn, as the colours of a chessboard: vertices have four or eight neighbours, and no direction is
+    /// favoured.
     Alternating,
     /// The shorter one, and the first where both are equally long.
     Shorter,
@@ -117,8 +119,8 @@ pub(super) struct Ring {
     pub count: usize,
 }
 
-/// Fills the band between two rings with `inner.count + outer.count` triangles, counter-clockwise when the rings are.
-/// Going around, the side comes next whose middle is at the smaller angle.
+/// Fills the band between two rings with `inner.count + outer.count` triangles, counter-clockwise when the rings
+/// are. Going around, the side comes next whose middle is at the smaller angle.
 pub(super) fn zip_rings(faces: &mut Vec<[u32; 3]>, inner: Ring, outer: Ring) {
     let name = |ring: Ring, i: usize| (ring.start + i % ring.count) as u32;
     let (mut i, mut o) = (0, 0);

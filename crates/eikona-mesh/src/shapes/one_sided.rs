@@ -8,11 +8,12 @@ use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-/// A Moebius band about the z axis: a segment of length `width` whose middle runs around the circle of this radius while it
-/// makes half a turn.
+/// A Moebius band about the z axis: a segment of length `width` whose middle runs around the circle of this radius
+/// while it makes half a turn.
 ///
-/// V = nu (nv + 1), E = nu (3 nv + 1), F = 2 nu nv, χ = 0, one boundary loop. Vertex i (nv + 1) + j is at u = 2π i / nu around the axis and
-/// w = (j / nv - 1/2) `width` along the segment, at ((R + w cos(u/2)) cos u, (R + w cos(u/2)) sin u, w sin(u/2)).
+/// V = nu (nv + 1), E = nu (3 nv + 1), F = 2 nu nv, χ = 0, one boundary loop. Vertex i (nv + 1) + j is at u = 2π i
+/// / nu around the axis and w = (j / nv - 1/2) `width` along the segment, at ((R + w cos(u/2)) cos u, (R + w
+/// cos(u/2)) sin u, w sin(u/2)).
 ///
 /// # Errors
 /// [`MeshError::Parameter`] unless 1e-6 R <= `width` < 2 R, nu >= 3, nv >= 1, and the faces are not too many.
@@ -39,13 +40,15 @@ pub fn moebius_band(radius: f64, width: f64, nu: usize, nv: usize) -> Result<Tri
     })
 }
 
-/// A Klein bottle in the immersion where a figure eight runs around the circle of this radius while it makes half a turn.
+/// A Klein bottle in the immersion where a figure eight runs around the circle of this radius while it makes half a
+/// turn.
 ///
-/// V = nu nv, E = 3 nu nv, F = 2 nu nv, χ = 0, no boundary. It crosses itself along a circle; no vertex lies on that circle.
+/// V = nu nv, E = 3 nu nv, F = 2 nu nv, χ = 0, no boundary. It crosses itself along a circle; no vertex lies on
+/// that circle.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] unless `radius` lies in [1.5, 1e6] (the figure eight has width 2), both counts are at least 3 and the
-/// faces are not too many.
+/// [`MeshError::Parameter`] unless `radius` lies in [1.5, 1e6] (the figure eight has width 2), both counts are at
+/// least 3 and the faces are not too many.
 ///
 /// ```
 /// let bottle = eikona_mesh::shapes::klein_bottle(2.5, 60, 30)?;
@@ -68,10 +71,12 @@ pub fn klein_bottle(radius: f64, nu: usize, nv: usize) -> Result<TriangleMesh, M
     })
 }
 
-/// The projective plane as Boy's surface: an immersed sphere with opposite points identified, in the form of Bryant and Kusner.
+/// The projective plane as Boy's surface: an immersed sphere with opposite points identified, in the form of Bryant
+/// and Kusner.
 ///
-/// V = 3 n² + 1, E = 9 n², F = 6 n² for n rings, χ = 1, no boundary. Half a sphere is cut into rings of 6 k vertices, and opposite
-/// vertices of its rim are one. The surface crosses itself along a closed curve with one triple point, the origin.
+/// V = 3 n² + 1, E = 9 n², F = 6 n² for n rings, χ = 1, no boundary. Half a sphere is cut into rings of 6 k
+/// vertices, and opposite vertices of its rim are one. The surface crosses itself along a closed curve with one
+/// triple point, the origin.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] with fewer than 2 rings or too many faces.
@@ -98,8 +103,8 @@ pub fn projective_plane(rings: usize) -> Result<TriangleMesh, MeshError> {
     TriangleMesh::new(positions, faces)
 }
 
-/// The point of Boy's surface for a complex number in the unit disk, as the inverse of a minimal surface:
-/// g / |g|², g = (-3/2 Im(w (1 - w⁴) / D), -3/2 Re(w (1 + w⁴) / D), Im((1 + w⁶) / D) - 1/2), D = w⁶ + sqrt(5) w³ - 1.
+/// The point of Boy's surface for a complex number in the unit disk, as the inverse of a minimal surface: g / |g|²,
+/// g = (-3/2 Im(w (1 - w⁴) / D), -3/2 Re(w (1 + w⁴) / D), Im((1 + w⁶) / D) - 1/2), D = w⁶ + sqrt(5) w³ - 1.
 fn boy_surface(w: [f64; 2]) -> Vec3 {
     let times = |a: [f64; 2], b: [f64; 2]| [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]];
     let plus = |a: [f64; 2], s: f64, b: [f64; 2]| [a[0] + s * b[0], a[1] + s * b[1]];

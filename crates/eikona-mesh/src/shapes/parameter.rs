@@ -5,9 +5,10 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 /// The largest number of faces that a shape is made with: larger requests are refused before memory is asked for.
-pub const MAX_SHAPE_FACES: usize = 1 << 26;
+pub const MAX_SHAPE_FACES: usize = 1 << 25;
 
-/// Lengths within this range can be raised to the fourth power, as the square of an area is, without overflow or underflow.
+/// Lengths within this range can be raised to the fourth power, as the square of an area is, without overflow or
+/// underflow.
 const LENGTHS: RangeInclusive<f64> = 1e-70..=1e70;
 
 pub(crate) fn refuse<T>(
@@ -46,6 +47,6 @@ pub(crate) fn require_some(name: &'static str, value: usize) -> Result<(), MeshE
 
 /// The expected number of faces is given as `f64` so that no product of counts can overflow on the way here.
 pub(crate) fn limit_faces(name: &'static str, value: impl Display, faces: f64) -> Result<(), MeshError> {
-    let bound = "the shape would have more than 2^26 (67,108,864) faces; take a smaller number";
+    let bound = "the shape would have more than 2^25 (33,554,432) faces; take a smaller number";
     require(faces <= MAX_SHAPE_FACES as f64, name, value, bound)
 }

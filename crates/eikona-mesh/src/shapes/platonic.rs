@@ -40,7 +40,8 @@ pub fn octahedron() -> Result<TriangleMesh, MeshError> {
     TriangleMesh::new(positions, faces)
 }
 
-/// The regular icosahedron with vertices on the unit sphere, two of them at the poles: V = 12, E = 30, F = 20, outward oriented.
+/// The regular icosahedron with vertices on the unit sphere, two of them at the poles: V = 12, E = 30, F = 20,
+/// outward oriented.
 ///
 /// ```
 /// let mesh = eikona_mesh::shapes::icosahedron()?;
@@ -52,7 +53,8 @@ pub fn icosahedron() -> Result<TriangleMesh, MeshError> {
     TriangleMesh::new(icosahedron_positions().to_vec(), faces)
 }
 
-/// North pole, five vertices at latitude atan(1/2), five at the opposite latitude half a step further east, south pole.
+/// North pole, five vertices at latitude atan(1/2), five at the opposite latitude half a step further east, south
+/// pole.
 pub(super) fn icosahedron_positions() -> [Vec3; 12] {
     let (z, r) = (1.0 / 5f64.sqrt(), 2.0 / 5f64.sqrt());
     let at = |steps: f64, z: f64| {

@@ -1,6 +1,7 @@
 //! Smooth surfaces from blocks: the surface of a set of boxes, smoothed by Catmull-Clark subdivision.
 //!
-//! Reference: E. Catmull and J. Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes", CAD 10 (1978).
+//! Reference: E. Catmull and J. Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes",
+//! CAD 10 (1978).
 
 use super::lattice::cut_quads;
 use super::parameter::{limit_faces, require_some};
@@ -11,32 +12,46 @@ use std::collections::BTreeMap;
 
 /// A smooth closed surface of genus `genus`: a row of rings, grown together.
 ///
-/// A plate of (2 g + 1) x 3 x 1 unit blocks with g of them taken out is smoothed `levels` times (at least once). With q = (18 g + 14) 4^k
-/// for k levels: V = q + 2 - 2 g, E = 3 q, F = 2 q, χ = 2 - 2 g. Outward oriented; the row lies along x with its middle at the origin.
+/// Blocks around g openings in a row are smoothed `levels` times (at least once). With q = (26 g + 14) 4^k for k
+/// levels: V = q + 2 - 2 g, E = 3 q, F = 2 q, χ = 2 - 2 g. Outward oriented; the row lies along x with its middle
+/// at the origin, a ring every 2.6 units.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when `genus` or `levels` is 0 or there are too many faces.
 ///
 /// ```
 /// let double = eikona_mesh::shapes::chain_of_genus(2, 2)?;
-/// assert_eq!((double.vertex_count(), double.face_count()), (798, 1600));
+/// assert_eq!((double.vertex_count(), double.face_count()), (1054, 2112));
 /// # Ok::<(), eikona_mesh::MeshError>(())
 /// ```
 pub fn chain_of_genus(genus: usize, levels: u32) -> Result<TriangleMesh, MeshError> {
     require_some("genus", genus)?;
     require_some("levels", levels as usize)?;
-    limit_faces("genus", genus, 2.0 * (18.0 * genus as f64 + 14.0) * 4f64.powf(f64::from(levels)))?;
-    let length = 2 * genus + 1;
-    let is_solid = |[i, j, _]: [usize; 3]| j != 1 || i % 2 == 0;
-    let middle = [length as f64 / 2.0, 1.5, 0.5];
-    let surface = block_surface([length, 3, 1], is_solid, |p| [0, 1, 2].map(|k| p[k] as f64 - middle[k]));
-    smooth(surface, levels)
+    limit_faces("genus", genus, 2.0 * (26.0 * genus as f64 + 14.0) * 4f64.powf(f64::from(levels)))?;
+    // A bar one unit wide, an opening of two columns, a bar, and so on. Plane i along x has a bar to its right when
+    // i % 3 = 0, to its left when i % 3 = 1, and is in the middle of an opening otherwise, where the ring is
+    // widest.
+    let length = 3 * genus + 1;
+    let is_solid = |[i, j, _]: [usize; 3]| j != 1 || i % 3 == 0;
+    let row_length = 1.0 + 2.6 * genus as f64;
+    let place = |[i, j, k]: [usize; 3]| {
+        let x = 2.6 * (i / 3) as f64 + [0.0, 1.0, 1.8][i % 3] - 0.5 * row_length;
+        let (opening, outer) = match i {
+            _ if i % 3 == 2 => (0.75, 1.65),
+            _ if i == 0 || i == length => (0.4, 0.8),
+            _ => (0.5, 1.05),
+        };
+        [x, [-outer, -opening, opening, outer][j], k as f64 - 0.5]
+    };
+    smooth(block_surface([length, 3, 1], is_solid, place), levels)
 }
 
-/// A clay animal on four legs: a closed surface with a long neck, ears, and a tail, for pictures and for tests on a shape with features.
+/// A clay animal on four legs: a closed surface with a long neck, ears, and a tail, for pictures and for tests on a
+/// shape with features.
 ///
-/// Boxes smoothed `levels` times (at least once). With q = 110 · 4^k for k levels: V = q + 2, E = 3 q, F = 2 q, χ = 2. It stands on the plane z = 0
-/// about, looks along +x, is about 3 long and 3 high, and is symmetric under y -> -y. Outward oriented.
+/// Boxes smoothed `levels` times (at least once). With q = 110 · 4^k for k levels: V = q + 2, E = 3 q, F = 2 q, χ =
+/// 2. It stands on the plane z = 0, looks along +x, is about 3.4 long, 1.1 wide and 3.4 high, and is symmetric
+/// under y -> -y. Outward oriented.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when `levels` is 0 or gives too many faces.
@@ -66,8 +81,19 @@ pub fn clay_animal(levels: u32) -> Result<TriangleMesh, MeshError> {
             _ => false,
         }
     };
-    let surface = block_surface([7, 5, 8], is_solid, |[i, j, k]| [X[i], Y[j], Z[k]]);
-    smooth(surface, levels)
+    let place = |[i, j, k]: [usize; 3]| {
+        let [mut x, mut y, mut z] = [X[i], Y[j], Z[k]];
+        match (i, k) {
+            (0, _) => z += 0.45,                       // the tail points up
+            (_, 0) => y *= 1.15,                       // the legs stand apart
+            (_, 3) => y *= 0.8,                        // the back is round
+            (5.., _) => (y, z) = (0.75 * y, z - 0.1),  // the snout is narrow
+            (_, 7..) => (x, y) = (x - 0.25, 1.25 * y), // the ears point back and out
+            _ => {}
+        }
+        [x, y, z]
+    };
+    smooth(block_surface([7, 5, 8], is_solid, place), levels)
 }
 
 struct QuadMesh {
@@ -75,7 +101,8 @@ struct QuadMesh {
     quads: Vec<[u32; 4]>,
 }
 
-/// The quads between solid and empty blocks, counter-clockwise from the empty side. Blocks must not touch in an edge or corner alone.
+/// The quads between solid and empty blocks, counter-clockwise from the empty side. Blocks must not touch in an
+/// edge or corner alone.
 fn block_surface(
     cells: [usize; 3],
     is_solid: impl Fn([usize; 3]) -> bool,

@@ -38,11 +38,13 @@ pub fn shape_descriptions() -> impl ExactSizeIterator<Item = &'static ShapeDescr
     SHAPES.iter().map(|s| &s.description)
 }
 
-/// The shape of this name, with these parameters and the defaults of the others. A hyphen in a name counts as an underscore.
+/// The shape of this name, with these parameters and the defaults of the others. A hyphen in a name counts as an
+/// underscore.
 ///
 /// # Errors
-/// [`MeshError::UnknownName`] for a shape or a parameter that does not exist, with those that do, the most similar first;
-/// [`MeshError::Parameter`] for a value that cannot be read, is given twice, or that the shape does not take.
+/// [`MeshError::UnknownName`] for a shape or a parameter that does not exist, with those that do, the most similar
+/// first; [`MeshError::Parameter`] for a value that cannot be read, is given twice, or that the shape does not
+/// take.
 ///
 /// ```
 /// use eikona_mesh::shapes::make;
