@@ -1,3 +1,4 @@
+//! experiments
 use eikona::signed_heat::*;
 use eikona_mesh::*;
 use std::time::Instant;
@@ -53,10 +54,10 @@ fn run(name:&str, mesh:&TriangleMesh, src:&SurfaceCurves, time:DiffusionTime, ls
 }
 fn main(){
     let arg=std::env::args().nth(1).unwrap_or("sphere".into());
-    let truth=|p:[f64;3]| { let r=(p[0]*p[0]+p[1]*p[1]+p[2]*p[2]).sqrt(); -((0.3f64).acos()-(p[2]/r).acos()) };
+    let truth=|p:[f64;3]| { let r=(p[0]*p[0]+p[1]*p[1]+p[2]*p[2]).sqrt(); (0.3f64).acos()-(p[2]/r).acos() };
     // negative below? phi = angle: positive where z > .3 : field f=z-.3 -> smaller values on left
     match arg.as_str(){
-     "strip"=>for n in [1000,5000,20000]{ let m=shapes::strip(n,10).unwrap(); 
+     "strip"=>for n in [1000,5000,20000]{ let m=shapes::grid(n,10,n as f64,10.0,shapes::Diagonal::Uniform).unwrap(); 
         let c=SurfaceCurves::from_curve(Curve::signed(m.vertices().filter(|v|m.position(*v)[0]==2.0)));
         for ls in [LevelSets::Free,LevelSets::Zero]{ run("strip",&m,&c,DiffusionTime::Coefficient(1.0),ls,|p|p[0]-2.0);} },
      "sphere"=>for f in [8,16,32,71]{ let m=shapes::geodesic_sphere(f).unwrap();
@@ -66,6 +67,11 @@ fn main(){
           run("sphere",&m,&c,DiffusionTime::Coefficient(tc),ls,truth);}
           run("sphere broken",&m,&b,DiffusionTime::Coefficient(tc),LevelSets::Free,truth);
         } },
+     "auto"=>for f in [8,16,32,71]{ let m=shapes::geodesic_sphere(f).unwrap();
+        let c=level(&m,|p|p[2]-0.3,|_|true);
+        for tc in [3.0,10.0,30.0,100.0,300.0,1000.0,3000.0]{ run("sphere",&m,&c,DiffusionTime::Coefficient(tc),LevelSets::Free,truth);
+          }
+        } ,
      "big"=>{ let f:usize=std::env::args().nth(2).unwrap().parse().unwrap(); let m=shapes::geodesic_sphere(f).unwrap();
         let c=level(&m,|p|p[2]-0.3,|_|true);
         for ls in [LevelSets::Free,LevelSets::Zero]{run("sphere",&m,&c,DiffusionTime::Coefficient(1.0),ls,truth);} },

@@ -134,11 +134,12 @@ impl Row {
 }
 
 /// The penalty of the augmented Lagrangian. Rows and operator have no unit and entries of order 1. Larger values need fewer
-/// iterations and lose as many digits; at 1e4 three to five iterations reach the tolerance.
-const PENALTY: f64 = 1e4;
-/// Constrained values count as equal below this share of the largest value.
-const CONSTRAINT_TOLERANCE: f64 = 1e-11;
-const CONSTRAINT_ITERATIONS: usize = 12;
+/// iterations and lose as many of the sixteen digits.
+const PENALTY: f64 = 1e6;
+/// Constrained values count as equal below this share of the largest value. Rows that nearly depend on each other (a curve
+/// that crosses edges close to a vertex) converge slowly beyond it.
+const CONSTRAINT_TOLERANCE: f64 = 1e-8;
+const CONSTRAINT_ITERATIONS: usize = 6;
 
 impl Integration {
     pub fn component_of_vertex(&self) -> &[Option<u32>] {

@@ -21,7 +21,7 @@ use std::sync::Arc;
 /// use eikona::signed_heat::{Solver, SolverOptions, SolveOptions};
 /// use eikona_mesh::{shapes, Curve, SurfaceCurves, Vertex};
 /// // The line x = 5 on a strip of 10 x 2 unit squares, from y = 0 to y = 2: left of it is x < 5.
-/// let mesh = shapes::strip(10, 2)?;
+/// let mesh = shapes::grid(10, 2, 10.0, 2.0, shapes::Diagonal::Alternating)?;
 /// let on_line = |v: &Vertex| mesh.position(*v)[0] == 5.0;
 /// let curve = Curve::signed(mesh.vertices().filter(on_line));
 /// let solver = Solver::new(&mesh, &SolverOptions::default())?;
