@@ -48,7 +48,7 @@ const CATEGORIES: [[u8; 3]; 12] = [
 /// The colour of a label: light grey for 0, else one of twelve in turn.
 pub(crate) fn label_color(label: i64) -> [u8; 3] {
     if label == 0 {
-        return [222, 222, 220];
+        return [206, 206, 203];
     }
     CATEGORIES[(i128::from(label) - 1).rem_euclid(CATEGORIES.len() as i128) as usize]
 }
@@ -104,7 +104,7 @@ impl ColorMap {
     /// Blue below the middle, white in it, orange above.
     pub fn signed() -> ColorMap {
         const STOPS: [u32; 9] =
-            [0x173a72, 0x2c6bb0, 0x5fa2d8, 0xaad0ea, 0xf8f6f1, 0xfbd0a0, 0xf09b4a, 0xcf6516, 0x863a0a];
+            [0x21497f, 0x3672b5, 0x67a8db, 0xb0d4ec, 0xf8f6f1, 0xfcd3a6, 0xf2a154, 0xd97420, 0xa24f12];
         Self::from_stops("signed", true, &STOPS)
     }
 

@@ -27,6 +27,8 @@ struct Lines {
     style: Isolines,
     color: Linear,
     levels: Sorted,
+    /// No line is drawn beyond these values.
+    between: [f64; 2],
 }
 
 enum Sorted {
@@ -61,7 +63,14 @@ impl<'a> Coloring<'a> {
                     Sorted::Values(sorted)
                 }
             };
-            Lines { color: to_linear(style.color), style, levels }
+            let between = match (&style.levels, &levels) {
+                // A line at the very ends of the range would be a scatter of dashes around peaks and pits.
+                (Levels::About(_), Sorted::Multiples(step)) => {
+                    [range[0] + 0.02 * step, range[1] - 0.02 * step]
+                }
+                _ => [f64::NEG_INFINITY, f64::INFINITY],
+            };
+            Lines { color: to_linear(style.color), style, levels, between }
         });
         Coloring {
             field: scene.field,
@@ -148,6 +157,9 @@ impl Lines {
             return color;
         }
         let (level, spacing) = self.nearest(here.value);
+        if !(self.between[0]..=self.between[1]).contains(&level) {
+            return color;
+        }
         let distance = (here.value - level).abs() / slope;
         let zero = level == 0.0;
         let width = if zero { self.style.zero_width } else { self.style.width };

@@ -136,6 +136,7 @@ impl Grid<'_> {
 }
 
 fn blur(values: &[f32], depth: &[f32], width: usize, height: usize, [dx, dy]: [i64; 2]) -> Vec<f32> {
+    let weights: Vec<f64> = (-BLUR..=BLUR).map(|k| (-(k * k) as f64 / 14.0).exp()).collect();
     let mut out = vec![1.0f32; values.len()];
     out.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         for (x, out) in row.iter_mut().enumerate() {
@@ -144,13 +145,13 @@ fn blur(values: &[f32], depth: &[f32], width: usize, height: usize, [dx, dy]: [i
                 continue;
             }
             let (mut sum, mut total) = (0.0, 0.0);
-            for k in -BLUR..=BLUR {
+            for (k, weight) in (-BLUR..=BLUR).zip(&weights) {
                 let (i, j) = (x as i64 + k * dx, y as i64 + k * dy);
                 if i < 0 || j < 0 || i >= width as i64 || j >= height as i64 {
                     continue;
                 }
                 let at = j as usize * width + i as usize;
-                let weight = (-(k * k) as f64 / 14.0).exp() * alike(here, depth[at] as f64);
+                let weight = weight * alike(here, depth[at] as f64);
                 sum += weight * values[at] as f64;
                 total += weight;
             }

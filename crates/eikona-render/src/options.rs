@@ -42,7 +42,7 @@ impl Default for RenderOptions {
             background: Background::Solid([255, 255, 255]),
             lighting: Lighting::Studio,
             ambient_occlusion: 0.8,
-            ground_shadow: 0.6,
+            ground_shadow: 0.8,
             crease_angle: 40f64.to_radians(),
             tint_back_faces: true,
             wireframe: None,

@@ -205,7 +205,7 @@ impl FacePlace {
         }
         let dx = [0, 1, 2].map(|k| {
             let (a, b) = next(k);
-            (b[2] * a[1] - a[2] * b[1]) * -inverse
+            (b[2] * a[1] - a[2] * b[1]) * inverse
         });
         let dy = [0, 1, 2].map(|k| {
             let (a, b) = next(k);

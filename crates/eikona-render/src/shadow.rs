@@ -1,5 +1,5 @@
-//! The soft shadow on a ground just below the mesh: the mesh seen from below, in layers by height, each blurred as wide as
-//! it is high.
+//! The soft shadow on a ground just below the mesh: what the mesh covers in layers by height, each blurred as wide as it is
+//! high. Between its lowest and its highest point above a place the mesh is taken to be solid.
 
 use crate::camera::{Projected, View};
 use crate::raster::{NONE, Visibility};
@@ -13,7 +13,10 @@ const LAYERS: [f64; 6] = [0.02, 0.08, 0.2, 0.45, 0.9, f64::INFINITY];
 /// Width of the blur of each layer.
 const BLURS: [f64; 6] = [0.012, 0.04, 0.09, 0.19, 0.34, 0.55];
 /// How dark each layer is.
-const DARKNESS: [f64; 6] = [0.60, 0.55, 0.48, 0.40, 0.32, 0.22];
+const DARKNESS: [f64; 6] = [0.40, 0.34, 0.30, 0.28, 0.26, 0.18];
+
+/// Distance that keeps depths positive.
+const ABOVE: f64 = 4.0;
 
 /// Share of the sky that is hidden, over the ground.
 pub(crate) struct GroundShadow {
@@ -57,23 +60,28 @@ impl GroundShadow {
         let side = [high[0] + room - low[0], high[1] + room - low[1]];
         let cell = side[0].max(side[1]) / CELLS as f64;
         let size = side.map(|s| ((s / cell).ceil() as usize).clamp(1, CELLS));
-        // Seen from below: the depth is the height above the ground, and lower is nearer.
-        let projected: Vec<Projected> = positions
-            .iter()
-            .map(|&p| {
-                let (x, y) = ((dot(p, across.0) - low[0]) / cell, (dot(p, across.1) - low[1]) / cell);
-                Projected { h: [x, y, 1.0], depth: dot(p, up) - ground + 1.0 }
-            })
-            .collect();
-        let mut below = Visibility::new(size[0], size[1]);
-        below.draw(&projected, triangles, false);
+        // The lowest and the highest point over each cell, by the depth seen from below and from above.
+        let seen = |direction: f64| {
+            let projected: Vec<Projected> = positions
+                .iter()
+                .map(|&p| {
+                    let (x, y) = ((dot(p, across.0) - low[0]) / cell, (dot(p, across.1) - low[1]) / cell);
+                    Projected { h: [x, y, 1.0], depth: ABOVE + direction * (dot(p, up) - ground) }
+                })
+                .collect();
+            let mut seen = Visibility::new(size[0], size[1]);
+            seen.draw(&projected, triangles, false);
+            seen
+        };
+        let (below, above) = (seen(1.0), seen(-1.0));
         let mut light = vec![1.0f32; size[0] * size[1]];
         let mut start = f64::NEG_INFINITY;
         for ((&end, &width), &darkness) in LAYERS.iter().zip(&BLURS).zip(&DARKNESS) {
             let mut layer: Vec<f32> = (0..light.len())
                 .map(|i| {
-                    let height = -(below.key[i] as f64) - 1.0;
-                    f32::from(below.face[i] != NONE && height > start && height <= end)
+                    let lowest = -(below.key[i] as f64) - ABOVE;
+                    let highest = ABOVE + above.key[i] as f64;
+                    f32::from(below.face[i] != NONE && lowest <= end && highest > start)
                 })
                 .collect();
             // Three box blurs come close to a Gaussian.

@@ -34,6 +34,11 @@ impl Piece {
     fn length(&self) -> f64 {
         (self.to[0] - self.from[0]).hypot(self.to[1] - self.from[1])
     }
+    /// Place and depth key at a share of its length.
+    fn at(&self, t: f64) -> ([f64; 2], f64) {
+        let place = [0, 1].map(|k| self.from[k] + t * (self.to[k] - self.from[k]));
+        (place, self.key[0] + t * (self.key[1] - self.key[0]))
+    }
 }
 
 impl<'a> Canvas<'a> {
@@ -57,11 +62,12 @@ impl<'a> Canvas<'a> {
             [one] => self.piece(one, one, widest).into_iter().collect(),
             all => all.windows(2).filter_map(|w| self.piece(&w[0], &w[1], widest)).collect(),
         };
-        let arrows =
-            style.arrow_spacing.map_or(Vec::new(), |s| arrow_places(&pieces, s * self.samples, width));
+        let path = self.visible_path(pieces, width + 2.0 * rim.map_or(0.0, |r| r.1));
+        let pieces = &path.pieces;
+        let arrows = style.arrow_spacing.map_or(Vec::new(), |s| path.arrows(s * self.samples, width));
         for (color, extra) in rim.into_iter().chain([(to_linear(style.color), 0.0)]) {
-            for piece in &pieces {
-                self.cover_piece(piece, width / 2.0 + extra);
+            for i in 0..pieces.len() {
+                self.cover_piece(&path, i, width / 2.0 + extra);
             }
             for arrow in &arrows {
                 self.cover_arrow(arrow, width, extra);
@@ -170,7 +176,41 @@ impl<'a> Canvas<'a> {
         Some(Piece { from: at(t0), to: at(t1), key: [key_at(t0), key_at(t1)] })
     }
 
-    fn cover_piece(&mut self, piece: &Piece, radius: f64) {
+    /// Where along a curve its middle is seen. Alternations shorter than the stroke is wide, as they come about where a curve
+    /// runs along the rim of the surface, are smoothed out.
+    fn visible_path(&self, pieces: Vec<Piece>, width: f64) -> Path {
+        let mut start = Vec::with_capacity(pieces.len());
+        let mut total = 0.0;
+        let mut visible = Vec::new();
+        for piece in &pieces {
+            start.push(total);
+            let end = total + piece.length();
+            while (visible.len() as f64) < end.max(1.0) {
+                let t = ((visible.len() as f64 + 0.5 - total) / piece.length().max(1e-9)).clamp(0.0, 1.0);
+                let (place, key) = piece.at(t);
+                visible.push(self.is_middle_visible(place, key));
+            }
+            total = end;
+        }
+        let shortest = (2.0 * width).ceil() as usize;
+        drop_short_runs(&mut visible, shortest, false);
+        drop_short_runs(&mut visible, shortest, true);
+        Path { pieces, start, total, visible }
+    }
+
+    fn is_middle_visible(&self, place: [f64; 2], key: f64) -> bool {
+        let (width, height) = (self.visibility.width, self.visibility.height);
+        if !(place[0] >= 0.0 && place[1] >= 0.0 && place[0] < width as f64 && place[1] < height as f64) {
+            return true;
+        }
+        let depth = self.view.depth_of_key(key);
+        let tolerance = BIAS + 3.0 * self.view.sample_size(depth);
+        self.surface_depth(place[1] as usize * width + place[0] as usize) >= depth - tolerance
+    }
+
+    fn cover_piece(&mut self, path: &Path, index: usize, radius: f64) {
+        let piece = &path.pieces[index];
+        let length = piece.length();
         let reach = radius + 0.5;
         let [(ax, ay), (bx, by)] = [piece.from, piece.to].map(|p| (p[0], p[1]));
         let (dx, dy) = (bx - ax, by - ay);
@@ -200,9 +240,8 @@ impl<'a> Canvas<'a> {
                 };
                 let foot = [ax + t * dx, ay + t * dy];
                 let cover = (reach - (x - foot[0]).hypot(y - foot[1])).clamp(0.0, 1.0);
-                if cover > 0.0 {
-                    let key = piece.key[0] + t * (piece.key[1] - piece.key[0]);
-                    self.cover(j * self.visibility.width + i, cover, foot, key, radius);
+                if cover > 0.0 && path.is_visible(path.start[index] + t * length) {
+                    self.cover(j * self.visibility.width + i, cover, piece.at(t).1, radius);
                 }
             }
         }
@@ -226,26 +265,18 @@ impl<'a> Canvas<'a> {
                 let cover = (extra + 0.5 - outside).clamp(0.0, 1.0);
                 if cover > 0.0 {
                     let sample = j * self.visibility.width + i;
-                    self.cover(sample, cover, arrow.place, arrow.key, length);
+                    self.cover(sample, cover, arrow.key, length);
                 }
             }
         }
     }
 
-    /// Covers a sample by a stroke whose middle is at `foot`, unless the surface hides it.
-    fn cover(&mut self, sample: usize, cover: f64, foot: [f64; 2], key: f64, radius: f64) {
+    /// Covers a sample by a stroke whose middle is at this depth, unless the surface hides it.
+    fn cover(&mut self, sample: usize, cover: f64, key: f64, radius: f64) {
         let depth = self.view.depth_of_key(key);
-        let size = self.view.sample_size(depth);
         // The surface may rise towards the camera beside the middle of the stroke: up to four times as steep as wide.
-        if self.surface_depth(sample) < depth - BIAS - 4.0 * radius * size {
+        if self.surface_depth(sample) < depth - BIAS - 4.0 * radius * self.view.sample_size(depth) {
             return;
-        }
-        let (width, height) = (self.visibility.width, self.visibility.height);
-        if foot[0] >= 0.0 && foot[1] >= 0.0 && foot[0] < width as f64 && foot[1] < height as f64 {
-            let middle = foot[1] as usize * width + foot[0] as usize;
-            if self.surface_depth(middle) < depth - BIAS - 3.0 * size {
-                return;
-            }
         }
         if self.coverage[sample] == 0.0 {
             self.touched.push(sample as u32);
@@ -282,34 +313,74 @@ fn arrow_size(width: f64) -> (f64, f64) {
     (4.6 * width, 2.0 * width)
 }
 
-/// Places at even distances along the pieces, each with the direction over the length of its arrowhead.
-fn arrow_places(pieces: &[Piece], spacing: f64, width: f64) -> Vec<Arrow> {
-    let mut end = Vec::with_capacity(pieces.len());
-    let mut total = 0.0;
-    for p in pieces {
-        total += p.length();
-        end.push(total);
+/// A curve in the picture.
+struct Path {
+    pieces: Vec<Piece>,
+    /// Length of the path before each piece.
+    start: Vec<f64>,
+    total: f64,
+    /// Whether the middle is seen, for each sample's length of the path.
+    visible: Vec<bool>,
+}
+
+impl Path {
+    fn is_visible(&self, s: f64) -> bool {
+        self.visible.get(s as usize).or(self.visible.last()).copied().unwrap_or(false)
     }
-    if !(total > 0.0) {
-        return Vec::new();
+
+    fn at(&self, s: f64) -> Option<([f64; 2], f64)> {
+        let i = self.start.partition_point(|start| *start <= s).saturating_sub(1);
+        let piece = self.pieces.get(i)?;
+        let length = piece.length();
+        Some(piece.at(if length > 0.0 { ((s - self.start[i]) / length).clamp(0.0, 1.0) } else { 0.0 }))
     }
-    let at = |s: f64| {
-        let i = end.partition_point(|e| *e < s).min(pieces.len() - 1);
-        let p = &pieces[i];
-        let length = p.length();
-        let t = if length > 0.0 { (1.0 - (end[i] - s) / length).clamp(0.0, 1.0) } else { 0.0 };
-        let place = [0, 1].map(|k| p.from[k] + t * (p.to[k] - p.from[k]));
-        (place, p.key[0] + t * (p.key[1] - p.key[0]))
-    };
-    let count = (total / spacing).round().clamp(1.0, 10_000.0);
-    let half = arrow_size(width).0 / 2.0;
-    (0..count as usize)
-        .filter_map(|i| {
-            let s = (i as f64 + 0.5) * total / count;
-            let (place, key) = at(s);
-            let ([ax, ay], [bx, by]) = (at((s - half).max(0.0)).0, at((s + half).min(total)).0);
+
+    /// Arrowheads at even distances where the curve is seen, each with the direction over its own length.
+    fn arrows(&self, spacing: f64, width: f64) -> Vec<Arrow> {
+        if !(self.total > 0.0) {
+            return Vec::new();
+        }
+        let count = (self.total / spacing).round().clamp(1.0, 10_000.0);
+        let half = arrow_size(width).0 / 2.0;
+        let arrow = |i: usize| {
+            let s = (i as f64 + 0.5) * self.total / count;
+            if !(self.is_visible((s - half).max(0.0)) && self.is_visible(s) && self.is_visible(s + half)) {
+                return None;
+            }
+            let (place, key) = self.at(s)?;
+            let ([ax, ay], [bx, by]) =
+                (self.at((s - half).max(0.0))?.0, self.at((s + half).min(self.total))?.0);
             let length = (bx - ax).hypot(by - ay);
             (length > 0.0).then(|| Arrow { place, direction: [(bx - ax) / length, (by - ay) / length], key })
-        })
-        .collect()
+        };
+        (0..count as usize).filter_map(arrow).collect()
+    }
+}
+
+/// Turns runs of `value` that are shorter than `shortest` and lie between two others into those.
+fn drop_short_runs(flags: &mut [bool], shortest: usize, value: bool) {
+    let mut i = 0;
+    while i < flags.len() {
+        let start = i;
+        while i < flags.len() && flags[i] == flags[start] {
+            i += 1;
+        }
+        if flags[start] == value && i - start < shortest && start > 0 && i < flags.len() {
+            flags[start..i].fill(!value);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_runs_are_dropped_and_long_ones_stay() {
+        let mut flags = [true, true, false, true, true, true, false, false, false, true];
+        drop_short_runs(&mut flags, 2, false);
+        assert_eq!(flags, [true, true, true, true, true, true, false, false, false, true]);
+        drop_short_runs(&mut flags, 9, true);
+        assert_eq!(flags, [true, true, true, true, true, true, false, false, false, true], "ends are kept");
+    }
 }
