@@ -1,6 +1,7 @@
 //! Colours: sRGB and linear light, and the colour maps.
 
 use crate::error::RenderError;
+use std::sync::LazyLock;
 
 /// Red, green, blue in linear light.
 pub(crate) type Linear = [f32; 3];
@@ -51,6 +52,14 @@ pub(crate) fn label_color(label: i64) -> [u8; 3] {
         return [206, 206, 203];
     }
     CATEGORIES[(i128::from(label) - 1).rem_euclid(CATEGORIES.len() as i128) as usize]
+}
+
+/// [`label_color`] in linear light, looked up: it is asked for at every sample.
+pub(crate) fn label_linear(label: i64) -> Linear {
+    static TABLE: LazyLock<Vec<Linear>> =
+        LazyLock::new(|| (0..=CATEGORIES.len() as i64).map(|l| to_linear(label_color(l))).collect());
+    let turn = (i128::from(label) - 1).rem_euclid(CATEGORIES.len() as i128) as usize + 1;
+    TABLE[if label == 0 { 0 } else { turn }]
 }
 
 /// A colour map: from a number in [0, 1] to a colour. Between its stops it runs straight in Oklab (Ottosson 2020), a space in
@@ -218,7 +227,8 @@ mod tests {
     fn labels_of_either_sign_have_colors() {
         assert_ne!(label_color(1), label_color(-1));
         assert_eq!(label_color(1), label_color(13));
-        label_color(i64::MIN);
-        label_color(i64::MAX);
+        for label in [i64::MIN, -1, 0, 1, 12, 13, i64::MAX] {
+            assert_eq!(label_linear(label), to_linear(label_color(label)));
+        }
     }
 }

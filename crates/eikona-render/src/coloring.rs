@@ -1,6 +1,6 @@
 //! The colour of a place in a face: field, colour map, isolines.
 
-use crate::color::{CLAY, ColorMap, Linear, label_color, mix, to_linear};
+use crate::color::{CLAY, ColorMap, Linear, label_linear, mix, to_linear};
 use crate::raster::FacePlace;
 use crate::scene::{Isolines, Levels, Scene, SceneField};
 use crate::vector::V3;
@@ -86,7 +86,7 @@ impl<'a> Coloring<'a> {
     pub(crate) fn at(&self, face: usize, place: Option<&FacePlace>, samples: f64) -> Shown {
         match self.field {
             SceneField::None => Shown::Color(self.surface),
-            SceneField::Labels(labels) => Shown::Color(to_linear(label_color(labels[face]))),
+            SceneField::Labels(labels) => Shown::Color(label_linear(labels[face])),
             SceneField::Face(values) if values[face].is_nan() => Shown::Missing,
             SceneField::Face(values) => Shown::Color(self.map.linear(self.share(values[face]))),
             SceneField::Vertex(values) => {

@@ -184,7 +184,7 @@ fn ticks(range: [f64; 2], coloring: &Coloring) -> Vec<(f64, String)> {
     let [low, high] = range;
     let step = round_step((high / 2.0 - low / 2.0) * 2.0, 6.0);
     let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
-    if !(last - first <= 20.0) || step < 1e-290 {
+    if (last - first).is_nan() || last - first > 20.0 || step < 1e-290 {
         // The ends differ by less than rounding lets round numbers tell.
         return [low, high].map(|v| (coloring.share(v), format!("{v:.3e}"))).to_vec();
     }

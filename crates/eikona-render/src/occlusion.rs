@@ -35,14 +35,22 @@ impl Occlusion {
                 }
             }
         });
-        let grid = Grid { view: surface.view, width, height, samples, pixels: &pixels };
+        let spiral = (0..TAPS)
+            .map(|i| {
+                let share = (i as f64 + 0.5) / TAPS as f64;
+                let (sin, cos) = (std::f64::consts::TAU * TURNS * share).sin_cos();
+                [share * cos, share * sin]
+            })
+            .collect();
+        let depth: Vec<f32> = pixels.iter().map(|p| p.0).collect();
+        let grid =
+            Grid { view: surface.view, width, height, samples, depth: &depth, pixels: &pixels, spiral };
         let mut raw = vec![1.0f32; width * height];
         raw.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
             for (x, out) in row.iter_mut().enumerate() {
                 *out = grid.open_at(x, y) as f32;
             }
         });
-        let depth: Vec<f32> = pixels.iter().map(|p| p.0).collect();
         let across = blur(&raw, &depth, width, height, [1, 0]);
         let open = blur(&across, &depth, width, height, [0, 1]);
         Occlusion { width, height, samples, depth, open }
@@ -85,7 +93,11 @@ struct Grid<'a> {
     width: usize,
     height: usize,
     samples: usize,
+    /// Depths alone: the neighbours are all over the picture, and this much fits the cache.
+    depth: &'a [f32],
     pixels: &'a [(f32, [f32; 3])],
+    /// Offsets of the neighbours that are looked at, in units of the reach.
+    spiral: Vec<[f64; 2]>,
 }
 
 impl Grid<'_> {
@@ -105,30 +117,32 @@ impl Grid<'_> {
         let depth = depth as f64;
         let here = self.place(x as i64, y as i64, depth);
         let reach = RADIUS / self.view.sample_size(depth) / self.samples as f64;
-        if !(reach >= 1.5) {
+        if reach.is_nan() || reach < 1.5 {
             return 1.0;
         }
         // No further than the picture is wide, or a camera inside the mesh would see only far pixels.
         let reach = reach.min(self.width.max(self.height) as f64 / 3.0);
         // Interleaved gradient noise (Jimenez 2014).
         let pattern = 52.982_918_9 * (0.067_110_56 * x as f64 + 0.005_837_15 * y as f64).fract();
-        let start = std::f64::consts::TAU * pattern.fract();
+        let (sin, cos) = (std::f64::consts::TAU * pattern.fract()).sin_cos();
         let mut sum = 0.0;
-        for i in 0..TAPS {
-            let share = (i as f64 + 0.5) / TAPS as f64;
-            let (sin, cos) = (start + std::f64::consts::TAU * TURNS * share).sin_cos();
-            let (i, j) = ((x as f64 + reach * share * cos) as i64, (y as f64 + reach * share * sin) as i64);
+        for [u, v] in &self.spiral {
+            let (dx, dy) = (reach * (cos * u - sin * v), reach * (sin * u + cos * v));
+            let (i, j) = ((x as f64 + dx).round() as i64, (y as f64 + dy).round() as i64);
             if i < 0 || j < 0 || i >= self.width as i64 || j >= self.height as i64 {
                 continue;
             }
-            let other = self.pixels[j as usize * self.width + i as usize].0;
+            let other = self.depth[j as usize * self.width + i as usize];
             if !other.is_finite() {
                 continue;
             }
             let v = sub(self.place(i, j, other as f64), here);
-            let distance_sq = dot(v, v);
-            let near = (1.0 - distance_sq / (RADIUS * RADIUS)).max(0.0);
-            let rise = (dot(v, normal) - 0.004 - 0.02 * distance_sq.sqrt()).max(0.0);
+            let (distance_sq, height) = (dot(v, v), dot(v, normal));
+            if height <= 0.004 || distance_sq >= RADIUS * RADIUS {
+                continue;
+            }
+            let near = 1.0 - distance_sq / (RADIUS * RADIUS);
+            let rise = (height - 0.004 - 0.02 * distance_sq.sqrt()).max(0.0);
             sum += near * near * rise / (distance_sq + 1e-4) * RADIUS;
         }
         (1.0 - 1.55 * sum / TAPS as f64).clamp(0.0, 1.0)

@@ -43,7 +43,7 @@ impl Default for RenderOptions {
             lighting: Lighting::Studio,
             ambient_occlusion: 0.8,
             ground_shadow: 0.8,
-            crease_angle: 40f64.to_radians(),
+            crease_angle: 50f64.to_radians(),
             tint_back_faces: true,
             wireframe: None,
             color_bar: true,

@@ -126,7 +126,7 @@ impl<'a> Canvas<'a> {
         let range = |low: f64, high: f64, count: usize| {
             let start = low.floor().max(0.0);
             let end = (high.ceil() + 1.0).min(count as f64);
-            (start < end).then(|| start as usize..end as usize)
+            (start < end).then_some(start as usize..end as usize)
         };
         Some((
             range(low[1], high[1], self.visibility.height)?,
@@ -168,7 +168,7 @@ impl<'a> Canvas<'a> {
                 }
             }
         }
-        if !(t0 <= t1) {
+        if t0.is_nan() || t1.is_nan() || t0 > t1 {
             return None;
         }
         let at = |t: f64| [from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])];
@@ -337,7 +337,7 @@ impl Path {
 
     /// Arrowheads at even distances where the curve is seen, each with the direction over its own length.
     fn arrows(&self, spacing: f64, width: f64) -> Vec<Arrow> {
-        if !(self.total > 0.0) {
+        if self.total.is_nan() || self.total <= 0.0 {
             return Vec::new();
         }
         let count = (self.total / spacing).round().clamp(1.0, 10_000.0);
