@@ -100,7 +100,9 @@ impl<'a> Canvas<'a> {
                     if cover == 0.0 || self.surface_depth(sample) < p.depth - tolerance {
                         continue;
                     }
-                    let (nx, ny) = (dx / radius, -dy / radius);
+                    // A ball smaller than a sample has no shape, and radius 0 must not divide.
+                    let across = radius.max(1.0);
+                    let (nx, ny) = (dx / across, -dy / across);
                     let normal = [nx, ny, (1.0 - nx * nx - ny * ny).max(0.0).sqrt()];
                     let lit = match lighting {
                         Lighting::Studio => studio(color, normal, 0.55 + 0.45 * normal[2]),

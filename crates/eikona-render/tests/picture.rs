@@ -365,6 +365,18 @@ fn cameras_anywhere_and_degenerate_faces_do_no_harm() {
 }
 
 #[test]
+fn a_ball_without_radius_is_not_black() {
+    let mesh = square(1, 0.0);
+    let ball = PointStyle { color: [255; 3], radius: 0.0 };
+    for size in 30..34 {
+        let options = RenderOptions { lighting: Lighting::Studio, ambient_occlusion: 0.0, ..plain(size) };
+        let scene = Scene::new(&mesh).points(vec![[0.5, 0.5, 0.0]], ball);
+        let image = render(&scene, &options).unwrap();
+        assert!(pixel(&image, 0.5, 0.5)[..3].iter().all(|c| *c > 150));
+    }
+}
+
+#[test]
 fn extreme_values_do_no_harm() {
     let mesh = square(1, 0.0);
     for values in [[f64::MAX, -f64::MAX, 0., 1.], [f64::MIN_POSITIVE, 0., 0., 0.], [7.0; 4], [f64::NAN; 4]] {
