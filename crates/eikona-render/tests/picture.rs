@@ -369,7 +369,8 @@ fn a_ball_without_radius_is_not_black() {
     let mesh = square(1, 0.0);
     let ball = PointStyle { color: [255; 3], radius: 0.0 };
     for size in 30..34 {
-        let options = RenderOptions { lighting: Lighting::Studio, ambient_occlusion: 0.0, ..plain(size) };
+        let lit = RenderOptions { lighting: Lighting::Studio, ambient_occlusion: 0.0, ..plain(size) };
+        let options = RenderOptions { supersampling: 1, ..lit };
         let scene = Scene::new(&mesh).points(vec![[0.5, 0.5, 0.0]], ball);
         let image = render(&scene, &options).unwrap();
         assert!(pixel(&image, 0.5, 0.5)[..3].iter().all(|c| *c > 150));
