@@ -1,0 +1,81 @@
+//! The finished picture and its PNG file.
+
+use crate::error::RenderError;
+use std::io::Write;
+use std::path::Path;
+
+/// A picture: rows from top to bottom, pixels from left to right, 8 bits a channel, sRGB, alpha not premultiplied.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Image {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Number of rows.
+    pub height: u32,
+    /// Red, green, blue, alpha of each pixel: `4 * width * height` bytes.
+    pub rgba: Vec<u8>,
+}
+
+impl Image {
+    /// The colour of the pixel in column `x` and row `y` (row 0 is at the top), or `None` outside the picture.
+    pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 4]> {
+        if x >= self.width || y >= self.height {
+            return None;
+        }
+        let start = 4 * (y as usize * self.width as usize + x as usize);
+        self.rgba.get(start..start + 4)?.try_into().ok()
+    }
+
+    /// The picture as a PNG file: RGB when it is opaque, RGBA otherwise.
+    ///
+    /// # Errors
+    /// [`RenderError::Encoding`] when `rgba` does not have `4 * width * height` bytes or a side is 0.
+    pub fn to_png_bytes(&self) -> Result<Vec<u8>, RenderError> {
+        let expected = 4 * self.width as usize * self.height as usize;
+        if self.rgba.len() != expected {
+            let reason = format!("{} bytes of pixels, {expected} are needed", self.rgba.len());
+            return Err(RenderError::Encoding { reason });
+        }
+        let failed = |e: png::EncodingError| RenderError::Encoding { reason: e.to_string() };
+        let opaque = self.rgba.chunks_exact(4).all(|p| p[3] == 255);
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.width, self.height);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        encoder.set_color(if opaque { png::ColorType::Rgb } else { png::ColorType::Rgba });
+        let mut writer = encoder.write_header().map_err(failed)?;
+        if opaque {
+            let rgb: Vec<u8> = self.rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+            writer.write_image_data(&rgb).map_err(failed)?;
+        } else {
+            writer.write_image_data(&self.rgba).map_err(failed)?;
+        }
+        writer.finish().map_err(failed)?;
+        Ok(bytes)
+    }
+
+    /// Writes the PNG file. It is written under a temporary name in the same folder and renamed, so that no half-written
+    /// file is ever seen.
+    ///
+    /// # Errors
+    /// [`RenderError::Write`] with the path and the system's reason, [`RenderError::Encoding`] as in [`Image::to_png_bytes`].
+    pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), RenderError> {
+        let path = path.as_ref();
+        let bytes = self.to_png_bytes()?;
+        let failed = |source| RenderError::Write { path: path.display().to_string(), source };
+        let Some(name) = path.file_name() else {
+            return Err(failed(std::io::Error::from(std::io::ErrorKind::InvalidInput)));
+        };
+        let mut temporary_name = std::ffi::OsString::from(".");
+        temporary_name.push(name);
+        temporary_name.push(format!(".{}.part", std::process::id()));
+        let temporary = path.with_file_name(temporary_name);
+        let written = std::fs::File::create(&temporary)
+            .and_then(|mut file| file.write_all(&bytes).and_then(|()| file.sync_all()))
+            .and_then(|()| std::fs::rename(&temporary, path));
+        if written.is_err() {
+            // The first error is the one to report; a leftover temporary file does no harm.
+            let _ = std::fs::remove_file(&temporary);
+        }
+        written.map_err(failed)
+    }
+}

@@ -1,0 +1,223 @@
+//! Which face is nearest at each sample: clipping, edge functions in whole numbers with the top-left rule, depth.
+
+use crate::camera::{NEAR, Projected};
+use crate::vector::V3;
+
+/// No face.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// The nearest face and its depth key at each sample. Larger keys are nearer.
+pub(crate) struct Visibility {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) face: Vec<u32>,
+    pub(crate) key: Vec<f32>,
+}
+
+/// Corners are rounded to this part of a sample, so that neighbouring faces meet without gap or overlap.
+const SUBSAMPLE: f64 = 256.0;
+/// Faces are clipped this many samples outside the picture, which keeps products of coordinates within 63 bits.
+const GUARD: f64 = 4096.0;
+
+impl Visibility {
+    pub(crate) fn new(width: usize, height: usize) -> Visibility {
+        let count = width * height;
+        Visibility { width, height, face: vec![NONE; count], key: vec![f32::NEG_INFINITY; count] }
+    }
+
+    /// Draws all faces. Where two are equally near, the first stays.
+    pub(crate) fn draw(&mut self, vertices: &[Projected], triangles: &[[u32; 3]], perspective: bool) {
+        let mut polygon = Vec::with_capacity(10);
+        let mut spare = Vec::with_capacity(10);
+        for (f, t) in triangles.iter().enumerate() {
+            polygon.clear();
+            polygon.extend(t.map(|v| vertices[v as usize]));
+            if !self.is_inside(&polygon) {
+                self.clip(&mut polygon, &mut spare);
+            }
+            if polygon.len() < 3 {
+                continue;
+            }
+            let flat = |p: &Projected| {
+                let key = if perspective { 1.0 / p.depth } else { -p.depth };
+                Corner {
+                    x: (p.h[0] / p.h[2] * SUBSAMPLE).round() as i64,
+                    y: (p.h[1] / p.h[2] * SUBSAMPLE).round() as i64,
+                    key,
+                }
+            };
+            let first = flat(&polygon[0]);
+            let mut previous = flat(&polygon[1]);
+            for p in &polygon[2..] {
+                let next = flat(p);
+                self.fill([first, previous, next], f as u32);
+                previous = next;
+            }
+        }
+    }
+
+    fn planes(&self) -> [(V3, f64, f64); 5] {
+        // (coefficients of X, Y, W), coefficient of depth, constant: the face is kept where the sum is not negative.
+        let (w, h) = (self.width as f64 + GUARD, self.height as f64 + GUARD);
+        [
+            ([0.0, 0.0, 0.0], 1.0, -NEAR),
+            ([1.0, 0.0, GUARD], 0.0, 0.0),
+            ([-1.0, 0.0, w], 0.0, 0.0),
+            ([0.0, 1.0, GUARD], 0.0, 0.0),
+            ([0.0, -1.0, h], 0.0, 0.0),
+        ]
+    }
+
+    fn is_inside(&self, polygon: &[Projected]) -> bool {
+        let planes = self.planes();
+        polygon.iter().all(|p| planes.iter().all(|plane| side(plane, p) >= 0.0))
+    }
+
+    /// Sutherland-Hodgman.
+    fn clip(&self, polygon: &mut Vec<Projected>, spare: &mut Vec<Projected>) {
+        for plane in &self.planes() {
+            spare.clear();
+            for (i, b) in polygon.iter().enumerate() {
+                let a = &polygon[(i + polygon.len() - 1) % polygon.len()];
+                let (da, db) = (side(plane, a), side(plane, b));
+                if (da >= 0.0) != (db >= 0.0) {
+                    let t = da / (da - db);
+                    let between = |x: f64, y: f64| x + t * (y - x);
+                    let mut depth = between(a.depth, b.depth);
+                    let mut h = [0, 1, 2].map(|k| between(a.h[k], b.h[k]));
+                    if plane.1 != 0.0 && h[2] < NEAR {
+                        // Rounding must not leave a point on the near plane behind it.
+                        (depth, h[2]) = (NEAR, NEAR);
+                    }
+                    spare.push(Projected { h, depth });
+                }
+                if db >= 0.0 {
+                    spare.push(*b);
+                }
+            }
+            std::mem::swap(polygon, spare);
+        }
+    }
+
+    fn fill(&mut self, [a, mut b, mut c]: [Corner; 3], face: u32) {
+        let mut area = cross(a, b, c);
+        if area == 0 {
+            return;
+        }
+        if area < 0 {
+            std::mem::swap(&mut b, &mut c);
+            area = -area;
+        }
+        let corners = [a, b, c];
+        let unit = SUBSAMPLE as i64;
+        // Sample i has its centre at (i + 1/2).
+        let first = |low: i64| (low - unit / 2 + unit - 1).div_euclid(unit).max(0);
+        let last = |high: i64, count: usize| (high - unit / 2).div_euclid(unit).min(count as i64 - 1);
+        let (x0, x1) = (first(a.x.min(b.x).min(c.x)), last(a.x.max(b.x).max(c.x), self.width));
+        let (y0, y1) = (first(a.y.min(b.y).min(c.y)), last(a.y.max(b.y).max(c.y), self.height));
+        if x0 > x1 || y0 > y1 {
+            return;
+        }
+        // Edge k faces corner k; value, step in x, step in y at the first sample.
+        let start = Corner { x: x0 * unit + unit / 2, y: y0 * unit + unit / 2, key: 0.0 };
+        let edge = [0, 1, 2].map(|k| {
+            let (p, q) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
+            let (dx, dy) = (q.x - p.x, q.y - p.y);
+            // With y downwards and positive area, the inside lies right of a left edge (dy < 0) and below a top edge.
+            let owns_border = dy < 0 || (dy == 0 && dx > 0);
+            (cross(p, q, start) - i64::from(!owns_border), -dy * unit, dx * unit)
+        });
+        let key_step = |step: [i64; 3]| {
+            (0..3).map(|k| step[k] as f64 * (corners[k].key - a.key)).sum::<f64>() / area as f64
+        };
+        let dkey_dx = key_step(edge.map(|e| e.1));
+        let dkey_dy = key_step(edge.map(|e| e.2));
+        let key0 =
+            a.key + key_step([0, 1, 2].map(|k| cross(corners[(k + 1) % 3], corners[(k + 2) % 3], start)));
+        let mut row_value = edge.map(|e| e.0);
+        for y in y0..=y1 {
+            let mut value = row_value;
+            let row = y as usize * self.width;
+            let row_key = key0 + (y - y0) as f64 * dkey_dy;
+            for x in x0..=x1 {
+                if (value[0] | value[1] | value[2]) >= 0 {
+                    let key = (row_key + (x - x0) as f64 * dkey_dx) as f32;
+                    let sample = row + x as usize;
+                    if key > self.key[sample] {
+                        self.key[sample] = key;
+                        self.face[sample] = face;
+                    }
+                }
+                for k in 0..3 {
+                    value[k] += edge[k].1;
+                }
+            }
+            for k in 0..3 {
+                row_value[k] += edge[k].2;
+            }
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Corner {
+    x: i64,
+    y: i64,
+    key: f64,
+}
+
+/// Twice the signed area, positive where c lies to the right of a to b on a screen with y downwards.
+fn cross(a: Corner, b: Corner, c: Corner) -> i64 {
+    (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
+}
+
+fn side(plane: &(V3, f64, f64), p: &Projected) -> f64 {
+    plane.0[0] * p.h[0] + plane.0[1] * p.h[1] + plane.0[2] * p.h[2] + plane.1 * p.depth + plane.2
+}
+
+/// The place of a sample in a face, exact for perspective: weight of corner k is `e[k] / (e[0] + e[1] + e[2])`, and every `e`
+/// is linear in the sample's coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FacePlace {
+    /// Weights of the corners, none negative, sum 1.
+    pub(crate) weights: V3,
+    /// `e` over its sum.
+    pub(crate) e: V3,
+    /// Change of `e` (over the same sum) a sample to the right and downwards.
+    pub(crate) dx: V3,
+    pub(crate) dy: V3,
+}
+
+impl FacePlace {
+    /// `None` when the face is seen exactly from its side.
+    pub(crate) fn at(h: [V3; 3], x: f64, y: f64) -> Option<FacePlace> {
+        // Relative to the sample, which avoids cancellation.
+        let q = h.map(|p| [p[0] - x * p[2], p[1] - y * p[2], p[2]]);
+        let next = |k: usize| (q[(k + 1) % 3], q[(k + 2) % 3]);
+        let e = [0, 1, 2].map(|k| {
+            let (a, b) = next(k);
+            a[0] * b[1] - b[0] * a[1]
+        });
+        let sum = e[0] + e[1] + e[2];
+        let inverse = 1.0 / sum;
+        if !inverse.is_finite() {
+            return None;
+        }
+        let dx = [0, 1, 2].map(|k| {
+            let (a, b) = next(k);
+            (b[2] * a[1] - a[2] * b[1]) * inverse
+        });
+        let dy = [0, 1, 2].map(|k| {
+            let (a, b) = next(k);
+            (a[0] * b[2] - b[0] * a[2]) * -inverse
+        });
+        let e = e.map(|v| v * inverse);
+        // A sample can lie outside the face by the rounding of its corners.
+        let clamped = e.map(|v| v.clamp(0.0, 1.0));
+        let total = clamped[0] + clamped[1] + clamped[2];
+        if !(total > 0.0 && total.is_finite()) {
+            return None;
+        }
+        Some(FacePlace { weights: clamped.map(|v| v / total), e, dx, dy })
+    }
+}

@@ -1,0 +1,388 @@
+//! Curves and points over the picture: strokes of constant width with a depth test.
+
+use crate::camera::{NEAR, Projected, View};
+use crate::color::{Linear, to_linear};
+use crate::options::Lighting;
+use crate::raster::Visibility;
+use crate::scene::{CurveStyle, PointStyle};
+use crate::shade::studio;
+use crate::vector::V3;
+
+/// How far (in units of the scene's radius) a curve may lie below the surface and still be seen.
+const BIAS: f64 = 0.004;
+
+/// Samples that strokes are drawn on.
+pub(crate) struct Canvas<'a> {
+    view: &'a View,
+    visibility: &'a Visibility,
+    colors: &'a mut [[f32; 4]],
+    samples: f64,
+    /// How much of each sample the present curve covers: overlapping segments must not count twice.
+    coverage: Vec<f32>,
+    touched: Vec<u32>,
+}
+
+/// A piece of a curve in samples.
+#[derive(Clone, Copy)]
+struct Piece {
+    from: [f64; 2],
+    to: [f64; 2],
+    key: [f64; 2],
+}
+
+impl Piece {
+    fn length(&self) -> f64 {
+        (self.to[0] - self.from[0]).hypot(self.to[1] - self.from[1])
+    }
+    /// Place and depth key at a share of its length.
+    fn at(&self, t: f64) -> ([f64; 2], f64) {
+        let place = [0, 1].map(|k| self.from[k] + t * (self.to[k] - self.from[k]));
+        (place, self.key[0] + t * (self.key[1] - self.key[0]))
+    }
+}
+
+impl<'a> Canvas<'a> {
+    pub(crate) fn new(
+        view: &'a View,
+        visibility: &'a Visibility,
+        colors: &'a mut [[f32; 4]],
+        samples: f64,
+    ) -> Self {
+        let coverage = vec![0.0; colors.len()];
+        Canvas { view, visibility, colors, samples, coverage, touched: Vec::new() }
+    }
+
+    /// Draws a polyline of normalised points.
+    pub(crate) fn curve(&mut self, points: &[V3], style: &CurveStyle) {
+        let width = style.width * self.samples;
+        let rim = style.rim.map(|(color, w)| (to_linear(color), w * self.samples));
+        let widest = width / 2.0 + rim.map_or(0.0, |r| r.1) + 3.0 * width;
+        let projected: Vec<Projected> = points.iter().map(|&p| self.view.project(p)).collect();
+        let pieces: Vec<Piece> = match projected.as_slice() {
+            [one] => self.piece(one, one, widest).into_iter().collect(),
+            all => all.windows(2).filter_map(|w| self.piece(&w[0], &w[1], widest)).collect(),
+        };
+        let path = self.visible_path(pieces, width + 2.0 * rim.map_or(0.0, |r| r.1));
+        let pieces = &path.pieces;
+        let arrows = style.arrow_spacing.map_or(Vec::new(), |s| path.arrows(s * self.samples, width));
+        for (color, extra) in rim.into_iter().chain([(to_linear(style.color), 0.0)]) {
+            for i in 0..pieces.len() {
+                self.cover_piece(&path, i, width / 2.0 + extra);
+            }
+            for arrow in &arrows {
+                self.cover_arrow(arrow, width, extra);
+            }
+            self.paint(color);
+        }
+    }
+
+    /// Draws points as balls, the farthest first.
+    pub(crate) fn points(&mut self, points: &[(V3, PointStyle)], lighting: Lighting) {
+        let mut balls: Vec<(Projected, &PointStyle)> =
+            points.iter().map(|(p, style)| (self.view.project(*p), style)).collect();
+        balls.retain(|b| b.0.depth >= NEAR);
+        balls.sort_by(|a, b| b.0.depth.total_cmp(&a.0.depth));
+        for (p, style) in balls {
+            let (x, y) = (p.h[0] / p.h[2], p.h[1] / p.h[2]);
+            let radius = style.radius * self.samples;
+            let color = to_linear(style.color);
+            let tolerance = BIAS + radius * 1.5 * self.view.sample_size(p.depth);
+            let reach = radius + 1.0;
+            let Some((rows, columns)) = self.window([x - reach, y - reach], [x + reach, y + reach]) else {
+                continue;
+            };
+            for j in rows {
+                for i in columns.clone() {
+                    let (dx, dy) = (i as f64 + 0.5 - x, j as f64 + 0.5 - y);
+                    let distance = dx.hypot(dy);
+                    let cover = (radius + 0.5 - distance).clamp(0.0, 1.0);
+                    let sample = j * self.visibility.width + i;
+                    if cover == 0.0 || self.surface_depth(sample) < p.depth - tolerance {
+                        continue;
+                    }
+                    // A ball smaller than a sample has no shape, and radius 0 must not divide.
+                    let across = radius.max(1.0);
+                    let (nx, ny) = (dx / across, -dy / across);
+                    let normal = [nx, ny, (1.0 - nx * nx - ny * ny).max(0.0).sqrt()];
+                    let lit = match lighting {
+                        Lighting::Studio => studio(color, normal, 0.55 + 0.45 * normal[2]),
+                        Lighting::Unlit => color,
+                    };
+                    over(&mut self.colors[sample], lit, cover as f32);
+                }
+            }
+        }
+    }
+
+    fn surface_depth(&self, sample: usize) -> f64 {
+        let key = self.visibility.key[sample];
+        if key == f32::NEG_INFINITY { f64::INFINITY } else { self.view.depth_of_key(key as f64) }
+    }
+
+    /// The samples of a box within the picture: rows and columns.
+    fn window(
+        &self,
+        low: [f64; 2],
+        high: [f64; 2],
+    ) -> Option<(std::ops::Range<usize>, std::ops::Range<usize>)> {
+        let range = |low: f64, high: f64, count: usize| {
+            let start = low.floor().max(0.0);
+            let end = (high.ceil() + 1.0).min(count as f64);
+            (start < end).then_some(start as usize..end as usize)
+        };
+        Some((
+            range(low[1], high[1], self.visibility.height)?,
+            range(low[0], high[0], self.visibility.width)?,
+        ))
+    }
+
+    /// The part of a segment in front of the camera and within reach of the picture.
+    fn piece(&self, a: &Projected, b: &Projected, reach: f64) -> Option<Piece> {
+        let (mut a, mut b) = (*a, *b);
+        if a.depth < NEAR && b.depth < NEAR {
+            return None;
+        }
+        let at_near = |inner: &Projected, outer: &Projected| {
+            let t = (inner.depth - NEAR) / (inner.depth - outer.depth);
+            let h = [0, 1, 2].map(|k| inner.h[k] + t * (outer.h[k] - inner.h[k]));
+            Projected { h: [h[0], h[1], if self.view.perspective { NEAR } else { 1.0 }], depth: NEAR }
+        };
+        if a.depth < NEAR {
+            a = at_near(&b, &a);
+        } else if b.depth < NEAR {
+            b = at_near(&a, &b);
+        }
+        let flat = |p: &Projected| [p.h[0] / p.h[2], p.h[1] / p.h[2]];
+        let (from, to) = (flat(&a), flat(&b));
+        let key = [self.view.depth_key(a.depth), self.view.depth_key(b.depth)];
+        // Liang-Barsky against the picture widened by the stroke.
+        let size = [self.visibility.width as f64, self.visibility.height as f64];
+        let (mut t0, mut t1) = (0.0f64, 1.0f64);
+        for k in 0..2 {
+            let step = to[k] - from[k];
+            for (p, q) in [(-step, from[k] + reach), (step, size[k] + reach - from[k])] {
+                if p < 0.0 {
+                    t0 = t0.max(q / p);
+                } else if p > 0.0 {
+                    t1 = t1.min(q / p);
+                } else if q < 0.0 {
+                    return None;
+                }
+            }
+        }
+        if t0.is_nan() || t1.is_nan() || t0 > t1 {
+            return None;
+        }
+        let at = |t: f64| [from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])];
+        let key_at = |t: f64| key[0] + t * (key[1] - key[0]);
+        Some(Piece { from: at(t0), to: at(t1), key: [key_at(t0), key_at(t1)] })
+    }
+
+    /// Where along a curve its middle is seen. Alternations shorter than the stroke is wide, as they come about where a curve
+    /// runs along the rim of the surface, are smoothed out.
+    fn visible_path(&self, pieces: Vec<Piece>, width: f64) -> Path {
+        let mut start = Vec::with_capacity(pieces.len());
+        let mut total = 0.0;
+        let mut visible = Vec::new();
+        for piece in &pieces {
+            start.push(total);
+            let end = total + piece.length();
+            while (visible.len() as f64) < end.max(1.0) {
+                let t = ((visible.len() as f64 + 0.5 - total) / piece.length().max(1e-9)).clamp(0.0, 1.0);
+                let (place, key) = piece.at(t);
+                visible.push(self.is_middle_visible(place, key));
+            }
+            total = end;
+        }
+        let shortest = (2.0 * width).ceil() as usize;
+        drop_short_runs(&mut visible, shortest, false);
+        drop_short_runs(&mut visible, shortest, true);
+        Path { pieces, start, total, visible }
+    }
+
+    fn is_middle_visible(&self, place: [f64; 2], key: f64) -> bool {
+        let (width, height) = (self.visibility.width, self.visibility.height);
+        if !(place[0] >= 0.0 && place[1] >= 0.0 && place[0] < width as f64 && place[1] < height as f64) {
+            return true;
+        }
+        let depth = self.view.depth_of_key(key);
+        let tolerance = BIAS + 3.0 * self.view.sample_size(depth);
+        self.surface_depth(place[1] as usize * width + place[0] as usize) >= depth - tolerance
+    }
+
+    fn cover_piece(&mut self, path: &Path, index: usize, radius: f64) {
+        let piece = &path.pieces[index];
+        let length = piece.length();
+        let reach = radius + 0.5;
+        let [(ax, ay), (bx, by)] = [piece.from, piece.to].map(|p| (p[0], p[1]));
+        let (dx, dy) = (bx - ax, by - ay);
+        let length_sq = dx * dx + dy * dy;
+        let low = [ax.min(bx) - reach, ay.min(by) - reach];
+        let high = [ax.max(bx) + reach, ay.max(by) + reach];
+        let Some((rows, _)) = self.window(low, high) else { return };
+        for j in rows {
+            let y = j as f64 + 0.5;
+            // Only the columns beside the part of the segment that is near this row.
+            let (mut t0, mut t1) = (0.0, 1.0);
+            if dy.abs() > 1e-9 {
+                let (s0, s1) = ((y - reach - ay) / dy, (y + reach - ay) / dy);
+                t0 = s0.min(s1).clamp(0.0, 1.0);
+                t1 = s0.max(s1).clamp(0.0, 1.0);
+            }
+            let (x0, x1) = (ax + t0 * dx, ax + t1 * dx);
+            let Some((_, columns)) = self.window([x0.min(x1) - reach, y], [x0.max(x1) + reach, y]) else {
+                continue;
+            };
+            for i in columns {
+                let x = i as f64 + 0.5;
+                let t = if length_sq > 0.0 {
+                    (((x - ax) * dx + (y - ay) * dy) / length_sq).clamp(0.0, 1.0)
+                } else {
+                    0.0
+                };
+                let foot = [ax + t * dx, ay + t * dy];
+                let cover = (reach - (x - foot[0]).hypot(y - foot[1])).clamp(0.0, 1.0);
+                if cover > 0.0 && path.is_visible(path.start[index] + t * length) {
+                    self.cover(j * self.visibility.width + i, cover, piece.at(t).1, radius);
+                }
+            }
+        }
+    }
+
+    fn cover_arrow(&mut self, arrow: &Arrow, width: f64, extra: f64) {
+        let [ux, uy] = arrow.direction;
+        let (length, half) = arrow_size(width);
+        let tip = [arrow.place[0] + 0.5 * length * ux, arrow.place[1] + 0.5 * length * uy];
+        let reach = length + extra + 1.0;
+        let low = [arrow.place[0] - reach, arrow.place[1] - reach];
+        let high = [arrow.place[0] + reach, arrow.place[1] + reach];
+        let Some((rows, columns)) = self.window(low, high) else { return };
+        let slant = length.hypot(half);
+        for j in rows {
+            for i in columns.clone() {
+                let (rx, ry) = (i as f64 + 0.5 - tip[0], j as f64 + 0.5 - tip[1]);
+                let (along, across) = (-(rx * ux + ry * uy), (ry * ux - rx * uy).abs());
+                // Signed distances to the base and to the nearer slanted side.
+                let outside = (along - length).max((across * length - along * half) / slant);
+                let cover = (extra + 0.5 - outside).clamp(0.0, 1.0);
+                if cover > 0.0 {
+                    let sample = j * self.visibility.width + i;
+                    self.cover(sample, cover, arrow.key, length);
+                }
+            }
+        }
+    }
+
+    /// Covers a sample by a stroke whose middle is at this depth, unless the surface hides it.
+    fn cover(&mut self, sample: usize, cover: f64, key: f64, radius: f64) {
+        let depth = self.view.depth_of_key(key);
+        // The surface may rise towards the camera beside the middle of the stroke: up to four times as steep as wide.
+        if self.surface_depth(sample) < depth - BIAS - 4.0 * radius * self.view.sample_size(depth) {
+            return;
+        }
+        if self.coverage[sample] == 0.0 {
+            self.touched.push(sample as u32);
+        }
+        self.coverage[sample] = self.coverage[sample].max(cover as f32);
+    }
+
+    /// Paints what is covered and clears the coverage.
+    fn paint(&mut self, color: Linear) {
+        for &sample in &self.touched {
+            let sample = sample as usize;
+            over(&mut self.colors[sample], color, self.coverage[sample]);
+            self.coverage[sample] = 0.0;
+        }
+        self.touched.clear();
+    }
+}
+
+fn over(below: &mut [f32; 4], color: Linear, alpha: f32) {
+    for k in 0..3 {
+        below[k] = below[k] * (1.0 - alpha) + color[k] * alpha;
+    }
+    below[3] = below[3] * (1.0 - alpha) + alpha;
+}
+
+struct Arrow {
+    place: [f64; 2],
+    direction: [f64; 2],
+    key: f64,
+}
+
+/// Length and half width of an arrowhead on a stroke of this width.
+fn arrow_size(width: f64) -> (f64, f64) {
+    (4.6 * width, 2.0 * width)
+}
+
+/// A curve in the picture.
+struct Path {
+    pieces: Vec<Piece>,
+    /// Length of the path before each piece.
+    start: Vec<f64>,
+    total: f64,
+    /// Whether the middle is seen, for each sample's length of the path.
+    visible: Vec<bool>,
+}
+
+impl Path {
+    fn is_visible(&self, s: f64) -> bool {
+        self.visible.get(s as usize).or(self.visible.last()).copied().unwrap_or(false)
+    }
+
+    fn at(&self, s: f64) -> Option<([f64; 2], f64)> {
+        let i = self.start.partition_point(|start| *start <= s).saturating_sub(1);
+        let piece = self.pieces.get(i)?;
+        let length = piece.length();
+        Some(piece.at(if length > 0.0 { ((s - self.start[i]) / length).clamp(0.0, 1.0) } else { 0.0 }))
+    }
+
+    /// Arrowheads at even distances where the curve is seen, each with the direction over its own length.
+    fn arrows(&self, spacing: f64, width: f64) -> Vec<Arrow> {
+        if self.total.is_nan() || self.total <= 0.0 {
+            return Vec::new();
+        }
+        let count = (self.total / spacing).round().clamp(1.0, 10_000.0);
+        let half = arrow_size(width).0 / 2.0;
+        let arrow = |i: usize| {
+            let s = (i as f64 + 0.5) * self.total / count;
+            if !(self.is_visible((s - half).max(0.0)) && self.is_visible(s) && self.is_visible(s + half)) {
+                return None;
+            }
+            let (place, key) = self.at(s)?;
+            let ([ax, ay], [bx, by]) =
+                (self.at((s - half).max(0.0))?.0, self.at((s + half).min(self.total))?.0);
+            let length = (bx - ax).hypot(by - ay);
+            (length > 0.0).then(|| Arrow { place, direction: [(bx - ax) / length, (by - ay) / length], key })
+        };
+        (0..count as usize).filter_map(arrow).collect()
+    }
+}
+
+/// Turns runs of `value` that are shorter than `shortest` and lie between two others into those.
+fn drop_short_runs(flags: &mut [bool], shortest: usize, value: bool) {
+    let mut i = 0;
+    while i < flags.len() {
+        let start = i;
+        while i < flags.len() && flags[i] == flags[start] {
+            i += 1;
+        }
+        if flags[start] == value && i - start < shortest && start > 0 && i < flags.len() {
+            flags[start..i].fill(!value);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_runs_are_dropped_and_long_ones_stay() {
+        let mut flags = [true, true, false, true, true, true, false, false, false, true];
+        drop_short_runs(&mut flags, 2, false);
+        assert_eq!(flags, [true, true, true, true, true, true, false, false, false, true]);
+        drop_short_runs(&mut flags, 9, true);
+        assert_eq!(flags, [true, true, true, true, true, true, false, false, false, true], "ends are kept");
+    }
+}

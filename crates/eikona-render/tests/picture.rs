@@ -1,0 +1,423 @@
+//! Pictures of scenes small enough to know what must be where.
+
+use eikona_mesh::TriangleMesh;
+use eikona_render::{
+    Background, Camera, ColorMap, CurveStyle, Image, Isolines, Levels, Lighting, PointStyle, Projection,
+    RenderError, RenderOptions, Scene, UpAxis, Wireframe, render,
+};
+
+/// The square from 0 to 1 in the xy plane, `z` high, its cells cut from lower left to upper right.
+fn square(cells: usize, z: f64) -> TriangleMesh {
+    let n = cells + 1;
+    let at = |i: usize| i as f64 / cells as f64;
+    let positions = (0..n * n).map(|v| [at(v % n), at(v / n), z]).collect();
+    let faces = (0..cells * cells)
+        .flat_map(|c| {
+            let a = (c / cells * n + c % cells) as u32;
+            [[a, a + 1, a + 2 + cells as u32], [a, a + 2 + cells as u32, a + 1 + cells as u32]]
+        })
+        .collect();
+    TriangleMesh::new(positions, faces).unwrap()
+}
+
+/// Unlit, without perspective, seen along -z: the square with side 1 fills 0.9 of the picture.
+fn plain(size: u32) -> RenderOptions {
+    RenderOptions {
+        width: size,
+        height: size,
+        lighting: Lighting::Unlit,
+        color_bar: false,
+        camera: Camera { projection: Projection::Orthographic, ..Camera::default() },
+        ..RenderOptions::default()
+    }
+}
+
+/// The pixel that shows (x, y) of the unit square.
+fn pixel(image: &Image, x: f64, y: f64) -> [u8; 4] {
+    let place = |t: f64| ((0.05 + 0.9 * t) * image.width as f64) as u32;
+    image.pixel(place(x), place(1.0 - y)).unwrap()
+}
+
+fn darkness(p: [u8; 4]) -> i32 {
+    255 - (p[0] as i32 + p[1] as i32 + p[2] as i32) / 3
+}
+
+#[test]
+fn a_triangle_covers_its_area() {
+    let mesh = TriangleMesh::new(vec![[0., 0., 0.], [1., 0.1, 0.], [0.3, 1., 0.]], vec![[0, 1, 2]]).unwrap();
+    for supersampling in 1..=4 {
+        let options = RenderOptions { supersampling, background: Background::Transparent, ..plain(200) };
+        let image = render(&Scene::new(&mesh), &options).unwrap();
+        let covered: f64 = image.rgba.chunks(4).map(|p| p[3] as f64 / 255.0).sum();
+        // The larger side, 1, is 0.9 * 200 pixels.
+        let area = 0.5 * (1.0 * 1.0 - 0.1 * 0.3) * 180.0 * 180.0;
+        assert!((covered / area - 1.0).abs() < 0.004, "{supersampling}: {covered} for {area}");
+    }
+}
+
+#[test]
+fn neighbouring_faces_leave_no_gap() {
+    let mesh = square(37, 0.0);
+    let image = render(&Scene::new(&mesh).surface_color([10, 20, 30]), &plain(301)).unwrap();
+    for i in 20..280 {
+        for j in 20..280 {
+            assert_eq!(image.pixel(i, j), Some([10, 20, 30, 255]));
+        }
+    }
+}
+
+#[test]
+fn colors_are_those_of_the_map() {
+    let mesh = square(4, 0.0);
+    let x: Vec<f64> = mesh.positions().iter().map(|p| 2.0 * p[0] - 1.0).collect();
+    let map = ColorMap::signed();
+    let image = render(&Scene::new(&mesh).vertex_scalar(&x), &plain(400)).unwrap();
+    for share in [0.1, 0.3, 0.7, 0.9] {
+        let (seen, wanted) = (pixel(&image, share, 0.37), map.color(share));
+        assert!((0..3).all(|k| seen[k].abs_diff(wanted[k]) <= 3), "{seen:?} {wanted:?}");
+    }
+    let (left, right) = (pixel(&image, 0.2, 0.5), pixel(&image, 0.8, 0.5));
+    assert!(left[2] > left[0] + 40, "negative is blue");
+    assert!(right[0] > right[2] + 40, "positive is orange");
+}
+
+#[test]
+fn the_nearer_face_hides_the_other_in_either_order() {
+    let positions = |near: f64, far: f64| {
+        let corners = |z: f64| [[0., 0., z], [1., 0., z], [1., 1., z], [0., 1., z]];
+        [corners(near), corners(far)].concat()
+    };
+    let faces = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+    for (z, front) in [([0.0, -0.8], 1), ([-0.8, 0.0], 2)] {
+        let mesh = TriangleMesh::new(positions(z[0], z[1]), faces.clone()).unwrap();
+        for projection in [Projection::Orthographic, Projection::Perspective { field_of_view: 0.6 }] {
+            let mut options = plain(100);
+            options.camera = Camera {
+                up: UpAxis::Y,
+                azimuth: Some(0.0),
+                elevation: Some(0.0),
+                projection,
+                ..Camera::default()
+            };
+            let image = render(&Scene::new(&mesh).face_labels(&[1, 1, 2, 2]), &options).unwrap();
+            let other = render(&Scene::new(&mesh).face_labels(&[front, front, 2, 2]), &options).unwrap();
+            let seen = image.pixel(50, 50).unwrap();
+            let wanted = if front == 1 { other.pixel(50, 50).unwrap() } else { seen };
+            assert_eq!(seen, wanted);
+            let label_one = [86, 180, 233, 255];
+            assert_eq!(seen == label_one, front == 1);
+        }
+    }
+}
+
+#[test]
+fn a_curve_behind_the_surface_is_hidden_and_one_on_it_is_seen() {
+    let mesh = square(3, 0.0);
+    let line = |z: f64| vec![[0.1, 0.5, z], [0.9, 0.5, z]];
+    let style = CurveStyle { color: [255, 0, 0], width: 6.0, ..CurveStyle::default() };
+    let mut options = plain(300);
+    for projection in [Projection::Orthographic, Projection::Perspective { field_of_view: 0.5 }] {
+        options.camera = Camera {
+            up: UpAxis::Y,
+            azimuth: Some(0.3),
+            elevation: Some(0.2),
+            projection,
+            ..Camera::default()
+        };
+        let red = |z: f64| {
+            let scene = Scene::new(&mesh).curve(line(z), style.clone());
+            let image = render(&scene, &options).unwrap();
+            image.rgba.chunks(4).filter(|p| p[0] > 200 && p[1] < 60).count()
+        };
+        let on = red(0.0);
+        // Over the surface: length 0.8 of a square about 270 pixels wide, 6 pixels wide, turned by 0.3 radians.
+        assert!((700..1600).contains(&on), "{on}");
+        assert!(red(0.1) >= on * 9 / 10);
+        assert_eq!(red(-0.1), 0);
+        let ball = PointStyle { color: [255, 0, 0], radius: 8.0 };
+        let balls = |z: f64| {
+            let image = render(&Scene::new(&mesh).points(vec![[0.5, 0.5, z]], ball), &options).unwrap();
+            image.rgba.chunks(4).filter(|p| p[0] > 200 && p[1] < 60).count()
+        };
+        let area = std::f64::consts::PI * 64.0;
+        assert!((balls(0.0) as f64 / area - 1.0).abs() < 0.15, "{}", balls(0.0));
+        assert_eq!(balls(-0.2), 0);
+    }
+}
+
+#[test]
+fn isolines_lie_where_the_field_has_their_value_and_are_as_wide_as_asked() {
+    let mesh = square(5, 0.0);
+    let x: Vec<f64> = mesh.positions().iter().map(|p| p[0]).collect();
+    let lines = Isolines {
+        levels: Levels::Values(vec![0.7, 0.25]),
+        width: 4.0,
+        color: [0, 0, 0],
+        opacity: 1.0,
+        ..Isolines::default()
+    };
+    let scene = Scene::new(&mesh).vertex_scalar(&x).color_map(ColorMap::by_name("lagoon").unwrap());
+    let without = render(&scene, &plain(400)).unwrap();
+    let with = render(&scene.isolines(lines), &plain(400)).unwrap();
+    let row = 200;
+    let mut found: Vec<(f64, f64)> = Vec::new(); // width and first moment of each dark run
+    let mut inside = false;
+    for i in 0..400 {
+        let (a, b) = (without.pixel(i, row).unwrap(), with.pixel(i, row).unwrap());
+        let share = (darkness(b) - darkness(a)) as f64 / (255 - darkness(a)).max(1) as f64;
+        if share > 0.02 {
+            if !inside {
+                found.push((0.0, 0.0));
+            }
+            let last = found.last_mut().unwrap();
+            *last = (last.0 + share, last.1 + share * (i as f64 + 0.5));
+        }
+        inside = share > 0.02;
+    }
+    assert_eq!(found.len(), 2, "{found:?}");
+    for ((width, moment), level) in found.into_iter().zip([0.25, 0.7]) {
+        // Darkness is measured in sRGB, in which a half covered pixel is less than half dark.
+        assert!((width - 4.0).abs() < 0.8, "{width}");
+        assert!((moment / width - (0.05 + 0.9 * level) * 400.0).abs() < 0.5, "{}", moment / width);
+    }
+}
+
+#[test]
+fn corner_values_jump_at_the_edge() {
+    let mesh = square(1, 0.0); // two faces, cut from lower left to upper right
+    let image = render(&Scene::new(&mesh).corner_scalar(&[0., 0., 0., 1., 1., 1.]), &plain(200)).unwrap();
+    let map = ColorMap::viridis();
+    let rgb = |p: [u8; 4]| [p[0], p[1], p[2]];
+    assert_eq!(rgb(pixel(&image, 0.515, 0.485)), map.color(0.0));
+    assert_eq!(rgb(pixel(&image, 0.485, 0.515)), map.color(1.0));
+}
+
+#[test]
+fn quotients_are_divided_at_each_pixel() {
+    let mesh = square(1, 0.0);
+    // x / (1 + x) is not linear: at x = 1/2 it is 1/3, not the mean 1/4 of its ends.
+    let x: Vec<f64> = mesh.triangles().iter().flatten().map(|&v| mesh.positions()[v as usize][0]).collect();
+    let below: Vec<f64> = x.iter().map(|x| 1.0 + x).collect();
+    let scene = Scene::new(&mesh).corner_quotient(&x, &below).range(0.0, 1.0);
+    let seen = pixel(&render(&scene, &plain(400)).unwrap(), 0.5, 0.3);
+    let wanted = ColorMap::viridis().color(1.0 / 3.0);
+    assert!((0..3).all(|k| seen[k].abs_diff(wanted[k]) <= 2), "{seen:?} {wanted:?}");
+}
+
+#[test]
+fn missing_values_are_neutral_gray() {
+    let mesh = square(1, 0.0);
+    let scene = Scene::new(&mesh);
+    let image = render(&scene.face_scalar(&[f64::NAN, 1.0]), &plain(200)).unwrap();
+    let [r, g, b, _] = pixel(&image, 0.8, 0.3);
+    assert!(r.abs_diff(g) <= 3 && g.abs_diff(b) <= 3 && r < 200, "{r} {g} {b}");
+}
+
+#[test]
+fn the_same_scene_gives_the_same_bytes_on_any_number_of_threads() {
+    let mesh = bowl();
+    let height: Vec<f64> = mesh.positions().iter().map(|p| p[2]).collect();
+    let scene = Scene::new(&mesh)
+        .vertex_scalar(&height)
+        .isolines(Isolines::default())
+        .curve(
+            vec![[-0.5, -0.5, 0.5], [0.5, 0.5, 0.5]],
+            CurveStyle { arrow_spacing: Some(40.0), ..CurveStyle::default() },
+        )
+        .points(vec![[0.0; 3]], PointStyle::default())
+        .title("height");
+    let options = RenderOptions {
+        width: 320,
+        height: 240,
+        wireframe: Some(Wireframe::default()),
+        ..Default::default()
+    };
+    let first = render(&scene, &options).unwrap().to_png_bytes().unwrap();
+    let second = render(&scene, &options).unwrap().to_png_bytes().unwrap();
+    assert!(first == second);
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let bytes = pool.install(|| render(&scene, &options).unwrap().to_png_bytes().unwrap());
+        assert!(first == bytes, "{threads} threads");
+    }
+}
+
+/// A paraboloid over [-1, 1]^2.
+fn bowl() -> TriangleMesh {
+    let flat = square(20, 0.0);
+    let positions = flat
+        .positions()
+        .iter()
+        .map(|p| {
+            let (x, y) = (2.0 * p[0] - 1.0, 2.0 * p[1] - 1.0);
+            [x, y, 0.5 * (x * x + y * y)]
+        })
+        .collect();
+    flat.with_positions(positions).unwrap()
+}
+
+#[test]
+fn size_and_place_do_not_matter() {
+    let mesh = bowl();
+    let options = RenderOptions { width: 120, height: 90, color_bar: false, ..Default::default() };
+    let base = render(&Scene::new(&mesh), &options).unwrap();
+    for (factor, shift) in [(1e8, 0.0), (1e-8, 0.0), (1e300, 0.0), (1e-300, 0.0), (1.0, 1e6)] {
+        let moved: Vec<[f64; 3]> = mesh.positions().iter().map(|p| p.map(|x| factor * x + shift)).collect();
+        let moved = mesh.with_positions(moved).unwrap();
+        let image = render(&Scene::new(&moved), &options).unwrap();
+        let different = image.rgba.iter().zip(&base.rgba).filter(|(a, b)| a.abs_diff(**b) > 6).count();
+        assert!(different < base.rgba.len() / 200, "{factor} {shift}: {different}");
+    }
+}
+
+#[test]
+fn png_decodes_to_the_same_pixels() {
+    let mesh = bowl();
+    for background in [Background::Transparent, Background::Solid([250, 250, 250])] {
+        let options = RenderOptions { width: 97, height: 53, background, ..Default::default() };
+        let image = render(&Scene::new(&mesh), &options).unwrap();
+        let bytes = image.to_png_bytes().unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        assert_eq!((info.width, info.height), (97, 53));
+        let channels = pixels.len() / (97 * 53);
+        for (p, q) in image.rgba.chunks(4).zip(pixels.chunks(channels)) {
+            assert_eq!(&p[..channels], q);
+        }
+    }
+}
+
+#[test]
+fn a_file_is_written_whole_or_not_at_all() {
+    let image = Image { width: 1, height: 1, rgba: vec![1, 2, 3, 255] };
+    let folder = std::env::temp_dir().join(format!("eikona-render-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    image.write_png(folder.join("one.png")).unwrap();
+    let left: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left, ["one.png"]);
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(matches!(image.write_png(folder.join("one.png")), Err(RenderError::Write { .. })));
+    let broken = Image { width: 2, height: 1, rgba: vec![0; 4] };
+    assert!(matches!(broken.to_png_bytes(), Err(RenderError::Encoding { .. })));
+}
+
+#[test]
+fn nothing_to_draw_gives_the_background() {
+    let empty = TriangleMesh::new(vec![[f64::MAX, 0.0, 0.0]], vec![]).unwrap();
+    let options = RenderOptions { background: Background::Solid([9, 8, 7]), ..plain(40) };
+    let image = render(&Scene::new(&empty), &options).unwrap();
+    assert!(image.rgba.chunks(4).all(|p| p == [9, 8, 7, 255]));
+    let lit = RenderOptions { width: 50, height: 40, ..Default::default() };
+    let image = render(&Scene::new(&empty).vertex_scalar(&[1.0]).title("x"), &lit).unwrap();
+    assert!(image.rgba.chunks(4).all(|p| p == [255; 4]));
+}
+
+#[test]
+fn cameras_anywhere_and_degenerate_faces_do_no_harm() {
+    let bowl = bowl();
+    let height: Vec<f64> = bowl.positions().iter().map(|p| p[2]).collect();
+    let slivers = TriangleMesh::new(
+        vec![[0., 0., 0.], [1., 0., 0.], [2., 0., 0.], [0., 1e-13, 0.], [1., 1., 1.], [1., 1., 1.]],
+        vec![[0, 1, 2], [0, 1, 3], [0, 4, 5], [3, 4, 1]],
+    )
+    .unwrap();
+    let point = TriangleMesh::new(vec![[3.0; 3]; 3], vec![[0, 1, 2]]).unwrap();
+    for (mesh, values) in
+        [(&bowl, height.as_slice()), (&slivers, &[0., 1., -1., 2., 0., 5.]), (&point, &[0.0; 3])]
+    {
+        for distance in [None, Some(1e-300), Some(1e-4), Some(0.05), Some(1.0), Some(1e300)] {
+            for (azimuth, elevation, field_of_view) in
+                [(0.0, 0.0, 0.5), (1.0, std::f64::consts::FRAC_PI_2, 3.1), (-4.0, -1.2, 0.001)]
+            {
+                let camera = Camera {
+                    distance,
+                    azimuth: Some(azimuth),
+                    elevation: Some(elevation),
+                    target: distance.map(|_| [0.1, 0.0, 0.05]),
+                    projection: Projection::Perspective { field_of_view },
+                    zoom: 1.0 + azimuth.abs() * 1e3,
+                    ..Camera::default()
+                };
+                let options = RenderOptions {
+                    width: 40,
+                    height: 30,
+                    camera,
+                    wireframe: Some(Wireframe::default()),
+                    ..Default::default()
+                };
+                let scene = Scene::new(mesh)
+                    .vertex_scalar(values)
+                    .isolines(Isolines { levels: Levels::Spacing(1e-200), ..Isolines::default() })
+                    .curve(
+                        vec![[-1e9, 0., 0.], [1., 1., 1.], [1e9, 3., -1e9]],
+                        CurveStyle {
+                            arrow_spacing: Some(1.0),
+                            rim: Some(([0; 3], 2.0)),
+                            ..CurveStyle::default()
+                        },
+                    )
+                    .points(vec![[0.1, 0.0, 0.05]], PointStyle { radius: 0.0, ..PointStyle::default() });
+                assert_eq!(render(&scene, &options).unwrap().rgba.len(), 4 * 40 * 30);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_ball_without_radius_is_not_black() {
+    let mesh = square(1, 0.0);
+    let ball = PointStyle { color: [255; 3], radius: 0.0 };
+    for size in 30..34 {
+        let lit = RenderOptions { lighting: Lighting::Studio, ambient_occlusion: 0.0, ..plain(size) };
+        let options = RenderOptions { supersampling: 1, ..lit };
+        let scene = Scene::new(&mesh).points(vec![[0.5, 0.5, 0.0]], ball);
+        let image = render(&scene, &options).unwrap();
+        assert!(pixel(&image, 0.5, 0.5)[..3].iter().all(|c| *c > 150));
+    }
+}
+
+#[test]
+fn extreme_values_do_no_harm() {
+    let mesh = square(1, 0.0);
+    for values in [[f64::MAX, -f64::MAX, 0., 1.], [f64::MIN_POSITIVE, 0., 0., 0.], [7.0; 4], [f64::NAN; 4]] {
+        let scene = Scene::new(&mesh).vertex_scalar(&values).isolines(Isolines::default());
+        render(&scene, &RenderOptions { width: 300, height: 200, ..Default::default() }).unwrap();
+    }
+    let zero = [0.0; 6];
+    render(&Scene::new(&mesh).corner_quotient(&zero, &zero), &plain(50)).unwrap();
+    render(&Scene::new(&mesh).face_labels(&[i64::MIN, i64::MAX]), &plain(60)).unwrap();
+}
+
+#[test]
+fn faults_are_named() {
+    let mesh = square(1, 0.0);
+    let options = plain(20);
+    let fault = |scene: Scene| render(&scene, &options).unwrap_err();
+    assert!(matches!(
+        fault(Scene::new(&mesh).vertex_scalar(&[1.0])),
+        RenderError::WrongLength { found: 1, expected: 4, .. }
+    ));
+    assert!(matches!(
+        fault(Scene::new(&mesh).face_scalar(&[0.0, f64::INFINITY])),
+        RenderError::NonFinite { index: 1, .. }
+    ));
+    assert!(matches!(
+        fault(Scene::new(&mesh).curve(vec![[0.0, f64::NAN, 0.0]], CurveStyle::default())),
+        RenderError::NonFinite { index: 0, .. }
+    ));
+    assert!(matches!(fault(Scene::new(&mesh).range(1.0, 1.0)), RenderError::Range { .. }));
+    let render_with = |change: &dyn Fn(&mut RenderOptions)| {
+        let mut options = plain(20);
+        change(&mut options);
+        render(&Scene::new(&mesh), &options).unwrap_err()
+    };
+    assert!(matches!(render_with(&|o| o.width = 0), RenderError::ImageSize { .. }));
+    assert!(matches!(
+        render_with(&|o| o.supersampling = 9),
+        RenderError::Option { name: "supersampling", .. }
+    ));
+    assert!(matches!(render_with(&|o| o.camera.zoom = f64::NAN), RenderError::Option { name: "zoom", .. }));
+    let huge = |o: &mut RenderOptions| (o.width, o.height, o.supersampling) = (16384, 16384, 2);
+    assert!(matches!(render_with(&huge), RenderError::TooManySamples { .. }));
+}
