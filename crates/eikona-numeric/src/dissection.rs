@@ -6,9 +6,9 @@
 
 use crate::graph::Adjacency;
 
-/// Pieces of this size are left in the order of their coordinates; smaller pieces gained nothing in measurements, since the
+/// Pieces up to this size are left in the order in which they lie. Smaller leaves gain no fill worth their time: the
 /// factorisation merges small supernodes anyway.
-const LEAF: usize = 6;
+const LEAF: usize = 8;
 
 /// An unknown with its place: what the sweeps run over, so that they touch memory in order.
 #[derive(Clone, Copy)]
@@ -26,29 +26,25 @@ pub(crate) fn nested_dissection(adjacency: &Adjacency, places: &[[f64; 3]]) -> V
     let n = places.len();
     let mut nodes = nodes(adjacency, places);
     let mut order = vec![0u32; n];
-    let mut workspace = Workspace { side: vec![OUTSIDE; n], local: vec![0; n], ..Workspace::default() };
+    let mut dissection = Dissection::new(adjacency, &nodes);
     // (first node, end, end of its stretch of the order): a piece fills its stretch from the end.
     let mut stack = vec![(0usize, n, n)];
     while let Some((begin, end, order_end)) = stack.pop() {
         let piece = &mut nodes[begin..end];
-        if piece.len() <= LEAF {
-            for (slot, node) in order[order_end - piece.len()..order_end].iter_mut().zip(piece.iter()) {
-                *slot = node.id;
-            }
-            continue;
-        }
-        let (first, separator) = workspace.dissect(adjacency, piece);
-        // The piece now reads: first half, second half, separator.
-        let total = piece.len();
-        for (slot, node) in
-            order[order_end - separator..order_end].iter_mut().zip(piece[total - separator..].iter())
-        {
+        let split = if piece.len() > LEAF { dissection.dissect(piece) } else { None };
+        // The piece now reads: first half, second half, separator. What can not be cut is a separator whole.
+        let (first, second) = split.unwrap_or((0, 0));
+        let separator = &piece[first + second..];
+        let second_end = order_end - separator.len();
+        for (slot, node) in order[second_end..order_end].iter_mut().zip(separator) {
             *slot = node.id;
         }
-        let second_end = order_end - separator;
-        let second = total - separator - first;
-        stack.push((begin, begin + first, second_end - second));
-        stack.push((begin + first, begin + first + second, second_end));
+        if first > 0 {
+            stack.push((begin, begin + first, second_end - second));
+        }
+        if second > 0 {
+            stack.push((begin + first, begin + first + second, second_end));
+        }
     }
     order
 }
@@ -81,19 +77,19 @@ fn nodes(adjacency: &Adjacency, places: &[[f64; 3]]) -> Vec<Node> {
         .collect()
 }
 
-const OUTSIDE: u8 = 0;
-const FIRST: u8 = 1;
-const SECOND: u8 = 2;
-const SEPARATOR: u8 = 3;
-
-#[derive(Default)]
-struct Workspace {
-    /// Which part of the current piece an unknown belongs to.
-    side: Vec<u8>,
-    /// Place of an unknown in `left` or `right`.
+/// The state of the sweeps.
+struct Dissection<'a> {
+    adjacency: &'a Adjacency,
+    /// Place of each unknown, by its number.
+    places: Vec<[f32; 3]>,
+    /// Unknowns that are in a separator already. All other neighbours of an unknown are in the same piece as itself.
+    separated: Vec<bool>,
+    /// Index of an unknown in `right`.
     local: Vec<u32>,
+    /// Unknowns of the first half with neighbours in the second, and those neighbours.
     left: Vec<u32>,
     right: Vec<u32>,
+    /// Neighbours of left unknown `l`, as indices of `right`: `cut[cut_start[l]..cut_start[l + 1]]`.
     cut_start: Vec<u32>,
     cut: Vec<u32>,
     match_left: Vec<u32>,
@@ -103,47 +99,53 @@ struct Workspace {
 
 const UNMATCHED: u32 = u32::MAX;
 
-impl Workspace {
-    /// Rearranges a piece into first half, second half, separator; returns the sizes of the first half and the separator.
-    fn dissect(&mut self, adjacency: &Adjacency, piece: &mut [Node]) -> (usize, usize) {
-        let axis = longest_axis(piece);
-        let middle = piece.len() / 2;
-        piece.select_nth_unstable_by(middle, |a, b| {
-            a.place[axis].total_cmp(&b.place[axis]).then(a.id.cmp(&b.id))
-        });
-        let plane = piece[middle].place[axis];
-        for node in &piece[..middle] {
-            self.side[node.id as usize] = FIRST;
+impl<'a> Dissection<'a> {
+    fn new(adjacency: &'a Adjacency, nodes: &[Node]) -> Self {
+        Dissection {
+            adjacency,
+            places: nodes.iter().map(|node| node.place).collect(),
+            separated: vec![false; nodes.len()],
+            local: vec![0; nodes.len()],
+            left: Vec::new(),
+            right: Vec::new(),
+            cut_start: Vec::new(),
+            cut: Vec::new(),
+            match_left: Vec::new(),
+            match_right: Vec::new(),
+            visited: Vec::new(),
         }
-        for node in &piece[middle..] {
-            self.side[node.id as usize] = SECOND;
+    }
+
+    /// Rearranges a piece into first half, second half, separator; returns the sizes of the halves, or `None` when all its
+    /// unknowns lie in one place.
+    fn dissect(&mut self, piece: &mut [Node]) -> Option<(usize, usize)> {
+        let (axis, plane) = cutting_plane(piece)?;
+        let middle = partition(piece, |node| node.place[axis] < plane);
+        if middle == 0 || middle == piece.len() {
+            return None;
         }
-        self.collect_cut(adjacency, &piece[..middle], plane, axis);
+        self.collect_cut(&piece[..middle], axis, plane);
         self.cover_cut();
-        // Stable partition, so that the order within the parts does not depend on anything else.
-        let mut separator = Vec::with_capacity(self.left.len().min(self.right.len()));
-        let mut kept = 0;
-        let mut first = 0;
-        for i in 0..piece.len() {
-            let node = piece[i];
-            let side = &mut self.side[node.id as usize];
-            if *side == SEPARATOR {
-                separator.push(node);
-            } else {
-                if *side == FIRST {
-                    first += 1;
-                }
-                piece[kept] = node;
-                kept += 1;
+        // Separators lie near the plane; the others are not even looked up.
+        let separated = &self.separated;
+        let stays = |node: &Node| (node.place[axis] - plane).abs() > node.reach || !separated[node.id as usize];
+        let first = partition(&mut piece[..middle], stays);
+        let second = partition(&mut piece[middle..], stays);
+        // first, separators, second, separators -> first, second, separators
+        let gap = middle - first;
+        if gap >= second {
+            piece[first..middle + second].rotate_left(gap);
+        } else {
+            // Only the first `gap` of the second half need to move.
+            for i in 0..gap {
+                piece.swap(first + i, middle + second - gap + i);
             }
-            *side = OUTSIDE;
         }
-        piece[kept..].copy_from_slice(&separator);
-        (first, separator.len())
+        Some((first, second))
     }
 
     /// The pairs of neighbours on different sides, as a bipartite graph between `left` and `right`.
-    fn collect_cut(&mut self, adjacency: &Adjacency, first_half: &[Node], plane: f32, axis: usize) {
+    fn collect_cut(&mut self, first_half: &[Node], axis: usize, plane: f32) {
         self.left.clear();
         self.right.clear();
         self.cut.clear();
@@ -154,8 +156,8 @@ impl Workspace {
                 continue;
             }
             let before = self.cut.len();
-            for &j in adjacency.of_unknown(node.id) {
-                if self.side[j as usize] == SECOND {
+            for &j in self.adjacency.of_unknown(node.id) {
+                if self.places[j as usize][axis] >= plane && !self.separated[j as usize] {
                     // `local` is valid if it points back to j.
                     let known = self.right.get(self.local[j as usize] as usize) == Some(&j);
                     if !known {
@@ -218,12 +220,12 @@ impl Workspace {
         }
         for (l, &id) in self.left.iter().enumerate() {
             if !left_reached[l] {
-                self.side[id as usize] = SEPARATOR;
+                self.separated[id as usize] = true;
             }
         }
         for (r, &id) in self.right.iter().enumerate() {
             if self.visited[r] {
-                self.side[id as usize] = SEPARATOR;
+                self.separated[id as usize] = true;
             }
         }
     }
@@ -259,14 +261,34 @@ impl Workspace {
     }
 }
 
-fn longest_axis(piece: &[Node]) -> usize {
+/// The plane through the mean of a piece across the longest axis of its box; `None` when the box is a point.
+fn cutting_plane(piece: &[Node]) -> Option<(usize, f32)> {
     let mut low = [f32::INFINITY; 3];
     let mut high = [f32::NEG_INFINITY; 3];
+    let mut sum = [0.0f64; 3];
     for node in piece {
         for k in 0..3 {
             low[k] = low[k].min(node.place[k]);
             high[k] = high[k].max(node.place[k]);
+            sum[k] += f64::from(node.place[k]);
         }
     }
-    (0..3).max_by(|&a, &b| (high[a] - low[a]).total_cmp(&(high[b] - low[b])).then(b.cmp(&a))).unwrap_or(0)
+    let longer = |a: &usize, b: &usize| (high[*a] - low[*a]).total_cmp(&(high[*b] - low[*b])).then(b.cmp(a));
+    let axis = (0..3).max_by(longer)?;
+    // Above the lowest, so that neither side is empty.
+    let mean = (sum[axis] / piece.len() as f64) as f32;
+    (high[axis] > low[axis]).then(|| (axis, if mean > low[axis] { mean } else { high[axis] }))
+}
+
+/// Moves what fulfils a condition to the front; returns how many do.
+fn partition(piece: &mut [Node], condition: impl Fn(&Node) -> bool) -> usize {
+    let mut kept = 0;
+    for i in 0..piece.len() {
+        let node = piece[i];
+        let keep = condition(&node);
+        piece[i] = piece[kept];
+        piece[kept] = node;
+        kept += usize::from(keep);
+    }
+    kept
 }
