@@ -2,6 +2,7 @@
 
 use crate::id::{Edge, Face, Vertex};
 use std::fmt;
+use std::path::Path;
 use thiserror::Error;
 
 /// One fault of a mesh, with the element and the value.
@@ -233,13 +234,17 @@ pub enum CurveError {
         t: f64,
     },
     /// Barycentric weights that are not a point of the face.
-    #[error("barycentric weights {bary:?} are not a point of the face; each must lie in [0, 1] and their sum be 1")]
+    #[error(
+        "barycentric weights {bary:?} are not a point of the face; each must lie in [0, 1] and their sum be 1"
+    )]
     WeightsOutOfRange {
         /// The weights as given.
         bary: [f64; 3],
     },
     /// A segment whose two nodes share no face.
-    #[error("the segment to the next node does not lie in one face; have the curve traced across the faces (`trace`, or `--trace` on the command line)")]
+    #[error(
+        "the segment to the next node does not lie in one face; have the curve traced across the faces (`trace`, or `--trace` on the command line)"
+    )]
     SegmentAcrossFaces,
     /// A curve with fewer than two nodes.
     #[error("curve {curve} has {nodes} node(s), a curve needs at least 2; give isolated places as points")]
@@ -294,6 +299,14 @@ pub enum FileError {
         /// What is wrong and what is expected.
         problem: String,
     },
+    /// The fault, with the file in which it was found.
+    #[error("{path}: {fault}")]
+    InFile {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        fault: Box<FileError>,
+    },
     /// The format is not known, or can not hold what is to be written.
     #[error("{0}")]
     Unsupported(String),
@@ -309,5 +322,16 @@ impl FileError {
     /// A [`FileError::Syntax`].
     pub fn syntax(format: &'static str, place: impl Into<String>, problem: impl Into<String>) -> Self {
         FileError::Syntax { format, place: place.into(), problem: problem.into() }
+    }
+    /// A [`FileError::Io`].
+    pub fn io(path: impl AsRef<Path>, fault: std::io::Error) -> Self {
+        FileError::Io { path: path.as_ref().display().to_string(), fault }
+    }
+    /// The same fault, with the file in which it was found (once: a fault that names a file stays as it is).
+    pub fn in_file(self, path: impl AsRef<Path>) -> Self {
+        match self {
+            FileError::Io { .. } | FileError::InFile { .. } => self,
+            fault => FileError::InFile { path: path.as_ref().display().to_string(), fault: Box::new(fault) },
+        }
     }
 }

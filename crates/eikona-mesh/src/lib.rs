@@ -8,6 +8,7 @@ mod curve;
 mod error;
 mod field;
 mod id;
+pub mod io;
 mod mesh;
 mod point;
 mod polygon;
