@@ -43,9 +43,10 @@ fn is_ascii(bytes: &[u8]) -> bool {
         return false;
     }
     words.next_line();
-    words
-        .word()
-        .is_none_or(|w| [&b"facet"[..], b"endsolid", b"solid"].iter().any(|k| w.eq_ignore_ascii_case(k)))
+    match words.word() {
+        Some(word) => [&b"facet"[..], b"endsolid", b"solid"].iter().any(|k| word.eq_ignore_ascii_case(k)),
+        None => !bytes.contains(&0), // a single line: an empty text, or binary without any line end
+    }
 }
 
 fn read_binary(bytes: &[u8]) -> Result<MeshFile, FileError> {

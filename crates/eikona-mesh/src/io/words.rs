@@ -73,7 +73,8 @@ impl<'a> Words<'a> {
                     let rest = &self.bytes[self.at..];
                     let stop = |&b: &u8| b == b'\n' || b == b'\r' || b == b'\\';
                     self.at += rest.iter().position(stop).unwrap_or(rest.len());
-                    if self.bytes.get(self.at) == Some(&b'\\') && self.line_end_after(self.at).is_none() {
+                    let joined = self.continuation && self.line_end_after(self.at).is_some();
+                    if self.bytes.get(self.at) == Some(&b'\\') && !joined {
                         self.at += 1;
                     }
                 }

@@ -14,7 +14,8 @@ fn surfaces() -> Vec<(String, usize, usize)> {
         let cells: Vec<&str> = line.split('|').map(str::trim).collect();
         let name = *cells.get(1)?;
         MeshFormat::from_path(name)?;
-        Some((name.to_string(), cells.get(4)?.parse().ok()?, cells.get(5)?.parse().ok()?))
+        let faces = cells.get(5)?.split(' ').next()?; // may go on: "1034 (sides 3..11)"
+        Some((name.to_string(), cells.get(4)?.parse().ok()?, faces.parse().ok()?))
     };
     manifest.lines().filter_map(row).collect()
 }
