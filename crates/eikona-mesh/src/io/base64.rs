@@ -3,6 +3,21 @@
 
 const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
+const NO_DIGIT: u8 = 64;
+
+/// The value of each letter; `-` and `_` are those of the URL alphabet.
+const DIGIT: [u8; 256] = {
+    let mut digit = [NO_DIGIT; 256];
+    let mut value = 0;
+    while value < 64 {
+        digit[ALPHABET[value] as usize] = value as u8;
+        value += 1;
+    }
+    digit[b'-' as usize] = 62;
+    digit[b'_' as usize] = 63;
+    digit
+};
+
 /// The text of these bytes, padded.
 pub(super) fn encode(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
@@ -38,6 +53,10 @@ impl<'a> Decoder<'a> {
         let mut bytes = Vec::with_capacity(count);
         while bytes.len() < count {
             if self.pending_count == 0 {
+                self.read_plain_groups(count, &mut bytes);
+                if bytes.len() == count {
+                    break;
+                }
                 self.next_group()?;
             }
             let taken = self.pending_count.min(count - bytes.len());
@@ -52,11 +71,28 @@ impl<'a> Decoder<'a> {
     pub fn read_all(mut self) -> Option<Vec<u8>> {
         let mut bytes = self.pending[..self.pending_count].to_vec();
         bytes.reserve(self.text.len() / 4 * 3);
-        while !self.text.trim_ascii_start().is_empty() {
+        loop {
+            self.read_plain_groups(usize::MAX, &mut bytes);
+            self.text = self.text.trim_ascii_start();
+            if self.text.is_empty() {
+                return Some(bytes);
+            }
             self.next_group()?;
             bytes.extend_from_slice(&self.pending[..self.pending_count]);
         }
-        Some(bytes)
+    }
+
+    /// Groups of four digits without anything between them, as long as all their bytes are asked for: the bulk of a text.
+    fn read_plain_groups(&mut self, count: usize, bytes: &mut Vec<u8>) {
+        while let Some((group, rest)) = self.text.split_first_chunk::<4>() {
+            let digits = group.map(|letter| DIGIT[usize::from(letter)]);
+            if digits.contains(&NO_DIGIT) || count - bytes.len() < 3 {
+                return;
+            }
+            let [_, three @ ..] = digits.iter().fold(0, |bits, &d| bits << 6 | u32::from(d)).to_be_bytes();
+            bytes.extend_from_slice(&three);
+            self.text = rest;
+        }
     }
 
     fn next_group(&mut self) -> Option<()> {
@@ -72,18 +108,16 @@ impl<'a> Decoder<'a> {
             };
             self.text = rest;
             let digit = match letter {
-                b'A'..=b'Z' => letter - b'A',
-                b'a'..=b'z' => letter - b'a' + 26,
-                b'0'..=b'9' => letter - b'0' + 52,
-                b'+' | b'-' => 62,
-                b'/' | b'_' => 63,
                 b'=' if digits >= 2 => {
                     padding += 1;
                     continue;
                 }
                 b' ' | b'\t' | b'\r' | b'\n' => continue,
-                _ => return None,
+                _ => DIGIT[usize::from(letter)],
             };
+            if digit == NO_DIGIT {
+                return None;
+            }
             if padding > 0 {
                 return None;
             }

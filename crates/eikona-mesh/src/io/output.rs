@@ -135,13 +135,13 @@ impl<'a> MeshOut<'a> {
         check_names("vertex", &self.vertex_scalars)?;
         check_names("face", &self.face_scalars)?;
         let glb = matches!(format, MeshFormat::Glb | MeshFormat::Gltf);
-        if format == MeshFormat::Stl || glb {
-            if let Some((f, face)) = self.faces().enumerate().find(|(_, face)| face.len() != 3) {
-                return Err(FileError::Unsupported(format!(
-                    "face {f} has {} corners, but {format:?} holds only triangles; triangulate the mesh first",
-                    face.len()
-                )));
-            }
+        if (format == MeshFormat::Stl || glb)
+            && let Some((f, face)) = self.faces().enumerate().find(|(_, face)| face.len() != 3)
+        {
+            return Err(FileError::Unsupported(format!(
+                "face {f} has {} corners, but {format:?} holds only triangles; triangulate the mesh first",
+                face.len()
+            )));
         }
         if glb || (format == MeshFormat::Stl && self.encoding == Encoding::Binary) {
             self.check_fits_f32(format)?;

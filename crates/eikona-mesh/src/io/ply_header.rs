@@ -139,20 +139,17 @@ impl Header {
     }
 }
 
-/// How many bytes end the header. A lone CR counts as a line end only where the first line ends so, too: after LF or CR LF
-/// headers, the byte 0x0D may begin the data.
+/// How many bytes end the header. Where its lines end with a lone CR, a following LF is the first byte of the data.
 fn line_end(bytes: &[u8], end: usize) -> usize {
-    let rest = bytes.get(end..).unwrap_or_default();
     let first = bytes.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(0);
-    let style = bytes.get(first..).unwrap_or_default();
+    let lone_cr = bytes[first..].starts_with(b"\r") && !bytes[first..].starts_with(b"\r\n");
+    let rest = bytes.get(end..).unwrap_or_default();
     let blanks = rest.iter().take_while(|b| matches!(b, b' ' | b'\t')).count();
-    let rest = rest.get(blanks..).unwrap_or_default();
-    blanks
-        + if rest.starts_with(b"\r\n") && !(style.starts_with(b"\r") && !style.starts_with(b"\r\n")) {
-            2
-        } else {
-            usize::from(matches!(rest.first(), Some(b'\n' | b'\r')))
-        }
+    match &rest[blanks..] {
+        [b'\r', b'\n', ..] if !lone_cr => blanks + 2,
+        [b'\r' | b'\n', ..] => blanks + 1,
+        _ => blanks,
+    }
 }
 
 fn parse_property(words: &mut Words) -> Result<Property, FileError> {
