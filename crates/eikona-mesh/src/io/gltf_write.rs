@@ -8,7 +8,6 @@ use std::io::{self, Write};
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
-const UNSIGNED_SHORT: u32 = 5123;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 const LINES: u32 = 1;
@@ -16,7 +15,7 @@ const TRIANGLES: u32 = 4;
 
 /// Writes a `.glb`. Positions and scalars are 32-bit floats, as glTF asks; a scalar `name` is the attribute `_name`. NaN in a
 /// scalar is written as it is, though strict validators complain: any number in its place would be false. Colours are made
-/// linear, as glTF defines them. Lines are a second primitive over the same vertices.
+/// linear, as glTF defines them, and are floats, because MeshLab misreads 16-bit ones. Lines are a second primitive over the same vertices.
 pub(super) fn write_glb(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     let mut parts = Parts::of(mesh);
     let mut json = serde_json::to_vec(&parts.root(None))?;
@@ -81,9 +80,8 @@ impl Parts {
             attributes.insert(format!("_{}", one_word(name)), accessor.into());
         }
         if let Some(colours) = mesh.vertex_colours {
-            let rgba = colours.iter().flat_map(|&[r, g, b]| [linear(r), linear(g), linear(b), u16::MAX]);
-            let bytes = rgba.flat_map(u16::to_le_bytes);
-            let accessor = parts.add(bytes, colours.len(), UNSIGNED_SHORT, "VEC4", ARRAY_BUFFER, None);
+            let bytes = colours.iter().flatten().flat_map(|&c| linear(c).to_le_bytes());
+            let accessor = parts.add(bytes, colours.len(), FLOAT, "VEC3", ARRAY_BUFFER, None);
             attributes.insert("COLOR_0".into(), accessor.into());
         }
         let corners = mesh.faces().flatten().copied();
@@ -103,7 +101,7 @@ impl Parts {
         target: u32,
         bounds: Option<([f32; 3], [f32; 3])>,
     ) -> usize {
-        let start = self.bytes.len(); // a multiple of four: all arrays have elements of 4 or 8 bytes
+        let start = self.bytes.len(); // a multiple of four: all numbers have four bytes
         self.bytes.extend(bytes);
         self.views.push(json!({
             "buffer": 0, "byteOffset": start, "byteLength": self.bytes.len() - start, "target": target
@@ -111,9 +109,6 @@ impl Parts {
         let mut accessor = json!({
             "bufferView": self.views.len() - 1, "componentType": component, "count": count, "type": shape
         });
-        if component == UNSIGNED_SHORT {
-            accessor["normalized"] = true.into();
-        }
         if let Some((least, most)) = bounds {
             accessor["min"] = json!(least);
             accessor["max"] = json!(most);
@@ -163,9 +158,8 @@ impl Parts {
     }
 }
 
-/// The linear value, in 65535ths, of an sRGB value in 255ths (IEC 61966-2-1).
-fn linear(srgb: u8) -> u16 {
-    let s = f64::from(srgb) / 255.0;
-    let linear = if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
-    (linear * 65535.0).round() as u16
+/// The linear value of an sRGB value in 255ths (IEC 61966-2-1).
+fn linear(srgb: u8) -> f32 {
+    let s = f32::from(srgb) / 255.0;
+    if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
 }
