@@ -228,8 +228,7 @@ impl TriangleMesh {
                 if flip(f) { [a, c, b] } else { [a, b, c] }
             })
             .collect();
-        TriangleMesh::new(self.positions.clone(), faces)
-            .expect("flipping faces of a valid mesh keeps it valid")
+        TriangleMesh::new(self.positions.clone(), faces).expect("flipping faces of a valid mesh keeps it valid")
     }
     /// The same connectivity with other positions.
     ///
@@ -276,10 +275,7 @@ pub(crate) fn structural_faults(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> V
 }
 
 /// Turns a list of owners into "which items belong to owner i": starts and items, items in increasing order.
-pub(crate) fn group_by_owner(
-    owners: usize,
-    owner_of: impl Iterator<Item = u32> + Clone,
-) -> (Vec<u32>, Vec<u32>) {
+pub(crate) fn group_by_owner(owners: usize, owner_of: impl Iterator<Item = u32> + Clone) -> (Vec<u32>, Vec<u32>) {
     let mut start = vec![0u32; owners + 1];
     for o in owner_of.clone() {
         start[o as usize + 1] += 1;

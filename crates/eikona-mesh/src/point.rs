@@ -99,14 +99,12 @@ impl SurfacePoint {
                 let [a, b, c] = [check(vertices[0])?, check(vertices[1])?, check(vertices[2])?];
                 let face = mesh.find_face([a, b, c]).ok_or(CurveError::NoSuchFace { vertices })?;
                 let sum: f64 = bary.iter().sum();
-                let fine =
-                    bary.iter().all(|w| (-BARYCENTRIC_TOLERANCE..=1.0 + BARYCENTRIC_TOLERANCE).contains(w))
-                        && (sum - 1.0).abs() <= 3.0 * BARYCENTRIC_TOLERANCE;
+                let fine = bary.iter().all(|w| (-BARYCENTRIC_TOLERANCE..=1.0 + BARYCENTRIC_TOLERANCE).contains(w))
+                    && (sum - 1.0).abs() <= 3.0 * BARYCENTRIC_TOLERANCE;
                 if !fine {
                     return Err(CurveError::WeightsOutOfRange { bary });
                 }
-                let weight_of =
-                    |v: Vertex| vertices.iter().zip(bary).find(|(u, _)| **u == v.0).map_or(0.0, |(_, w)| w);
+                let weight_of = |v: Vertex| vertices.iter().zip(bary).find(|(u, _)| **u == v.0).map_or(0.0, |(_, w)| w);
                 Ok(Located::in_face(mesh, face, mesh.face_vertices(face).map(weight_of)))
             }
         }
@@ -201,9 +199,7 @@ impl Located {
         match *self {
             Located::Vertex(v) => v.into(),
             Located::Edge(e, t) => SurfacePoint::Edge { vertices: mesh.edge_vertices(e).map(|v| v.0), t },
-            Located::Face(f, bary) => {
-                SurfacePoint::Face { vertices: mesh.face_vertices(f).map(|v| v.0), bary }
-            }
+            Located::Face(f, bary) => SurfacePoint::Face { vertices: mesh.face_vertices(f).map(|v| v.0), bary },
         }
     }
 }
