@@ -2,6 +2,7 @@
 
 use crate::id::{Edge, Face, Vertex};
 use std::fmt;
+use std::path::Path;
 use thiserror::Error;
 
 /// One fault of a mesh, with the element and the value.
@@ -317,6 +318,14 @@ pub enum FileError {
         /// What is wrong and what is expected.
         problem: String,
     },
+    /// The fault, with the file in which it was found.
+    #[error("{path}: {fault}")]
+    InFile {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        fault: Box<FileError>,
+    },
     /// The format is not known, or can not hold what is to be written.
     #[error("{0}")]
     Unsupported(String),
@@ -332,5 +341,16 @@ impl FileError {
     /// A [`FileError::Syntax`].
     pub fn syntax(format: &'static str, place: impl Into<String>, problem: impl Into<String>) -> Self {
         FileError::Syntax { format, place: place.into(), problem: problem.into() }
+    }
+    /// A [`FileError::Io`].
+    pub fn io(path: impl AsRef<Path>, fault: std::io::Error) -> Self {
+        FileError::Io { path: path.as_ref().display().to_string(), fault }
+    }
+    /// The same fault, with the file in which it was found (once: a fault that names a file stays as it is).
+    pub fn in_file(self, path: impl AsRef<Path>) -> Self {
+        match self {
+            FileError::Io { .. } | FileError::InFile { .. } => self,
+            fault => FileError::InFile { path: path.as_ref().display().to_string(), fault: Box::new(fault) },
+        }
     }
 }

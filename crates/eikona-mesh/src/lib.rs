@@ -10,6 +10,7 @@ mod curve_io;
 mod error;
 mod field;
 mod id;
+pub mod io;
 mod mesh;
 mod orientation;
 mod point;

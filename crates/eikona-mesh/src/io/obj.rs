@@ -1,0 +1,185 @@
+//! Wavefront OBJ: `v`, `f` and `l` lines; everything else is passed over.
+//!
+//! Own reader: tobj triangulates or re-indexes by position/texture/normal triples, which loses the order and count of
+//! vertices, and drops `l` lines.
+
+use super::words::{Number, Words, integer, number, shown};
+use super::{MeshFile, MeshOut};
+use crate::error::FileError;
+use crate::polygon::PolygonMesh;
+use std::io::{self, Write};
+
+const OBJ: &str = "OBJ";
+
+/// The mesh and lines of an OBJ text. Colours after the coordinates (`v x y z r g b`) become the vertex scalars `red`,
+/// `green` and `blue`; a single fourth number is a weight and is passed over; texture coordinates and normals are not kept.
+///
+/// # Errors
+/// [`FileError::Syntax`] with the line: a word that is no number, an index that is 0 or names no vertex, no vertex at all.
+pub fn read_obj(bytes: &[u8]) -> Result<MeshFile, FileError> {
+    let mut words = Words::new(bytes).with_comments().with_continuation();
+    let mut content = Content::default();
+    loop {
+        match words.word_on_line() {
+            Some(b"v") => content.vertex(&mut words)?,
+            Some(b"f") => {
+                content.indices(&mut words, "f")?;
+                let Content { mesh, corners, .. } = &mut content;
+                mesh.push_face(corners.iter().copied());
+            }
+            Some(b"l") => {
+                content.indices(&mut words, "l")?;
+                content.lines.push(content.corners.clone());
+            }
+            _ => {}
+        }
+        if !words.next_line() {
+            return content.finish();
+        }
+    }
+}
+
+#[derive(Default)]
+struct Content {
+    mesh: PolygonMesh,
+    lines: Vec<Vec<u32>>,
+    /// Colours of the first vertices; NaN where a vertex before a coloured one has none.
+    colours: Vec<[f64; 3]>,
+    /// The vertices of the current `f` or `l` line.
+    corners: Vec<u32>,
+    /// Forward references, (line, 1-based index), each larger than all before: the first to exceed the final count is
+    /// among them.
+    forward: Vec<(usize, i64)>,
+}
+
+impl Content {
+    fn vertex(&mut self, words: &mut Words) -> Result<(), FileError> {
+        // x y z, then nothing, w, r g b, or r g b a.
+        let mut values = [0.0; 7];
+        let mut count = 0;
+        while let Some(word) = words.word_on_line() {
+            let Some(value) = values.get_mut(count) else { break };
+            *value = number(word).ok_or_else(|| {
+                words.fault(OBJ, format!("{} is not a number; v takes coordinates", shown(word)))
+            })?;
+            count += 1;
+        }
+        let [x, y, z, r, g, b, _] = values;
+        if count < 3 {
+            return Err(words.fault(OBJ, format!("v has {count} coordinates, 3 are needed")));
+        }
+        if count >= 6 {
+            self.colours.resize(self.mesh.positions.len(), [f64::NAN; 3]);
+            self.colours.push([r, g, b]);
+        }
+        self.mesh.positions.push([x, y, z]);
+        Ok(())
+    }
+
+    /// Reads the vertices of an `f` or `l` line into `corners`; what follows a slash is texture and normal.
+    fn indices(&mut self, words: &mut Words, keyword: &str) -> Result<(), FileError> {
+        self.corners.clear();
+        let vertices = self.mesh.positions.len() as i64;
+        while let Some(word) = words.word_on_line() {
+            let vertex = word.split(|&b| b == b'/').next().unwrap_or(word);
+            let index = integer(vertex).ok_or_else(|| {
+                words.fault(OBJ, format!("{keyword} names {}, which is no vertex number", shown(word)))
+            })?;
+            if index == 0 {
+                let problem =
+                    format!("{keyword} names vertex 0; OBJ counts vertices from 1, or from -1 backwards");
+                return Err(words.fault(OBJ, problem));
+            }
+            self.corners.push(if index > 0 {
+                u32::try_from(index - 1).unwrap_or(u32::MAX) // past every vertex: reported as a forward reference
+            } else {
+                u32::try_from(vertices.saturating_add(index)).map_err(|_| {
+                    let problem = format!(
+                        "{keyword} names vertex {index}, but only {vertices} vertices come before it; correct the index"
+                    );
+                    words.fault(OBJ, problem)
+                })?
+            });
+            if index > vertices && self.forward.last().is_none_or(|(_, largest)| index > *largest) {
+                self.forward.push((words.line(), index));
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<MeshFile, FileError> {
+        let vertices = self.mesh.positions.len();
+        if vertices == 0 {
+            return Err(FileError::syntax(
+                OBJ,
+                "whole file",
+                "there is no vertex (`v x y z`); is this an OBJ file?",
+            ));
+        }
+        if let Some((line, index)) = self.forward.iter().find(|(_, index)| *index > vertices as i64) {
+            let problem = format!(
+                "vertex {index} is named, but there are {vertices} vertices (1 to {vertices}); correct the index"
+            );
+            return Err(FileError::syntax(OBJ, format!("line {line}"), problem));
+        }
+        let mut file = MeshFile { mesh: self.mesh, lines: self.lines, ..MeshFile::default() };
+        let mut colours = self.colours;
+        if !colours.is_empty() {
+            colours.resize(vertices, [f64::NAN; 3]);
+            let bare = colours.iter().filter(|c| c[0].is_nan()).count();
+            if bare > 0 {
+                file.warnings.push(format!("{bare} of {vertices} vertices have no colour; theirs is NaN"));
+            }
+            for (k, name) in ["red", "green", "blue"].into_iter().enumerate() {
+                file.vertex_scalars.push((name.into(), colours.iter().map(|c| c[k]).collect()));
+            }
+        }
+        Ok(file)
+    }
+}
+
+/// Writes `v`, `vt`, `f` and `l` lines. Corner texture coordinates are written one `vt` a corner; without them, the first
+/// vertex scalar is written as `vt value 0`, one a vertex, if the output asks for it.
+pub(super) fn write_obj(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
+    for (i, &[x, y, z]) in mesh.positions().iter().enumerate() {
+        write!(out, "v {} {} {}", Number(x), Number(y), Number(z))?;
+        if let Some(colour) = mesh.vertex_colours.and_then(|c| c.get(i)) {
+            let [r, g, b] = colour.map(|c| Number(f64::from(c) / 255.0));
+            write!(out, " {r} {g} {b}")?;
+        }
+        writeln!(out)?;
+    }
+    let scalar = mesh.scalar_as_texture();
+    if let Some(uvs) = mesh.corner_uvs {
+        for [u, v] in uvs {
+            writeln!(out, "vt {} {}", Number(*u), Number(*v))?;
+        }
+    } else if let Some((_, values)) = scalar {
+        for value in values {
+            writeln!(out, "vt {} 0", Number(*value))?;
+        }
+    }
+    let mut corner = 0;
+    for face in mesh.faces() {
+        write!(out, "f")?;
+        for v in face {
+            corner += 1;
+            if mesh.corner_uvs.is_some() {
+                write!(out, " {}/{corner}", v + 1)?;
+            } else if scalar.is_some() {
+                write!(out, " {0}/{0}", v + 1)?;
+            } else {
+                write!(out, " {}", v + 1)?;
+            }
+        }
+        writeln!(out)?;
+    }
+    for line in mesh.lines {
+        write!(out, "l")?;
+        for v in line {
+            write!(out, " {}", v + 1)?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,306 @@
+//! What is to be written, checked against what the format can hold.
+
+use super::{MeshFile, MeshFormat, gltf_write, obj, off, ply_write, stl, vtp_write, write_atomically};
+use crate::error::{Fault, FileError, MeshError};
+use crate::id::Face;
+use crate::mesh::TriangleMesh;
+use crate::polygon::PolygonMesh;
+use std::collections::BTreeSet;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+/// How numbers are stored where a format (PLY, STL) leaves the choice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Encoding {
+    /// Little-endian bytes.
+    #[default]
+    Binary,
+    /// Text; every float reads back bit for bit.
+    Ascii,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Surface<'a> {
+    Triangles(&'a TriangleMesh),
+    Polygons(&'a PolygonMesh),
+}
+
+/// A mesh to write and what goes with it, all borrowed. Start from a mesh and set the fields that are wanted.
+///
+/// ```
+/// use eikona_mesh::{TriangleMesh, io::{MeshFormat, MeshOut, read_mesh_bytes, write_mesh_bytes}};
+/// let mesh = TriangleMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], vec![[0, 1, 2]])?;
+/// let distance = [0.0, 0.5, -0.5];
+/// let mut out = MeshOut::from(&mesh);
+/// out.vertex_scalars = vec![("distance", &distance)];
+/// let mut bytes = Vec::new();
+/// write_mesh_bytes(&mut bytes, MeshFormat::Ply, &out)?;
+/// let file = read_mesh_bytes(&bytes, MeshFormat::Ply)?;
+/// assert_eq!(file.vertex_scalars[1], ("distance".to_string(), distance.to_vec()));
+/// # Ok::<(), eikona_mesh::FileError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct MeshOut<'a> {
+    surface: Surface<'a>,
+    /// Names and values, one a vertex.
+    pub vertex_scalars: Vec<(&'a str, &'a [f64])>,
+    /// Names and values, one a face.
+    pub face_scalars: Vec<(&'a str, &'a [f64])>,
+    /// sRGB red, green, blue, one a vertex.
+    pub vertex_colours: Option<&'a [[u8; 3]]>,
+    /// Texture coordinates u, v, one a corner, in the order of the faces and their corners.
+    pub corner_uvs: Option<&'a [[f64; 2]]>,
+    /// Polylines, as 0-based vertices.
+    pub lines: &'a [Vec<u32>],
+    /// Binary unless set otherwise.
+    pub encoding: Encoding,
+    /// Whether OBJ gets the first vertex scalar as texture coordinate u (v = 0) when there are no `corner_uvs`; on unless
+    /// set otherwise.
+    pub obj_scalar_as_texture: bool,
+}
+
+impl<'a> From<&'a TriangleMesh> for MeshOut<'a> {
+    fn from(mesh: &'a TriangleMesh) -> Self {
+        MeshOut::new(Surface::Triangles(mesh))
+    }
+}
+
+impl<'a> From<&'a PolygonMesh> for MeshOut<'a> {
+    fn from(mesh: &'a PolygonMesh) -> Self {
+        MeshOut::new(Surface::Polygons(mesh))
+    }
+}
+
+/// All that was read: mesh, lines and scalars.
+impl<'a> From<&'a MeshFile> for MeshOut<'a> {
+    fn from(file: &'a MeshFile) -> Self {
+        fn borrowed(scalars: &[(String, Vec<f64>)]) -> Vec<(&str, &[f64])> {
+            scalars.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect()
+        }
+        MeshOut {
+            vertex_scalars: borrowed(&file.vertex_scalars),
+            face_scalars: borrowed(&file.face_scalars),
+            lines: &file.lines,
+            ..MeshOut::from(&file.mesh)
+        }
+    }
+}
+
+impl<'a> MeshOut<'a> {
+    fn new(surface: Surface<'a>) -> Self {
+        MeshOut {
+            surface,
+            vertex_scalars: Vec::new(),
+            face_scalars: Vec::new(),
+            vertex_colours: None,
+            corner_uvs: None,
+            lines: &[],
+            encoding: Encoding::default(),
+            obj_scalar_as_texture: true,
+        }
+    }
+
+    pub(super) fn positions(&self) -> &'a [[f64; 3]] {
+        match self.surface {
+            Surface::Triangles(mesh) => mesh.positions(),
+            Surface::Polygons(mesh) => &mesh.positions,
+        }
+    }
+    pub(super) fn face_count(&self) -> usize {
+        match self.surface {
+            Surface::Triangles(mesh) => mesh.face_count(),
+            Surface::Polygons(mesh) => mesh.face_count(),
+        }
+    }
+    pub(super) fn faces(&self) -> impl Iterator<Item = &'a [u32]> {
+        let (triangles, polygons) = match self.surface {
+            Surface::Triangles(mesh) => (mesh.triangles(), None),
+            Surface::Polygons(mesh) => (&[][..], Some(mesh)),
+        };
+        triangles.iter().map(|t| t.as_slice()).chain(polygons.into_iter().flat_map(PolygonMesh::faces))
+    }
+    /// The scalar that OBJ takes for texture coordinates.
+    pub(super) fn scalar_as_texture(&self) -> Option<(&'a str, &'a [f64])> {
+        if self.obj_scalar_as_texture && self.corner_uvs.is_none() {
+            self.vertex_scalars.first().copied()
+        } else {
+            None
+        }
+    }
+
+    /// Refuses what would make a false file; says what the format has no place for.
+    fn check(&self, format: MeshFormat) -> Result<Vec<String>, FileError> {
+        self.check_lengths()?;
+        self.check_indices()?;
+        check_names("vertex", &self.vertex_scalars)?;
+        check_names("face", &self.face_scalars)?;
+        let glb = matches!(format, MeshFormat::Glb | MeshFormat::Gltf);
+        if (format == MeshFormat::Stl || glb)
+            && let Some((f, face)) = self.faces().enumerate().find(|(_, face)| face.len() != 3)
+        {
+            return Err(FileError::Unsupported(format!(
+                "face {f} has {} corners, but {format:?} holds only triangles; triangulate the mesh first",
+                face.len()
+            )));
+        }
+        if glb || (format == MeshFormat::Stl && self.encoding == Encoding::Binary) {
+            self.check_fits_f32(format)?;
+        }
+        let mut left_out = Vec::new();
+        let mut lost = |there: bool, what: &str| {
+            if there {
+                left_out.push(format!("{format:?} has no place for {what}; left out"));
+            }
+        };
+        use MeshFormat::{Obj, Off, Ply, Stl, Vtp};
+        let kept = match format {
+            Obj => usize::from(self.scalar_as_texture().is_some()),
+            Stl | Off => 0,
+            _ => usize::MAX,
+        };
+        for (name, _) in self.vertex_scalars.iter().skip(kept) {
+            lost(true, &format!("the vertex scalar \"{name}\""));
+        }
+        for (name, _) in self.face_scalars.iter().filter(|_| !matches!(format, Ply | Vtp)) {
+            lost(true, &format!("the face scalar \"{name}\""));
+        }
+        lost(format == Stl && self.vertex_colours.is_some(), "colours");
+        lost(!matches!(format, Obj | Ply) && self.corner_uvs.is_some(), "texture coordinates of corners");
+        lost(matches!(format, Stl | Off) && !self.lines.is_empty(), "lines");
+        Ok(left_out)
+    }
+
+    fn check_lengths(&self) -> Result<(), MeshError> {
+        let (vertices, faces) = (self.positions().len(), self.face_count());
+        let check = |what, found, expected| {
+            if found == expected { Ok(()) } else { Err(MeshError::WrongLength { what, found, expected }) }
+        };
+        for (_, values) in &self.vertex_scalars {
+            check("values of a vertex scalar", values.len(), vertices)?;
+        }
+        for (_, values) in &self.face_scalars {
+            check("values of a face scalar", values.len(), faces)?;
+        }
+        if let Some(colours) = self.vertex_colours {
+            check("vertex colours", colours.len(), vertices)?;
+        }
+        if let Some(uvs) = self.corner_uvs {
+            check("texture coordinates of corners", uvs.len(), self.faces().map(<[u32]>::len).sum())?;
+        }
+        Ok(())
+    }
+
+    fn check_indices(&self) -> Result<(), FileError> {
+        let vertices = self.positions().len();
+        let mut faults = Vec::new();
+        for (f, face) in self.faces().enumerate() {
+            for &v in face.iter().filter(|&&v| v as usize >= vertices) {
+                faults.push(Fault::IndexOutOfRange { face: Face(f as u32), index: i64::from(v), vertices });
+            }
+        }
+        if !faults.is_empty() {
+            return Err(MeshError::Invalid(faults).into());
+        }
+        for (i, line) in self.lines.iter().enumerate() {
+            if let Some(v) = line.iter().find(|v| **v as usize >= vertices) {
+                return Err(FileError::Unsupported(format!(
+                    "line {i} names vertex {v}, but there are {vertices} vertices, numbered from 0; correct the index"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_fits_f32(&self, format: MeshFormat) -> Result<(), FileError> {
+        let fits = |x: f64| (x as f32).is_finite() || (format == MeshFormat::Stl && !x.is_finite());
+        for (v, p) in self.positions().iter().enumerate() {
+            if !p.iter().all(|&x| fits(x)) {
+                return Err(FileError::Unsupported(format!(
+                    "vertex {v} is at {p:?}, which the 32-bit floats of {format:?} can not hold; scale the mesh or write PLY"
+                )));
+            }
+        }
+        for (name, values) in self.vertex_scalars.iter().filter(|_| format != MeshFormat::Stl) {
+            if let Some(v) = values.iter().position(|x| x.is_finite() && !(*x as f32).is_finite()) {
+                return Err(FileError::Unsupported(format!(
+                    "scalar \"{name}\" is {} at vertex {v}, which the 32-bit floats of {format:?} can not hold; scale it or write PLY",
+                    values[v]
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_names(element: &str, scalars: &[(&str, &[f64])]) -> Result<(), FileError> {
+    let mut seen = BTreeSet::new();
+    for (name, _) in scalars {
+        if name.is_empty() || !seen.insert(one_word(name)) {
+            return Err(FileError::Unsupported(format!(
+                "two {element} scalars are named \"{name}\", or one has no name; give each its own"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// A scalar's name as formats write it that want a single word of plain letters: all else becomes `_`.
+pub(super) fn one_word(name: &str) -> String {
+    name.chars().map(|c| if c.is_ascii_graphic() { c } else { '_' }).collect()
+}
+
+/// Writes a mesh file in the format that its name stands for, whole or not at all; `.gz` behind it compresses. Returns what
+/// the format has no place for, one sentence each.
+///
+/// # Errors
+/// [`FileError::Unsupported`] when the name tells no format, or the format can not hold the mesh (polygons in STL and GLB,
+/// coordinates past 32-bit floats there); [`FileError::Mesh`] for arrays of wrong length and indices out of range;
+/// [`FileError::Io`].
+pub fn write_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<Vec<String>, FileError> {
+    let path = path.as_ref();
+    let format = MeshFormat::from_path(path).ok_or_else(|| {
+        let problem = "the name tells no mesh format; end it in .obj, .ply, .stl, .off, .glb, .gltf or .vtp";
+        FileError::Unsupported(problem.into()).in_file(path)
+    })?;
+    let left_out = mesh.check(format).map_err(|fault| fault.in_file(path))?;
+    let compressed = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+    write_atomically(path, |out| {
+        if compressed {
+            let mut out = BufWriter::new(flate2::write::GzEncoder::new(out, flate2::Compression::default()));
+            write_format(&mut out, format, mesh)?;
+            out.into_inner().map_err(io::IntoInnerError::into_error)?.finish().map(|_| ())
+        } else {
+            write_format(out, format, mesh)
+        }
+    })?;
+    Ok(left_out)
+}
+
+/// Writes a mesh in this format. Returns what the format has no place for, one sentence each.
+///
+/// # Errors
+/// As [`write_mesh`]; all checks come before the first byte is written.
+pub fn write_mesh_bytes(
+    out: &mut impl Write,
+    format: MeshFormat,
+    mesh: &MeshOut,
+) -> Result<Vec<String>, FileError> {
+    let left_out = mesh.check(format)?;
+    let mut buffered = BufWriter::with_capacity(1 << 16, out);
+    write_format(&mut buffered, format, mesh)
+        .and_then(|()| buffered.flush())
+        .map_err(|fault| FileError::io("output", fault))?;
+    Ok(left_out)
+}
+
+fn write_format(out: &mut dyn Write, format: MeshFormat, mesh: &MeshOut) -> io::Result<()> {
+    match format {
+        MeshFormat::Obj => obj::write_obj(out, mesh),
+        MeshFormat::Ply => ply_write::write_ply(out, mesh),
+        MeshFormat::Stl => stl::write_stl(out, mesh),
+        MeshFormat::Off => off::write_off(out, mesh),
+        MeshFormat::Glb => gltf_write::write_glb(out, mesh),
+        MeshFormat::Gltf => gltf_write::write_gltf(out, mesh),
+        MeshFormat::Vtp => vtp_write::write_vtp(out, mesh),
+    }
+}

@@ -1,0 +1,218 @@
+//! The numbers of a VTK XML file: ascii, base64 or raw; in place or appended; plain or in zlib blocks.
+
+use super::base64::Decoder;
+use super::words::{Words, number, shown, whole};
+use crate::error::FileError;
+use roxmltree::Node;
+use std::io::Read;
+
+pub(super) const VTP: &str = "VTP";
+
+/// The XML without the appended data, which need not be text, and those data from behind their underscore.
+pub(super) fn split_appended(bytes: &[u8]) -> Result<(String, &[u8]), FileError> {
+    const TAG: &[u8] = b"<AppendedData";
+    let tag = bytes.windows(TAG.len()).position(|w| w == TAG);
+    let (xml, appended) = match tag {
+        None => (bytes.to_vec(), &[][..]),
+        Some(tag) => {
+            let rest = &bytes[tag..];
+            let body = rest.iter().position(|&b| b == b'>').map(|end| end + 1).unwrap_or(rest.len());
+            let data = rest[body..].iter().position(|&b| b == b'_').map(|u| body + u + 1);
+            // The opening tag stays for its encoding.
+            let mut xml = bytes[..tag + body].to_vec();
+            xml.extend_from_slice(b"</AppendedData></VTKFile>");
+            (xml, data.and_then(|start| rest.get(start..)).unwrap_or_default())
+        }
+    };
+    let xml = String::from_utf8(xml).map_err(|fault| {
+        let place = format!("byte {}", fault.utf8_error().valid_up_to());
+        FileError::syntax(VTP, place, "the XML is not UTF-8; is this a VTP file?")
+    })?;
+    Ok((xml, appended))
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Storage {
+    Base64,
+    Raw,
+}
+
+/// How the arrays of a file are stored.
+pub(super) struct Arrays<'a> {
+    appended: &'a [u8],
+    appended_storage: Storage,
+    big_endian: bool,
+    /// Bytes of a number in the headers of arrays.
+    header: usize,
+    compressed: bool,
+}
+
+/// Bytes that are handed out piece by piece.
+enum Source<'a> {
+    Base64(Decoder<'a>),
+    Raw(&'a [u8]),
+}
+
+impl Source<'_> {
+    fn read(&mut self, count: usize) -> Option<Vec<u8>> {
+        match self {
+            Source::Base64(decoder) => decoder.read(count),
+            Source::Raw(bytes) => {
+                let (taken, rest) = bytes.split_at_checked(count)?;
+                *bytes = rest;
+                Some(taken.to_vec())
+            }
+        }
+    }
+}
+
+impl<'a> Arrays<'a> {
+    pub fn new(file: Node, appended: &'a [u8]) -> Result<Self, FileError> {
+        let compressed = match file.attribute("compressor") {
+            None | Some("") => false,
+            Some("vtkZLibDataCompressor") => true,
+            Some(other) => {
+                return Err(FileError::Unsupported(format!(
+                    "{other} is not read; save the file uncompressed or with zlib"
+                )));
+            }
+        };
+        let section = file.children().find(|n| n.has_tag_name("AppendedData"));
+        let raw = section.is_some_and(|s| s.attribute("encoding") == Some("raw"));
+        Ok(Arrays {
+            appended,
+            appended_storage: if raw { Storage::Raw } else { Storage::Base64 },
+            big_endian: file.attribute("byte_order") == Some("BigEndian"),
+            header: if file.attribute("header_type") == Some("UInt64") { 8 } else { 4 },
+            compressed,
+        })
+    }
+
+    pub fn integers(&self, array: Node) -> Result<Vec<i64>, FileError> {
+        let values = self.floats(array)?;
+        let mut integers = Vec::with_capacity(values.len());
+        for value in values {
+            integers.push(whole(value).ok_or_else(|| fault(array, format!("{value} is not an integer")))?);
+        }
+        Ok(integers)
+    }
+
+    pub fn floats(&self, array: Node) -> Result<Vec<f64>, FileError> {
+        let text = || array.text().unwrap_or_default().as_bytes();
+        match array.attribute("format").unwrap_or("ascii") {
+            "ascii" => {
+                let mut words = Words::new(text());
+                let mut values = Vec::new();
+                while let Some(word) = words.word() {
+                    values.push(
+                        number(word)
+                            .ok_or_else(|| fault(array, format!("{} is not a number", shown(word))))?,
+                    );
+                }
+                Ok(values)
+            }
+            "binary" => self.decode(array, Source::Base64(Decoder::new(text()))),
+            "appended" => {
+                let offset = array.attribute("offset").and_then(|o| o.parse::<usize>().ok());
+                let start = offset.and_then(|o| self.appended.get(o..)).ok_or_else(|| {
+                    fault(array, "its offset is missing or lies past the appended data".into())
+                })?;
+                let source = match self.appended_storage {
+                    Storage::Base64 => Source::Base64(Decoder::new(start)),
+                    Storage::Raw => Source::Raw(start),
+                };
+                self.decode(array, source)
+            }
+            other => {
+                Err(fault(array, format!("format \"{other}\" is not known; ascii, binary and appended are")))
+            }
+        }
+    }
+
+    fn decode(&self, array: Node, mut source: Source) -> Result<Vec<f64>, FileError> {
+        let cut_off =
+            || fault(array, "its data end early or are not base64; the file is cut off or damaged".into());
+        let mut length = || {
+            let bytes = source.read(self.header)?;
+            let value = bytes.iter().enumerate().fold(0u64, |n, (i, &b)| {
+                let shift = if self.big_endian { bytes.len() - 1 - i } else { i };
+                n | u64::from(b) << (8 * shift)
+            });
+            usize::try_from(value).ok()
+        };
+        let bytes = if self.compressed {
+            let blocks = length().ok_or_else(cut_off)?;
+            if blocks == 0 {
+                return Ok(Vec::new()); // what else stands in the header differs between writers
+            }
+            let (size, last) = (length().ok_or_else(cut_off)?, length().ok_or_else(cut_off)?);
+            let mut compressed = Vec::new();
+            for _ in 0..blocks {
+                compressed.push(length().ok_or_else(cut_off)?);
+            }
+            let mut bytes = Vec::new();
+            for (i, &stored) in compressed.iter().enumerate() {
+                let block = source.read(stored).ok_or_else(cut_off)?;
+                let expected = if i + 1 == blocks && last > 0 { last } else { size };
+                let before = bytes.len();
+                // One byte more shows a block that is too long.
+                let read = flate2::read::ZlibDecoder::new(block.as_slice())
+                    .take((expected as u64).saturating_add(1))
+                    .read_to_end(&mut bytes);
+                if read.is_err() || bytes.len() - before != expected {
+                    return Err(fault(array, format!("its zlib block {i} is damaged")));
+                }
+            }
+            bytes
+        } else {
+            let length = length().ok_or_else(cut_off)?;
+            source.read(length).ok_or_else(cut_off)?
+        };
+        self.numbers(array, &bytes)
+    }
+
+    fn numbers(&self, array: Node, bytes: &[u8]) -> Result<Vec<f64>, FileError> {
+        let kind = array.attribute("type").unwrap_or_default();
+        match kind {
+            "Int8" => self.each(array, bytes, |b: [u8; 1]| f64::from(b[0] as i8)),
+            "UInt8" => self.each(array, bytes, |b: [u8; 1]| f64::from(b[0])),
+            "Int16" => self.each(array, bytes, |b| f64::from(i16::from_le_bytes(b))),
+            "UInt16" => self.each(array, bytes, |b| f64::from(u16::from_le_bytes(b))),
+            "Int32" => self.each(array, bytes, |b| f64::from(i32::from_le_bytes(b))),
+            "UInt32" => self.each(array, bytes, |b| f64::from(u32::from_le_bytes(b))),
+            "Int64" => self.each(array, bytes, |b| i64::from_le_bytes(b) as f64),
+            "UInt64" => self.each(array, bytes, |b| u64::from_le_bytes(b) as f64),
+            "Float32" => self.each(array, bytes, |b| f64::from(f32::from_le_bytes(b))),
+            "Float64" => self.each(array, bytes, f64::from_le_bytes),
+            other => Err(fault(
+                array,
+                format!("type \"{other}\" is not known; Int8 to UInt64, Float32 and Float64 are"),
+            )),
+        }
+    }
+
+    fn each<const N: usize>(
+        &self,
+        array: Node,
+        bytes: &[u8],
+        value: impl Fn([u8; N]) -> f64,
+    ) -> Result<Vec<f64>, FileError> {
+        let (numbers, rest) = bytes.as_chunks::<N>();
+        if !rest.is_empty() {
+            return Err(fault(array, format!("{} bytes are not whole numbers of {N} bytes", bytes.len())));
+        }
+        let turned = |mut b: [u8; N]| {
+            if self.big_endian {
+                b.reverse();
+            }
+            b
+        };
+        Ok(numbers.iter().map(|&b| value(turned(b))).collect())
+    }
+}
+
+fn fault(array: Node, problem: String) -> FileError {
+    let name = array.attribute("Name").unwrap_or("without a name");
+    let parent = array.parent().map_or("", |p| p.tag_name().name());
+    FileError::syntax(VTP, format!("{parent}, array {name}"), problem)
+}

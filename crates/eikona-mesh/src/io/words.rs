@@ -1,0 +1,196 @@
+//! Words, lines and numbers of text formats, read straight from the bytes.
+
+use crate::error::FileError;
+
+/// Walks over a text word by word. Lines end with LF, CR LF or CR; all other bytes up to the blank separate words.
+pub(super) struct Words<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    line: usize,
+    /// A byte that starts a comment up to the end of the line.
+    comment: Option<u8>,
+    /// Whether a backslash at the end of a line joins it with the next.
+    continuation: bool,
+}
+
+impl<'a> Words<'a> {
+    pub fn new(bytes: &'a [u8]) -> Self {
+        let at = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) { 3 } else { 0 };
+        Words { bytes, at, line: 1, comment: None, continuation: false }
+    }
+    /// With comments from `#` to the end of the line.
+    pub fn with_comments(mut self) -> Self {
+        self.comment = Some(b'#');
+        self
+    }
+    /// With lines that a backslash continues.
+    pub fn with_continuation(mut self) -> Self {
+        self.continuation = true;
+        self
+    }
+    /// The line that the next word is looked for in, from 1.
+    pub fn line(&self) -> usize {
+        self.line
+    }
+    /// How many bytes are left.
+    pub fn remaining(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+
+    /// The next word of this line, or `None` at its end.
+    #[inline]
+    pub fn word_on_line(&mut self) -> Option<&'a [u8]> {
+        self.skip_blanks();
+        let rest = &self.bytes[self.at..];
+        let length = rest.iter().position(|&b| self.ends_word(b)).unwrap_or(rest.len());
+        // A lone backslash that continues nothing is a word of its own.
+        let length = if length == 0 && rest.first() == Some(&b'\\') { 1 } else { length };
+        self.at += length;
+        (length > 0).then(|| &rest[..length])
+    }
+
+    /// The next word of this or a later line, or `None` at the end of the text.
+    #[inline]
+    pub fn word(&mut self) -> Option<&'a [u8]> {
+        loop {
+            if let Some(word) = self.word_on_line() {
+                return Some(word);
+            }
+            if !self.next_line() {
+                return None;
+            }
+        }
+    }
+
+    /// Leaves this line; false when there is no other.
+    pub fn next_line(&mut self) -> bool {
+        loop {
+            self.skip_blanks();
+            match self.bytes.get(self.at) {
+                None => return false,
+                Some(b'\n' | b'\r') => break self.skip_line_end(),
+                Some(_) => {
+                    let rest = &self.bytes[self.at..];
+                    let stop = |&b: &u8| b == b'\n' || b == b'\r' || b == b'\\';
+                    self.at += rest.iter().position(stop).unwrap_or(rest.len());
+                    let joined = self.continuation && self.line_end_after(self.at).is_some();
+                    if self.bytes.get(self.at) == Some(&b'\\') && !joined {
+                        self.at += 1;
+                    }
+                }
+            }
+        }
+        self.at < self.bytes.len()
+    }
+
+    /// A fault on the current line.
+    pub fn fault(&self, format: &'static str, problem: impl Into<String>) -> FileError {
+        FileError::syntax(format, format!("line {}", self.line), problem)
+    }
+
+    #[inline]
+    fn ends_word(&self, b: u8) -> bool {
+        b <= b' ' || (b == b'#' && self.comment.is_some()) || (b == b'\\' && self.continuation)
+    }
+
+    #[inline]
+    fn skip_blanks(&mut self) {
+        while let Some(&b) = self.bytes.get(self.at) {
+            match b {
+                b'\n' | b'\r' => return,
+                _ if b <= b' ' => self.at += 1,
+                b'\\' => match self.line_end_after(self.at) {
+                    Some(_) if self.continuation => {
+                        self.at += 1;
+                        self.skip_line_end();
+                    }
+                    _ => return,
+                },
+                _ if Some(b) == self.comment => {
+                    let rest = &self.bytes[self.at..];
+                    let end = rest.iter().position(|&b| b == b'\n' || b == b'\r');
+                    self.at += end.unwrap_or(rest.len());
+                }
+                _ => return,
+            }
+        }
+    }
+
+    /// The line end directly after a place, if there is one.
+    fn line_end_after(&self, at: usize) -> Option<u8> {
+        self.bytes.get(at + 1).copied().filter(|b| *b == b'\n' || *b == b'\r')
+    }
+
+    fn skip_line_end(&mut self) {
+        let crlf = self.bytes[self.at..].starts_with(b"\r\n");
+        self.at += if crlf { 2 } else { 1 };
+        self.line += 1;
+    }
+}
+
+/// The number a word stands for; NaN and infinities as they are.
+#[inline]
+pub(super) fn number(word: &[u8]) -> Option<f64> {
+    let unsigned = word.strip_prefix(b"+").unwrap_or(word);
+    match fast_float2::parse(unsigned) {
+        Ok(value) => Some(value),
+        // Old Microsoft runtimes print NaN as 1.#QNAN or -1.#IND and infinity as 1.#INF.
+        Err(_) if word.windows(2).any(|w| w == b".#") => {
+            let infinite = word.ends_with(b"#INF");
+            Some(if !infinite {
+                f64::NAN
+            } else if word.starts_with(b"-") {
+                f64::NEG_INFINITY
+            } else {
+                f64::INFINITY
+            })
+        }
+        Err(_) => None,
+    }
+}
+
+/// The integer a word stands for; "3.0" is one too.
+#[inline]
+pub(super) fn integer(word: &[u8]) -> Option<i64> {
+    let (negative, digits) = match word {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        _ => (false, word),
+    };
+    // 18 digits always fit.
+    if digits.is_empty() || digits.len() > 18 || !digits.iter().all(u8::is_ascii_digit) {
+        return number(word).and_then(whole);
+    }
+    let value = digits.iter().fold(0i64, |n, d| 10 * n + i64::from(d - b'0'));
+    Some(if negative { -value } else { value })
+}
+
+/// The integer that a float is, if it is one.
+#[inline]
+pub(super) fn whole(value: f64) -> Option<i64> {
+    // Beyond 2^53 a float no longer names one integer.
+    (value.fract() == 0.0 && value.abs() <= 9_007_199_254_740_992.0).then_some(value as i64)
+}
+
+/// A word as an error message shows it.
+pub(super) fn shown(word: &[u8]) -> String {
+    const LONGEST: usize = 40;
+    let text: String = String::from_utf8_lossy(word).chars().take(LONGEST).collect();
+    format!("\"{}\"", text.escape_debug())
+}
+
+/// Writes a float so that it reads back bit for bit, short, and with `nan` and `inf` as C writes them.
+pub(super) struct Number(pub f64);
+
+impl std::fmt::Display for Number {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let x = self.0;
+        if x.is_nan() {
+            f.write_str("nan")
+        } else if x == 0.0 || (1e-5..1e16).contains(&x.abs()) || x.is_infinite() {
+            write!(f, "{x}")
+        } else {
+            write!(f, "{x:e}")
+        }
+    }
+}
