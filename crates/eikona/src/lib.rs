@@ -1,1 +1,5 @@
 //! eikona
+
+pub mod contour;
+pub mod geometry;
+pub mod spatial;

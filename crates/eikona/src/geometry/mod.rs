@@ -1,0 +1,3 @@
+//! Lengths, areas, angles and frames.
+
+pub mod vector;
