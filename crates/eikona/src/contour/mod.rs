@@ -5,7 +5,10 @@
 //! Isolines run with the smaller values on their left, as a signed distance on a surface has it.
 
 mod error;
+mod inspect_curve;
 mod isolines;
+mod meeting;
+mod nearest_end;
 mod plane_cut;
 mod straighten;
 mod trace;
@@ -13,6 +16,7 @@ mod vertex_path;
 mod walk;
 
 pub use error::ContourError;
+pub use inspect_curve::{CurveFacts, CurveReport, Doubled, LISTED, Meeting, MeetingKind, OpenEnd, SegmentId};
 pub use isolines::{LevelSet, curve_points, isolines};
 pub use plane_cut::plane_cut;
 pub use trace::{DEFAULT_TOLERANCE, Traced, trace_curve, trace_polyline};
