@@ -41,7 +41,7 @@ pub(super) fn shortest_in_strip(
     let mut bends = vec![first];
     bends.extend(pull(&unfolded, start, end));
     bends.push(last);
-    bends = bend_at_passed_vertices(mesh, gates, &unfolded, &bends);
+    bends = bend_at_passed_vertices(gates, &unfolded, &bends);
     bends.dedup_by(|b, a| a.place == b.place && !matches!(a.place, Located::Face(..)));
     if bends.last()?.place != to {
         bends.push(last);
@@ -152,7 +152,7 @@ fn pull(gates: &[Gate], start: Point, end: Point) -> Vec<Bend> {
 
 /// Where the string passes a gate from one bend to the next, from 0 at the left to 1 at the right. `None` for gates at
 /// whose end, or along which, it bends.
-fn passage(mesh: &TriangleMesh, a: Bend, b: Bend, edge: Edge, gate: &Gate) -> Option<f64> {
+fn passage(a: Bend, b: Bend, edge: Edge, gate: &Gate) -> Option<f64> {
     for place in [a.place, b.place] {
         match place {
             Located::Vertex(v) if v == gate.left.0 || v == gate.right.0 => return None,
@@ -160,7 +160,6 @@ fn passage(mesh: &TriangleMesh, a: Bend, b: Bend, edge: Edge, gate: &Gate) -> Op
             _ => {}
         }
     }
-    debug_assert!(edge.index() < mesh.edge_count());
     let (l, r) = (turn(a.point, b.point, gate.left.1), turn(a.point, b.point, gate.right.1));
     let t = l / (l - r);
     Some(if t.is_nan() { 0.5 } else { t.clamp(0.0, 1.0) })
@@ -168,12 +167,12 @@ fn passage(mesh: &TriangleMesh, a: Bend, b: Bend, edge: Edge, gate: &Gate) -> Op
 
 /// A straight piece may pass exactly through a vertex. It becomes a bend, since on a curved surface its other side may be
 /// the shorter one.
-fn bend_at_passed_vertices(mesh: &TriangleMesh, edges: &[Edge], gates: &[Gate], bends: &[Bend]) -> Vec<Bend> {
+fn bend_at_passed_vertices(edges: &[Edge], gates: &[Gate], bends: &[Bend]) -> Vec<Bend> {
     let mut all = Vec::with_capacity(bends.len());
     for pair in bends.windows(2) {
         all.push(pair[0]);
         for g in pair[0].passed..pair[1].passed {
-            let Some(t) = passage(mesh, pair[0], pair[1], edges[g], &gates[g]) else { continue };
+            let Some(t) = passage(pair[0], pair[1], edges[g], &gates[g]) else { continue };
             let (vertex, point) = match t {
                 t if t <= SNAP_TOLERANCE => gates[g].left,
                 t if t >= 1.0 - SNAP_TOLERANCE => gates[g].right,
@@ -188,7 +187,7 @@ fn bend_at_passed_vertices(mesh: &TriangleMesh, edges: &[Edge], gates: &[Gate], 
 
 fn leg(mesh: &TriangleMesh, a: Bend, b: Bend, faces: &[Face], edges: &[Edge], gates: &[Gate]) -> Option<Leg> {
     // Faces before the first gate that is really passed, and after the last, hold only the ends.
-    let touches = |g: usize| passage(mesh, a, b, edges[g], &gates[g]).is_none();
+    let touches = |g: usize| passage(a, b, edges[g], &gates[g]).is_none();
     let (mut low, mut high) = (a.passed, b.passed);
     let holds = |place: Located, face: Face| place.weights_in_face(mesh, face).is_some();
     while low < high && touches(low) && holds(a.place, *faces.get(low + 1)?) {
@@ -199,7 +198,7 @@ fn leg(mesh: &TriangleMesh, a: Bend, b: Bend, faces: &[Face], edges: &[Edge], ga
     }
     let mut nodes = Vec::with_capacity(high - low);
     for g in low..high {
-        let t = passage(mesh, a, b, edges[g], &gates[g])?;
+        let t = passage(a, b, edges[g], &gates[g])?;
         let forward = mesh.edge_vertices(edges[g])[0] == gates[g].left.0;
         nodes.push(Located::Edge(edges[g], if forward { t } else { 1.0 - t }));
     }

@@ -72,10 +72,21 @@ pub fn straighten_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Curve, Con
 /// [`straighten_curve`] for places that have been looked up. A path with a segment in no single face is given back as it is.
 pub(super) fn straighten(mesh: &TriangleMesh, path: &[Located]) -> Vec<Located> {
     let Some((mut corners, mut legs)) = legs_of(mesh, path) else { return path.to_vec() };
+    // Zero-area faces let corners wander between vertices at one place; a pass must gain something on the whole path.
+    let state = |corners: &[Located], legs: &[Leg]| {
+        let loose = corners.iter().filter(|c| !matches!(c, Located::Vertex(_))).count();
+        (legs.iter().map(|l| l.length).sum::<f64>(), loose)
+    };
+    let (mut length, mut loose) = state(&corners, &legs);
     for _ in 0..PASSES {
         if !pass(mesh, &mut corners, &mut legs) {
             break;
         }
+        let (new_length, new_loose) = state(&corners, &legs);
+        if new_length >= length * (1.0 - 1e-13) && new_loose >= loose {
+            break;
+        }
+        (length, loose) = (new_length, new_loose);
     }
     let mut result: Vec<Located> = corners[..1].to_vec();
     for (leg, corner) in legs.iter().zip(&corners[1..]) {

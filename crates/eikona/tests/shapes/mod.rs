@@ -109,7 +109,7 @@ pub fn sphere(levels: usize) -> TriangleMesh {
 
 /// A torus with radii 1 and `r` about the z axis.
 pub fn torus(n: usize, m: usize, r: f64) -> TriangleMesh {
-    band(n, m, true, |s, t| {
+    band(n, m, |s, t| {
         let (a, b) = (std::f64::consts::TAU * s, std::f64::consts::TAU * t);
         [(1.0 + r * b.cos()) * a.cos(), (1.0 + r * b.cos()) * a.sin(), r * b.sin()]
     })
@@ -137,7 +137,7 @@ pub fn moebius(n: usize, m: usize) -> TriangleMesh {
     TriangleMesh::new(positions, faces).unwrap()
 }
 
-fn band(n: usize, m: usize, _closed: bool, place: impl Fn(f64, f64) -> [f64; 3]) -> TriangleMesh {
+fn band(n: usize, m: usize, place: impl Fn(f64, f64) -> [f64; 3]) -> TriangleMesh {
     let mut positions = Vec::new();
     for i in 0..n {
         for j in 0..m {
