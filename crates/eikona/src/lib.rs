@@ -1,4 +1,13 @@
-//! eikona: geometry that is imperfect, measured all the same. (crate docs to be completed)
+//! eikona answers four questions about imperfect geometry: how far and on which side, inside or outside, which direction, and
+//! how a surface can move without touching itself. This version answers the first, on triangle meshes: see [`signed_heat`].
+//!
+//! Meshes, curves and files are those of [`eikona_mesh`], re-exported as [`mesh`]. Conventions (signs, orientations, units)
+//! stand once, in `docs/conventions.md`.
+
+pub use eikona_mesh as mesh;
+
+pub mod contour;
 pub mod geometry;
 pub mod operators;
 pub mod signed_heat;
+pub mod spatial;

@@ -2,6 +2,7 @@
 
 mod fast_marching;
 mod triangle;
+pub mod vector;
 
 pub use fast_marching::fast_marching;
-pub use triangle::{Triangle, distance};
+pub use triangle::Triangle;

@@ -1,5 +1,6 @@
 //! One triangle laid out in its own plane: everything intrinsic about it.
 
+use crate::geometry::vector::distance;
 use eikona_mesh::{Face, TriangleMesh};
 use eikona_numeric::Complex;
 
@@ -92,13 +93,6 @@ fn area_from_lengths(lengths: [f64; 3]) -> f64 {
     let [a, b, c] = l;
     let product = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c));
     0.25 * product.max(0.0).sqrt()
-}
-
-/// Distance of two points, safe from overflow and underflow at any scale of coordinates that meshes have.
-#[inline]
-pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! How far each value rests on data rather than on extrapolation.
 
-use crate::geometry::{Triangle, distance, fast_marching};
+use crate::geometry::vector::distance;
+use crate::geometry::{Triangle, fast_marching};
 use crate::signed_heat::diffusion::UnitField;
 use crate::signed_heat::solution::Confidence;
 use crate::signed_heat::source::Source;

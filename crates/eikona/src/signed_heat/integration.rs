@@ -207,7 +207,7 @@ impl Integration {
             if *kind == CurveKind::Signed {
                 let [a, b] = segment.ends.map(|p| p.interpolate(mesh, phi));
                 let [p, q] = segment.ends.map(|p| p.position(mesh));
-                let l = crate::geometry::distance(p, q);
+                let l = crate::geometry::vector::distance(p, q);
                 sum[c] += l * 0.5 * (a + b);
                 length[c] += l;
             }
@@ -357,7 +357,7 @@ impl Integration {
         for segment in &source.segments {
             let Some(c) = self.component_of(mesh, segment.ends[0]) else { continue };
             let [p, q] = segment.ends.map(|p| p.position(mesh));
-            let w = weight * crate::geometry::distance(p, q) / self.size_of_component[c];
+            let w = weight * crate::geometry::vector::distance(p, q) / self.size_of_component[c];
             // Simpson's rule, exact for the square of a linear function.
             penalise(segment.ends[0], w / 6.0);
             penalise(segment.ends[1], w / 6.0);

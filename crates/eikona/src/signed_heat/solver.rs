@@ -267,7 +267,7 @@ impl Solver {
 }
 
 fn unit(v: [f64; 3]) -> [f64; 3] {
-    let norm = crate::geometry::distance(v, [0.0; 3]);
+    let norm = crate::geometry::vector::norm(v);
     if norm > 0.0 { v.map(|x| x / norm) } else { [0.0; 3] }
 }
 

@@ -1,0 +1,167 @@
+//! Curves as files for other programs: OBJ lines, PLY edges, and SVG for flat meshes.
+
+use eikona_mesh::{FileError, SurfaceCurves, TriangleMesh};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+/// A polyline in space. A closed one repeats its first point at the end.
+pub type Polyline = Vec<[f64; 3]>;
+
+/// The curves as polylines in space.
+///
+/// # Errors
+/// [`FileError::Curve`] for a node that is not on the mesh.
+pub fn polylines(mesh: &TriangleMesh, curves: &SurfaceCurves) -> Result<Vec<Polyline>, FileError> {
+    let mut lines = Vec::with_capacity(curves.curves.len());
+    for (c, curve) in curves.curves.iter().enumerate() {
+        let points = curve.nodes.iter().enumerate();
+        let points = points.map(|(n, p)| Ok(p.locate(mesh).map_err(|e| e.at(c, n))?.position(mesh)));
+        lines.push(points.collect::<Result<_, FileError>>()?);
+    }
+    Ok(lines)
+}
+
+/// An OBJ file with one `l` line a polyline.
+///
+/// # Errors
+/// [`FileError::Unsupported`] for coordinates that are not finite.
+pub fn obj_lines(lines: &[Polyline]) -> Result<String, FileError> {
+    let mut text = String::new();
+    let mut first = 1;
+    for (points, closed) in checked(lines)? {
+        for [x, y, z] in points {
+            let _ = writeln!(text, "v {x} {y} {z}");
+        }
+        text.push('l');
+        for k in (0..points.len()).chain(closed.then_some(0)) {
+            let _ = write!(text, " {}", first + k);
+        }
+        text.push('\n');
+        first += points.len();
+    }
+    Ok(text)
+}
+
+/// An ASCII PLY file with one `edge` element a segment.
+///
+/// # Errors
+/// [`FileError::Unsupported`] for coordinates that are not finite.
+pub fn ply_edges(lines: &[Polyline]) -> Result<String, FileError> {
+    let (mut vertices, mut edges) = (String::new(), String::new());
+    let (mut first, mut count) = (0, 0);
+    for (points, closed) in checked(lines)? {
+        for [x, y, z] in points {
+            let _ = writeln!(vertices, "{x} {y} {z}");
+        }
+        let segments = points.len() - usize::from(!closed);
+        for k in 0..segments {
+            let _ = writeln!(edges, "{} {}", first + k, first + (k + 1) % points.len());
+        }
+        first += points.len();
+        count += segments;
+    }
+    Ok(format!(
+        "ply\nformat ascii 1.0\nelement vertex {first}\nproperty double x\nproperty double y\nproperty double z\n\
+         element edge {count}\nproperty int vertex1\nproperty int vertex2\nend_header\n{vertices}{edges}"
+    ))
+}
+
+/// An SVG file with one path a polyline, y upwards as on the mesh, lengths in the mesh's own unit.
+///
+/// # Errors
+/// [`FileError::Unsupported`] if the points do not all have the same z (up to 1e-9 of their extent), or are not finite.
+pub fn svg_paths(lines: &[Polyline]) -> Result<String, FileError> {
+    let lines = checked(lines)?;
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for p in lines.iter().flat_map(|l| l.0) {
+        for k in 0..3 {
+            low[k] = low[k].min(p[k]);
+            high[k] = high[k].max(p[k]);
+        }
+    }
+    if lines.is_empty() {
+        (low, high) = ([0.0; 3], [1.0, 1.0, 0.0]);
+    }
+    let size = (high[0] - low[0]).max(high[1] - low[1]);
+    if high[2] - low[2] > 1e-9 * size {
+        return Err(FileError::Unsupported(format!(
+            "SVG can hold flat curves only, but z runs from {} to {}; write OBJ or PLY, or project the curves",
+            low[2], high[2]
+        )));
+    }
+    let margin = 0.02 * size;
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{} {} {} {}\">\n\
+         <g fill=\"none\" stroke=\"black\" stroke-width=\"{}\" stroke-linejoin=\"round\">\n",
+        low[0] - margin,
+        -high[1] - margin,
+        high[0] - low[0] + 2.0 * margin,
+        high[1] - low[1] + 2.0 * margin,
+        0.003 * size
+    );
+    for (points, closed) in lines {
+        text += "<path d=\"";
+        for (k, [x, y, _]) in points.iter().enumerate() {
+            // Downwards is positive in SVG. Subtracting from 0 writes no "-0".
+            let _ = write!(text, "{}{x} {}", if k == 0 { "M" } else { " L" }, 0.0 - y);
+        }
+        text += if closed { " Z\"/>\n" } else { "\"/>\n" };
+    }
+    text += "</g>\n</svg>\n";
+    Ok(text)
+}
+
+/// Writes polylines to a file, whole or not at all; the extension (`.obj`, `.ply`, `.svg`) tells the format.
+///
+/// # Errors
+/// [`FileError::Unsupported`] for other extensions and as the writers above, [`FileError::Io`].
+pub fn write_polylines(path: impl AsRef<Path>, lines: &[Polyline]) -> Result<(), FileError> {
+    let path = path.as_ref();
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let text = match extension.as_str() {
+        "obj" => obj_lines(lines)?,
+        "ply" => ply_edges(lines)?,
+        "svg" => svg_paths(lines)?,
+        _ => {
+            return Err(FileError::Unsupported(format!(
+                "{}: polylines can be written as .obj, .ply and .svg; choose one of these",
+                path.display()
+            )));
+        }
+    };
+    replace_file(path, text.as_bytes())
+        .map_err(|fault| FileError::Io { path: path.display().to_string(), fault })
+}
+
+/// Polylines of at least two points, without the repeated first point, and whether they are closed.
+fn checked(lines: &[Polyline]) -> Result<Vec<(&[[f64; 3]], bool)>, FileError> {
+    let mut open = Vec::with_capacity(lines.len());
+    for (i, line) in lines.iter().enumerate() {
+        if let Some(k) = line.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
+            return Err(FileError::Unsupported(format!(
+                "polyline {i}, point {k} is at {:?}, which is not finite; correct or remove it",
+                line[k]
+            )));
+        }
+        let closed = line.len() > 2 && line.first() == line.last();
+        if line.len() > 1 {
+            open.push((&line[..line.len() - usize::from(closed)], closed));
+        }
+    }
+    Ok(open)
+}
+
+/// Writes to a temporary file beside the target, then renames it.
+fn replace_file(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let temporary = path.with_file_name(name);
+    let written = std::fs::File::create(&temporary)
+        .and_then(|mut f| f.write_all(bytes).and_then(|()| f.sync_all()))
+        .and_then(|()| std::fs::rename(&temporary, path));
+    if written.is_err() {
+        let _ = std::fs::remove_file(&temporary); // the first error is the one to tell
+    }
+    written
+}

@@ -1,0 +1,27 @@
+//! Curves over a mesh: polylines traced across its faces, shortest paths, plane cuts, isolines of a vertex field, what is
+//! wrong with a set of curves, and their export.
+//!
+//! Every curve made here has each segment in one closed face, so that it goes straight into the methods as a source.
+//! Isolines run with the smaller values on their left, as a signed distance on a surface has it.
+
+mod error;
+mod export;
+mod funnel;
+mod inspect_curve;
+mod isolines;
+mod meeting;
+mod nearest_end;
+mod plane_cut;
+mod straighten;
+mod trace;
+mod vertex_path;
+mod walk;
+
+pub use error::ContourError;
+pub use export::{Polyline, obj_lines, ply_edges, polylines, svg_paths, write_polylines};
+pub use inspect_curve::{CurveFacts, CurveReport, Doubled, LISTED, Meeting, MeetingKind, OpenEnd, SegmentId};
+pub use isolines::{LevelSet, curve_points, isolines};
+pub use plane_cut::plane_cut;
+pub use straighten::straighten_curve;
+pub use trace::{DEFAULT_TOLERANCE, Traced, trace_curve, trace_polyline};
+pub use vertex_path::shortest_vertex_path;

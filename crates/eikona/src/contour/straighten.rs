@@ -1,0 +1,266 @@
+//! Shortening a path over the faces until it is locally shortest.
+//!
+//! The path is kept as corners and legs; a leg is a strip of faces through which it runs straight from corner to corner. At
+//! a vertex the faces on either side of the path join the two legs to one strip. If they span less than pi there, the
+//! shortest path through the joined strip ([`super::funnel`]) is shorter than the two legs and takes their place. This is
+//! repeated, every second corner at a time so that strips grow by doubling, until no corner can be improved.
+
+use super::ContourError;
+use super::funnel::shortest_in_strip;
+use crate::geometry::vector::{angle, distance, sub};
+use eikona_mesh::{Curve, Edge, Face, Located, Neighbour, SegmentHost, TriangleMesh, Vertex, segment_host};
+use std::f64::consts::PI;
+
+/// Passes over the path, at most. Each one that goes on has made the path shorter. A shortest edge path needs 5 to 20; a long
+/// detour that is pulled over the surface moves past about one vertex a pass.
+const PASSES: usize = 10_000;
+
+/// A side that spans this much less than pi can be shortened, one nearer to it only by rounding.
+const ANGLE_SLACK: f64 = 1e-9;
+
+/// A piece of the path that runs straight through a strip of faces.
+#[derive(Clone, Debug)]
+pub(super) struct Leg {
+    /// The faces in order, and the edges between them.
+    pub faces: Vec<Face>,
+    pub gates: Vec<Edge>,
+    /// Where the path passes the gates.
+    pub nodes: Vec<Located>,
+    pub length: f64,
+}
+
+/// A curve made locally shortest, with its ends fixed (a closed curve stays fixed at its first node).
+///
+/// Each segment must lie in one face, as after tracing or for a path along edges. The result has that property too, is
+/// never longer than the input, and where it turns at a vertex, no side spans less than pi, so that small moves do not
+/// shorten it. Curves pass boundary vertices and nonmanifold edges only where the input does.
+///
+/// ```
+/// use eikona::contour::{curve_points, shortest_vertex_path, straighten_curve};
+/// use eikona_mesh::{Curve, TriangleMesh, Vertex};
+/// let corners = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
+/// let mesh = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;
+/// let path = Curve::signed(shortest_vertex_path(&mesh, &[Vertex(1), Vertex(3)])?); // round a corner
+/// let straight = straighten_curve(&mesh, &path)?;
+/// assert_eq!(curve_points(&mesh, &straight)?, [[1., 0., 0.], [0.5, 0.5, 0.], [0., 1., 0.]]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`ContourError::Curve`] for a node that is not on the mesh, [`ContourError::TooFewPoints`], and a segment that lies in no
+/// single face (trace the curve first).
+///
+/// # Cost
+/// About O(n log n) in the number of faces along a path that is nearly shortest; a detour costs one pass over the path for
+/// each vertex that it is pulled past, and no more than 10,000 passes.
+pub fn straighten_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Curve, ContourError> {
+    if curve.nodes.len() < 2 {
+        return Err(ContourError::TooFewPoints { points: curve.nodes.len() });
+    }
+    let located = curve.nodes.iter().enumerate();
+    let path: Vec<Located> =
+        located.map(|(n, p)| p.locate(mesh).map_err(|e| e.at(0, n))).collect::<Result<_, _>>()?;
+    for (n, pair) in path.windows(2).enumerate() {
+        if pair[0] != pair[1] && segment_host(mesh, pair[0], pair[1]).is_none() {
+            return Err(eikona_mesh::CurveError::SegmentAcrossFaces.at(0, n).into());
+        }
+    }
+    let nodes = straighten(mesh, &path).iter().map(|p| p.to_surface_point(mesh)).collect();
+    Ok(Curve { nodes, ..curve.clone() })
+}
+
+/// [`straighten_curve`] for places that have been looked up. A path with a segment in no single face is given back as it is.
+pub(super) fn straighten(mesh: &TriangleMesh, path: &[Located]) -> Vec<Located> {
+    let Some((mut corners, mut legs)) = legs_of(mesh, path) else { return path.to_vec() };
+    // Zero-area faces let corners wander between vertices at one place; a pass must gain something on the whole path.
+    let state = |corners: &[Located], legs: &[Leg]| {
+        let loose = corners.iter().filter(|c| !matches!(c, Located::Vertex(_))).count();
+        (legs.iter().map(|l| l.length).sum::<f64>(), loose)
+    };
+    let (mut length, mut loose) = state(&corners, &legs);
+    for _ in 0..PASSES {
+        if !pass(mesh, &mut corners, &mut legs) {
+            break;
+        }
+        let (new_length, new_loose) = state(&corners, &legs);
+        if new_length >= length * (1.0 - 1e-13) && new_loose >= loose {
+            break;
+        }
+        (length, loose) = (new_length, new_loose);
+    }
+    let mut result: Vec<Located> = corners[..1].to_vec();
+    for (leg, corner) in legs.iter().zip(&corners[1..]) {
+        for &node in leg.nodes.iter().chain([corner]) {
+            if result.last() != Some(&node) {
+                result.push(node);
+            }
+        }
+    }
+    // Rounding may make a path longer that was straight already.
+    let whole = result.windows(2).all(|p| segment_host(mesh, p[0], p[1]).is_some());
+    if whole && path_length(mesh, &result) <= path_length(mesh, path) { result } else { path.to_vec() }
+}
+
+pub(super) fn path_length(mesh: &TriangleMesh, path: &[Located]) -> f64 {
+    path.windows(2).map(|p| distance(p[0].position(mesh), p[1].position(mesh))).sum()
+}
+
+/// One leg a segment. `None` if there is no segment, or one in no single face.
+fn legs_of(mesh: &TriangleMesh, path: &[Located]) -> Option<(Vec<Located>, Vec<Leg>)> {
+    let mut corners = vec![*path.first()?];
+    let mut legs = Vec::new();
+    for pair in path.windows(2).filter(|p| p[0] != p[1]) {
+        let face = match segment_host(mesh, pair[0], pair[1])? {
+            SegmentHost::Face(f, _) => f,
+            SegmentHost::Edge(e, _) => mesh.edge_halfedges(e).first()?.face(),
+        };
+        let length = path_length(mesh, pair);
+        legs.push(Leg { faces: vec![face], gates: Vec::new(), nodes: Vec::new(), length });
+        corners.push(pair[1]);
+    }
+    (!legs.is_empty()).then_some((corners, legs))
+}
+
+/// Tries to improve each corner whose legs have not been changed in this pass. Whether there was any improvement.
+fn pass(mesh: &TriangleMesh, corners: &mut Vec<Located>, legs: &mut Vec<Leg>) -> bool {
+    let mut improved = false;
+    let (mut new_corners, mut new_legs) = (vec![corners[0]], Vec::with_capacity(legs.len()));
+    let mut i = 0;
+    while i < legs.len() {
+        let joined = legs.get(i + 1).and_then(|next| join(mesh, &corners[i..i + 3], &legs[i], next));
+        match joined {
+            Some((between, pieces)) => {
+                improved = true;
+                new_corners.extend(between);
+                new_legs.extend(pieces);
+                new_corners.push(corners[i + 2]);
+                i += 2;
+            }
+            None => {
+                new_legs.push(legs[i].clone());
+                new_corners.push(corners[i + 1]);
+                i += 1;
+            }
+        }
+    }
+    (*corners, *legs) = (new_corners, new_legs);
+    improved
+}
+
+/// The shorter legs (and the corners between them) that take the place of two legs, if there are any.
+fn join(
+    mesh: &TriangleMesh,
+    corners: &[Located],
+    first: &Leg,
+    second: &Leg,
+) -> Option<(Vec<Located>, Vec<Leg>)> {
+    let [from, corner, to] = *corners else { return None };
+    let before = first.length + second.length;
+    let strips = match corner {
+        Located::Vertex(v) => strips_around(mesh, v, (from, first), (to, second)),
+        _ => strip_through(mesh, corner, first, second).into_iter().collect(),
+    };
+    let limit = match corner {
+        Located::Vertex(_) => before * (1.0 - 1e-12),
+        _ => before * (1.0 + 1e-12), // a node inside an edge or face goes even if nothing is gained
+    };
+    strips
+        .into_iter()
+        .map(without_turning_back)
+        .filter_map(|(faces, gates)| shortest_in_strip(mesh, from, to, &faces, &gates))
+        .map(|(between, legs)| (legs.iter().map(|l| l.length).sum::<f64>(), between, legs))
+        .filter(|(length, ..)| *length <= limit)
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, between, legs)| (between, legs))
+}
+
+type Strip = (Vec<Face>, Vec<Edge>);
+
+/// The strip without its excursions through a gate and straight back through it: a string can not be pulled through those.
+fn without_turning_back((faces, gates): Strip) -> Strip {
+    let mut strip: Strip = (faces.first().copied().into_iter().collect(), Vec::new());
+    for (&gate, &face) in gates.iter().zip(faces.iter().skip(1)) {
+        if strip.1.last() == Some(&gate) && strip.0.len() > 1 && strip.0[strip.0.len() - 2] == face {
+            strip.0.pop();
+            strip.1.pop();
+        } else {
+            strip.0.push(face);
+            strip.1.push(gate);
+        }
+    }
+    strip
+}
+
+/// Both legs joined at a node inside an edge or face.
+fn strip_through(mesh: &TriangleMesh, corner: Located, first: &Leg, second: &Leg) -> Option<Strip> {
+    let (mut faces, mut gates) = (first.faces.clone(), first.gates.clone());
+    let (last, next) = (*faces.last()?, *second.faces.first()?);
+    if last == next {
+        faces.pop();
+    } else {
+        let Located::Edge(e, _) = corner else { return None };
+        let at = |f: Face| mesh.edge_halfedges(e).iter().any(|h| h.face() == f);
+        if !at(last) || !at(next) {
+            return None;
+        }
+        gates.push(e);
+    }
+    faces.extend(&second.faces);
+    gates.extend(&second.gates);
+    Some((faces, gates))
+}
+
+/// Both legs joined by the faces on one side of a vertex, for each side that spans less than pi.
+fn strips_around(
+    mesh: &TriangleMesh,
+    v: Vertex,
+    (from, first): (Located, &Leg),
+    (to, second): (Located, &Leg),
+) -> Vec<Strip> {
+    let (Some(&last), Some(&next)) = (first.faces.last(), second.faces.first()) else { return Vec::new() };
+    let p = mesh.position(v);
+    let incoming = sub(first.nodes.last().unwrap_or(&from).position(mesh), p);
+    let outgoing = sub(second.nodes.first().unwrap_or(&to).position(mesh), p);
+    let along = |w: Vertex| sub(mesh.position(w), p);
+    let others = |f: Face| -> Vec<Vertex> { mesh.face_vertices(f).into_iter().filter(|&w| w != v).collect() };
+    let assemble = |fan: Strip| {
+        let mut strip: Strip = (first.faces.clone(), first.gates.clone());
+        strip.0.extend(fan.0);
+        strip.1.extend(fan.1);
+        // The fan ends in the face that the second leg begins with.
+        strip.0.extend(&second.faces[1..]);
+        strip.1.extend(&second.gates);
+        strip
+    };
+    let mut strips = Vec::new();
+    if last == next && angle(incoming, outgoing) < PI - ANGLE_SLACK {
+        strips.push(assemble((Vec::new(), Vec::new())));
+    }
+    for start in others(last) {
+        let (mut fan, mut spoke, mut face) = ((Vec::new(), Vec::new()), start, last);
+        let mut span = angle(incoming, along(start));
+        while span < PI - ANGLE_SLACK {
+            let side = (0..3).map(|k| face.halfedge(k)).find(|&h| {
+                let ends = [mesh.origin(h), mesh.tip(h)];
+                ends.contains(&v) && ends.contains(&spoke)
+            });
+            let Some(Neighbour::Twin(twin)) = side.map(|h| mesh.neighbour(h)) else { break };
+            fan.1.push(mesh.edge(twin));
+            face = twin.face();
+            fan.0.push(face);
+            if face == next {
+                if span + angle(along(spoke), outgoing) < PI - ANGLE_SLACK {
+                    strips.push(assemble(fan));
+                }
+                break;
+            }
+            if face == last {
+                break;
+            }
+            let Some(far) = others(face).into_iter().find(|&w| w != spoke) else { break };
+            span += angle(along(spoke), along(far));
+            spoke = far;
+        }
+    }
+    strips
+}

@@ -1,0 +1,257 @@
+//! Tracing: a polyline in space, or a curve whose segments span several faces, becomes a curve with each segment in one face.
+//!
+//! Each point is projected to the nearest point of the surface. Two points are joined by walking from face to face along the
+//! plane through both that contains the mean of their normals ([`PlaneWalk`]). Where the walk leaves the surface, runs
+//! much longer than the segment or misses its end, the segment is halved in space, the middle is projected, and both halves
+//! are tried again. Where that fails too, the shortest path along edges, straightened, takes its place.
+
+use super::ContourError;
+use super::straighten::straighten;
+use super::vertex_path::path_between;
+use super::walk::PlaneWalk;
+use crate::geometry::vector::{distance, lerp};
+use crate::spatial::Bvh;
+use eikona_mesh::{Curve, CurveKind, Located, TriangleMesh, Vertex, segment_host};
+use std::cell::OnceCell;
+
+/// Nodes this near to a vertex or edge, as a share of the face's size, are moved onto it: it keeps segments of length 1e-14
+/// out, and moves nothing that can be seen.
+pub const DEFAULT_TOLERANCE: f64 = 1e-6;
+
+/// How often a segment is halved before the edge path takes its place: 64 pieces tell whether the polyline follows the surface.
+const HALVINGS: u32 = 6;
+
+/// A curve with each segment in one face, and what was done to make it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Traced {
+    /// The curve. A closed one repeats its first node at the end.
+    pub curve: Curve,
+    /// For each node of the curve, the 0-based index of the input node it stands for or follows.
+    pub parents: Vec<usize>,
+    /// The largest distance between a point and its projection; 0 for curves that were on the surface already.
+    pub largest_projection_distance: f64,
+    /// Input nodes that fell onto their predecessor and were left out.
+    pub merged: Vec<usize>,
+    /// Input nodes whose following segment was halved and projected anew.
+    pub subdivided: Vec<usize>,
+    /// Input nodes whose following segment was replaced by a straightened edge path.
+    pub edge_paths: Vec<usize>,
+}
+
+impl Traced {
+    /// What a user should look at, a sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        let list = |nodes: &[usize]| {
+            let shown: Vec<String> = nodes.iter().take(5).map(usize::to_string).collect();
+            let more = if nodes.len() > 5 { format!(" and {} more", nodes.len() - 5) } else { String::new() };
+            shown.join(", ") + &more
+        };
+        let mut warnings = Vec::new();
+        if !self.merged.is_empty() {
+            warnings
+                .push(format!("nodes {} fell onto their predecessors and were left out", list(&self.merged)));
+        }
+        if !self.edge_paths.is_empty() {
+            warnings.push(format!(
+                "the segments after nodes {} do not follow the surface; the shortest path found over it takes their place",
+                list(&self.edge_paths)
+            ));
+        }
+        warnings
+    }
+}
+
+/// Projects a polyline in space to the mesh and traces it across the faces.
+///
+/// `tolerance` is the share of a face within which nodes are moved onto vertices and edges, and within which points
+/// coincide; [`DEFAULT_TOLERANCE`] is a good choice.
+///
+/// ```
+/// use eikona::{contour::{DEFAULT_TOLERANCE, trace_polyline}, spatial::Bvh};
+/// use eikona_mesh::{CurveKind, SurfaceCurves, TriangleMesh};
+/// let corners = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
+/// let mesh = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;
+/// let line = [[0.5, 0.0, 3.0], [0.0, 0.5, 3.0]];
+/// let traced = trace_polyline(&mesh, &Bvh::new(&mesh), &line, false, CurveKind::Signed, DEFAULT_TOLERANCE)?;
+/// assert_eq!((traced.curve.nodes.len(), traced.largest_projection_distance), (3, 3.0)); // it crosses the diagonal
+/// assert_eq!(SurfaceCurves::from_curve(traced.curve).segments(&mesh)?.len(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`ContourError::NoFaces`], [`ContourError::NonFinitePoint`], [`ContourError::TooFewPoints`] (also when all points fall
+/// together), [`ContourError::Parameter`] for a tolerance outside [0, 0.1], and [`ContourError::NotConnected`] where the surface has no
+/// path between two points.
+///
+/// # Cost
+/// O(log F) a point and O(1) a crossed face; O(F log F) for each segment that does not follow the surface.
+pub fn trace_polyline(
+    mesh: &TriangleMesh,
+    bvh: &Bvh,
+    points: &[[f64; 3]],
+    closed: bool,
+    kind: CurveKind,
+    tolerance: f64,
+) -> Result<Traced, ContourError> {
+    if !(0.0..=0.1).contains(&tolerance) {
+        let bound = "it is a share of a face, from 0 to 0.1";
+        return Err(ContourError::Parameter { name: "tolerance", value: tolerance, bound });
+    }
+    let tracer = Tracer { mesh, bvh: Some(bvh), own_bvh: OnceCell::new(), tolerance };
+    let mut nodes = Vec::with_capacity(points.len());
+    let mut largest: f64 = 0.0;
+    for (node, &position) in points.iter().enumerate() {
+        if !position.iter().all(|x| x.is_finite()) {
+            return Err(ContourError::NonFinitePoint { node, position });
+        }
+        let (place, distance) = tracer.project(position).ok_or(ContourError::NoFaces)?;
+        largest = largest.max(distance);
+        nodes.push(place);
+    }
+    let mut traced = tracer.trace(&nodes, closed)?;
+    traced.largest_projection_distance = largest;
+    traced.curve.kind = kind;
+    Ok(traced)
+}
+
+/// Traces a curve on the mesh whose segments may span several faces; segments in one face stay as they are.
+///
+/// # Errors
+/// [`ContourError::Curve`] for a node that is not on the mesh, and the errors of [`trace_polyline`].
+///
+/// # Cost
+/// As [`trace_polyline`]; a tree over the faces is built only if a segment has to be halved.
+pub fn trace_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Traced, ContourError> {
+    let tracer = Tracer { mesh, bvh: None, own_bvh: OnceCell::new(), tolerance: DEFAULT_TOLERANCE };
+    let located = curve.nodes.iter().enumerate();
+    let located: Result<Vec<Located>, _> =
+        located.map(|(n, p)| p.locate(mesh).map_err(|e| e.at(0, n))).collect();
+    let mut traced = tracer.trace(&located?, false)?;
+    traced.curve.kind = curve.kind;
+    traced.curve.up = curve.up;
+    Ok(traced)
+}
+
+struct Tracer<'a> {
+    mesh: &'a TriangleMesh,
+    bvh: Option<&'a Bvh>,
+    own_bvh: OnceCell<Bvh>,
+    tolerance: f64,
+}
+
+impl Tracer<'_> {
+    /// The nearest place on the mesh, on a vertex or edge if within the tolerance, and the distance to it.
+    fn project(&self, p: [f64; 3]) -> Option<(Located, f64)> {
+        let bvh = self.bvh.unwrap_or_else(|| self.own_bvh.get_or_init(|| Bvh::new(self.mesh)));
+        let closest = bvh.closest_point(p)?;
+        let weights = closest.weights.map(|w| if w <= self.tolerance { 0.0 } else { w });
+        Some((Located::in_face(self.mesh, closest.face, weights), closest.distance))
+    }
+
+    fn trace(&self, nodes: &[Located], closed: bool) -> Result<Traced, ContourError> {
+        let mut traced = Traced::default();
+        let mut kept: Vec<(usize, Located)> = Vec::new();
+        for (i, &node) in nodes.iter().enumerate() {
+            if kept.last().is_some_and(|&(_, last)| self.coincide(last, node)) {
+                traced.merged.push(i);
+            } else {
+                kept.push((i, node));
+            }
+        }
+        while closed && kept.len() > 1 && self.coincide(kept[0].1, kept[kept.len() - 1].1) {
+            traced.merged.extend(kept.pop().map(|k| k.0));
+        }
+        if kept.len() < 2 {
+            return Err(ContourError::TooFewPoints { points: kept.len() });
+        }
+        if closed {
+            kept.push((kept[0].0, kept[0].1));
+        }
+        let mut path = vec![kept[0].1];
+        traced.parents.push(kept[0].0);
+        for pair in kept.windows(2) {
+            let [(from, a), (to, b)] = [pair[0], pair[1]];
+            let piece = if segment_host(self.mesh, a, b).is_some() {
+                vec![b]
+            } else {
+                self.join(a, b, from, &mut traced).ok_or(ContourError::NotConnected { from, to })?
+            };
+            traced.parents.extend(piece.iter().map(|_| from));
+            path.extend(piece);
+            if let Some(last) = traced.parents.last_mut() {
+                *last = to;
+            }
+        }
+        traced.curve.nodes = path.iter().map(|p| p.to_surface_point(self.mesh)).collect();
+        Ok(traced)
+    }
+
+    /// Whether two places are the same for the purpose of tracing.
+    fn coincide(&self, a: Located, b: Located) -> bool {
+        if a == b {
+            return true;
+        }
+        let Some(face) = a.faces(self.mesh).into_iter().find(|&f| b.weights_in_face(self.mesh, f).is_some())
+        else {
+            return false;
+        };
+        let p = self.mesh.face_positions(face);
+        let size = distance(p[0], p[1]).max(distance(p[1], p[2])).max(distance(p[2], p[0]));
+        distance(a.position(self.mesh), b.position(self.mesh)) <= self.tolerance * size
+    }
+
+    /// The nodes after `a` up to and including `b`. `None` if no path over the surface joins them.
+    fn join(&self, a: Located, b: Located, node: usize, traced: &mut Traced) -> Option<Vec<Located>> {
+        // Enough to cross the whole mesh twice in all attempts together, so that no input makes the walks dwell.
+        let mut budget = 2 * self.mesh.face_count() + 64;
+        if let Some(path) =
+            PlaneWalk::between(self.mesh, a, b, self.tolerance).and_then(|walk| walk.run(&mut budget))
+        {
+            return Some(path);
+        }
+        if let Some(path) = self.halve(a, b, HALVINGS, &mut budget) {
+            traced.subdivided.push(node);
+            return Some(path);
+        }
+        traced.edge_paths.push(node);
+        self.edge_path(a, b)
+    }
+
+    /// Joins both halves of a segment over the projection of its middle.
+    fn halve(&self, a: Located, b: Located, depth: u32, budget: &mut usize) -> Option<Vec<Located>> {
+        let (pa, pb) = (a.position(self.mesh), b.position(self.mesh));
+        let (middle, off) = self.project(lerp(pa, pb, 0.5))?;
+        let length = distance(pa, pb);
+        let advance = |p| distance(middle.position(self.mesh), p);
+        // A middle beside one of the ends makes no headway, one far off belongs to another part of the surface.
+        if depth == 0 || advance(pa).min(advance(pb)) < 0.1 * length || off > length {
+            return None;
+        }
+        let mut path = Vec::new();
+        for (from, to) in [(a, middle), (middle, b)] {
+            if segment_host(self.mesh, from, to).is_some() {
+                path.push(to);
+                continue;
+            }
+            let walked =
+                PlaneWalk::between(self.mesh, from, to, self.tolerance).and_then(|walk| walk.run(budget));
+            path.extend(match walked {
+                Some(walked) => walked,
+                None => self.halve(from, to, depth - 1, budget)?,
+            });
+        }
+        Some(path)
+    }
+
+    fn edge_path(&self, a: Located, b: Located) -> Option<Vec<Located>> {
+        let reach = |place: Located| -> Vec<(Vertex, f64)> {
+            let p = place.position(self.mesh);
+            place.weights(self.mesh).map(|(v, _)| (v, distance(p, self.mesh.position(v)))).collect()
+        };
+        let vertices = path_between(self.mesh, &reach(a), &reach(b))?;
+        let mut path = vec![a];
+        path.extend(vertices.into_iter().map(Located::Vertex).filter(|v| *v != a && *v != b));
+        path.push(b);
+        Some(straighten(self.mesh, &path).split_off(1))
+    }
+}

@@ -1,0 +1,69 @@
+//! The nearest point of a triangle.
+
+use crate::geometry::vector::{cross, distance, dot, sub};
+use eikona_mesh::{Face, Located, TriangleMesh};
+
+/// The point of a mesh nearest to a given point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClosestPoint {
+    /// The face it lies in; of several equally near ones, that with the lowest id.
+    pub face: Face,
+    /// Barycentric weights of the face's corners, in the face's own order: none negative, with sum 1.
+    pub weights: [f64; 3],
+    /// Where it lies in space.
+    pub position: [f64; 3],
+    /// Its distance from the given point.
+    pub distance: f64,
+}
+
+impl ClosestPoint {
+    /// The point as a place on the mesh.
+    pub fn locate(&self, mesh: &TriangleMesh) -> Located {
+        Located::in_face(mesh, self.face, self.weights)
+    }
+}
+
+/// A triangle whose doubled area is below this share of its longest side squared has an unreliable plane: its sides are asked too.
+const SLIVER: f64 = 1e-6;
+
+/// Weights of the point of a triangle (of any shape, also of area zero) nearest to `p`, that point, and its squared distance.
+pub fn closest_point_of_triangle(p: [f64; 3], triangle: [[f64; 3]; 3]) -> ([f64; 3], [f64; 3], f64) {
+    let [a, b, c] = triangle;
+    let (ab, ac, ap) = (sub(b, a), sub(c, a), sub(p, a));
+    let normal = cross(ab, ac);
+    let normal_sq = dot(normal, normal);
+    let longest_sq = dot(ab, ab).max(dot(ac, ac)).max(dot(sub(c, b), sub(c, b)));
+    let mut best: Option<([f64; 3], [f64; 3], f64)> = None;
+    if normal_sq > 0.0 {
+        let wb = dot(cross(ap, ac), normal) / normal_sq;
+        let wc = dot(cross(ab, ap), normal) / normal_sq;
+        let wa = 1.0 - wb - wc;
+        if wa >= 0.0 && wb >= 0.0 && wc >= 0.0 {
+            let foot = candidate(p, triangle, [wa, wb, wc]);
+            if normal_sq > (SLIVER * longest_sq).powi(2) {
+                return foot;
+            }
+            best = Some(foot);
+        }
+    }
+    for k in 0..3 {
+        let (i, j) = (k, (k + 1) % 3);
+        let side = sub(triangle[j], triangle[i]);
+        let side_sq = dot(side, side);
+        let t = dot(sub(p, triangle[i]), side) / side_sq;
+        let t = if side_sq > 0.0 && t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 };
+        let mut weights = [0.0; 3];
+        weights[i] = 1.0 - t;
+        weights[j] = t;
+        let foot = candidate(p, triangle, weights);
+        if best.is_none_or(|b| foot.2 < b.2) {
+            best = Some(foot);
+        }
+    }
+    best.unwrap_or_else(|| candidate(p, triangle, [1.0, 0.0, 0.0]))
+}
+
+fn candidate(p: [f64; 3], [a, b, c]: [[f64; 3]; 3], w: [f64; 3]) -> ([f64; 3], [f64; 3], f64) {
+    let foot = [0, 1, 2].map(|k| w[0] * a[k] + w[1] * b[k] + w[2] * c[k]);
+    (w, foot, distance(p, foot).powi(2))
+}
