@@ -98,7 +98,7 @@ impl Halfedge {
     /// The preceding side of the same face.
     #[inline]
     pub const fn previous(self) -> Halfedge {
-        Halfedge(if self.0 % 3 == 0 { self.0 + 2 } else { self.0 - 1 })
+        Halfedge(if self.0.is_multiple_of(3) { self.0 + 2 } else { self.0 - 1 })
     }
     /// The corner at which it starts.
     #[inline]

@@ -5,8 +5,8 @@
 //! those of the input; every repair is a named step that returns index maps.
 
 mod curve;
-pub mod damage;
 mod curve_io;
+pub mod damage;
 mod error;
 mod field;
 mod id;
@@ -16,11 +16,11 @@ mod orientation;
 mod point;
 mod polygon;
 mod quality;
+pub mod random;
 mod repair;
+pub mod shapes;
 mod topology;
 mod validate;
-pub mod random;
-pub mod shapes;
 
 pub use curve::{Curve, CurveKind, Segment, SegmentHost, SurfaceCurves, segment_host};
 pub use curve_io::{

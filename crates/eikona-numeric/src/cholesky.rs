@@ -140,7 +140,8 @@ impl<T: Scalar> Cholesky<T> {
         values.try_reserve_exact(symbolic.factor.len_val()).map_err(|_| out_of_memory())?;
         values.resize(symbolic.factor.len_val(), T::ZERO);
 
-        let pattern = SymbolicSparseColMatRef::new_unsorted_checked(n, n, &symbolic.col_ptr, None, &symbolic.row_idx);
+        let pattern =
+            SymbolicSparseColMatRef::new_unsorted_checked(n, n, &symbolic.col_ptr, None, &symbolic.row_idx);
         let lower = SparseColMatRef::new(pattern, entries.as_slice());
         let scratch = supernodal::factorize_supernodal_numeric_llt_scratch::<u32, T>(
             &symbolic.factor,
@@ -274,7 +275,8 @@ impl<T: Scalar> Cholesky<T> {
             for j in (0..width).rev() {
                 let column = &block[j * height..(j + 1) * height];
                 let known = &x[first + j + 1..last];
-                let sum = conjugate_dot(&column[j + 1..width], known) + conjugate_dot(&column[width..], below);
+                let sum =
+                    conjugate_dot(&column[j + 1..width], known) + conjugate_dot(&column[width..], below);
                 let mut xj = divide_by_pivot(x[first + j] - sum, column[j]);
                 flush(&mut xj);
                 x[first + j] = xj;

@@ -26,8 +26,8 @@ pub fn solve_dense(matrix: &[f64], rhs: &[f64]) -> Result<Vec<f64>, NumericError
         return Ok(Vec::new());
     }
     let a = Mat::from_fn(n, n, |i, j| matrix[i * n + j]);
-    let factor = Llt::new(a.as_ref(), Side::Lower)
-        .map_err(|_| NumericError::NonPositivePivot { unknown: 0 })?;
+    let factor =
+        Llt::new(a.as_ref(), Side::Lower).map_err(|_| NumericError::NonPositivePivot { unknown: 0 })?;
     let b = Mat::from_fn(n, 1, |i, _| rhs[i]);
     let x = factor.solve(&b);
     Ok((0..n).map(|i| x[(i, 0)]).collect())

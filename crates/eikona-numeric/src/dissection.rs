@@ -128,7 +128,8 @@ impl<'a> Dissection<'a> {
         self.cover_cut();
         // Separators lie near the plane; the others are not even looked up.
         let separated = &self.separated;
-        let stays = |node: &Node| (node.place[axis] - plane).abs() > node.reach || !separated[node.id as usize];
+        let stays =
+            |node: &Node| (node.place[axis] - plane).abs() > node.reach || !separated[node.id as usize];
         let first = partition(&mut piece[..middle], stays);
         let second = partition(&mut piece[middle..], stays);
         // first, separators, second, separators -> first, second, separators
@@ -202,12 +203,14 @@ impl<'a> Dissection<'a> {
         // König: from unmatched left unknowns along alternating paths; cover = left not reached + right reached.
         self.visited.fill(false);
         let mut left_reached = vec![false; nl];
-        let mut queue: Vec<u32> = (0..nl as u32).filter(|&l| self.match_left[l as usize] == UNMATCHED).collect();
+        let mut queue: Vec<u32> =
+            (0..nl as u32).filter(|&l| self.match_left[l as usize] == UNMATCHED).collect();
         for &l in &queue {
             left_reached[l as usize] = true;
         }
         while let Some(l) = queue.pop() {
-            for &r in &self.cut[self.cut_start[l as usize] as usize..self.cut_start[l as usize + 1] as usize] {
+            for &r in &self.cut[self.cut_start[l as usize] as usize..self.cut_start[l as usize + 1] as usize]
+            {
                 if !self.visited[r as usize] {
                     self.visited[r as usize] = true;
                     let next = self.match_right[r as usize];

@@ -29,7 +29,9 @@ pub enum NumericError {
         expected: usize,
     },
     /// The factor would not fit.
-    #[error("the factor of {unknowns} unknowns needs {needed_bytes} bytes, which can not be allocated; use a smaller mesh")]
+    #[error(
+        "the factor of {unknowns} unknowns needs {needed_bytes} bytes, which can not be allocated; use a smaller mesh"
+    )]
     OutOfMemory {
         /// Number of unknowns.
         unknowns: usize,

@@ -13,7 +13,7 @@ mod graph;
 mod ordering;
 mod scalar;
 
-pub use cholesky::{Cholesky, SymmetricMatrix, Symbolic};
+pub use cholesky::{Cholesky, Symbolic, SymmetricMatrix};
 pub use dense::solve_dense;
 pub use error::NumericError;
 pub use graph::Graph;

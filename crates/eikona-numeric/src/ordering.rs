@@ -39,11 +39,22 @@ fn minimum_degree(unknowns: usize, adjacency: &Adjacency) -> Result<Vec<u32>, Nu
     let mut inverse = vec![0u32; unknowns];
     let entries = adjacency.neighbours().len();
     // Both triangles are given; AMD reads the pattern of A + A^T and accepts repeated entries.
-    let matrix =
-        SymbolicSparseColMatRef::new_unsorted_checked(unknowns, unknowns, adjacency.starts(), None, adjacency.neighbours());
+    let matrix = SymbolicSparseColMatRef::new_unsorted_checked(
+        unknowns,
+        unknowns,
+        adjacency.starts(),
+        None,
+        adjacency.neighbours(),
+    );
     let scratch = amd::order_maybe_unsorted_scratch::<u32>(unknowns, entries);
     let mut memory = MemBuffer::try_new(scratch).map_err(|_| too_large.clone())?;
-    amd::order_maybe_unsorted(&mut forward, &mut inverse, matrix, amd::Control::default(), MemStack::new(&mut memory))
-        .map_err(|_| too_large)?;
+    amd::order_maybe_unsorted(
+        &mut forward,
+        &mut inverse,
+        matrix,
+        amd::Control::default(),
+        MemStack::new(&mut memory),
+    )
+    .map_err(|_| too_large)?;
     Ok(forward)
 }

@@ -41,7 +41,8 @@ pub fn fast_marching(mesh: &TriangleMesh, triangles: &[Triangle], seeds: &[(Vert
                 let mut candidate = d + side(k, i);
                 let w = corners[other] as usize;
                 if settled[w]
-                    && let Some(plane) = plane_front(d, distance[w], side(i, k), side(i, other), t.angles[i].re)
+                    && let Some(plane) =
+                        plane_front(d, distance[w], side(i, k), side(i, other), t.angles[i].re)
                 {
                     candidate = candidate.min(plane);
                 }
@@ -77,10 +78,8 @@ fn plane_front(da: f64, db: f64, a: f64, b: f64, cos: f64) -> Option<f64> {
     let d = (q + discriminant.sqrt()) / p;
     let rise = [d - da, d - db];
     // g is a combination of A and B with these coefficients; it must point out of the cone between them.
-    let coefficients = [
-        inverse[0] * rise[0] + inverse[1] * rise[1],
-        inverse[1] * rise[0] + inverse[2] * rise[1],
-    ];
+    let coefficients =
+        [inverse[0] * rise[0] + inverse[1] * rise[1], inverse[1] * rise[0] + inverse[2] * rise[1]];
     (coefficients[0] >= 0.0 && coefficients[1] >= 0.0).then_some(d)
 }
 

@@ -17,7 +17,8 @@ pub struct CotanLaplacian {
 impl CotanLaplacian {
     /// Assembles the operator from the layouts of the faces.
     pub fn new(mesh: &TriangleMesh, triangles: &[Triangle]) -> CotanLaplacian {
-        let mut graph = Graph { unknowns: mesh.vertex_count(), pairs: Vec::with_capacity(3 * mesh.face_count()) };
+        let mut graph =
+            Graph { unknowns: mesh.vertex_count(), pairs: Vec::with_capacity(3 * mesh.face_count()) };
         let mut matrix = SymmetricMatrix {
             diagonal: vec![0.0; mesh.vertex_count()],
             off_diagonal: Vec::with_capacity(3 * mesh.face_count()),

@@ -71,10 +71,9 @@ impl EdgeFrames {
     pub fn edge_of_unknown(&self, mesh: &TriangleMesh) -> Vec<Edge> {
         match self {
             EdgeFrames::Complex => mesh.edges().collect(),
-            EdgeFrames::Real { first } => mesh
-                .edges()
-                .flat_map(|e| (first[e.index()]..first[e.index() + 1]).map(move |_| e))
-                .collect(),
+            EdgeFrames::Real { first } => {
+                mesh.edges().flat_map(|e| (first[e.index()]..first[e.index() + 1]).map(move |_| e)).collect()
+            }
         }
     }
 
@@ -93,7 +92,11 @@ impl EdgeFrames {
         let e = mesh.edge(h);
         match (self, x) {
             (EdgeFrames::Complex, EdgeVector::Complex(z)) => {
-                if mesh.follows_edge(h) { z[e.index()] } else { -z[e.index()] }
+                if mesh.follows_edge(h) {
+                    z[e.index()]
+                } else {
+                    -z[e.index()]
+                }
             }
             (EdgeFrames::Real { first }, EdgeVector::Real(x)) => {
                 let mut z = Complex::ZERO;
@@ -110,7 +113,11 @@ impl EdgeFrames {
         let e = mesh.edge(h);
         match (self, x) {
             (EdgeFrames::Complex, EdgeVector::Complex(z)) => {
-                if mesh.follows_edge(h) { z[e.index()] += value } else { z[e.index()] -= value }
+                if mesh.follows_edge(h) {
+                    z[e.index()] += value
+                } else {
+                    z[e.index()] -= value
+                }
             }
             (EdgeFrames::Real { first }, EdgeVector::Real(x)) => {
                 visit_real(mesh, first, h, |unknown, c| x[unknown] += c.re * value.re + c.im * value.im);

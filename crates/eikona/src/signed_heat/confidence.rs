@@ -30,7 +30,8 @@ fn seeds(mesh: &TriangleMesh, source: &Source) -> Vec<(Vertex, f64)> {
     let mut seeds = Vec::new();
     let mut near = |ends: [Located; 2]| {
         let [a, b] = ends.map(|p| p.position(mesh));
-        let shared: Vec<_> = ends[0].faces(mesh).into_iter().filter(|f| ends[1].weights_in_face(mesh, *f).is_some()).collect();
+        let shared: Vec<_> =
+            ends[0].faces(mesh).into_iter().filter(|f| ends[1].weights_in_face(mesh, *f).is_some()).collect();
         for face in shared {
             for v in mesh.face_vertices(face) {
                 seeds.push((v, distance_to_segment(mesh.position(v), a, b)));

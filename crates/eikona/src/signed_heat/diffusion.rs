@@ -59,12 +59,12 @@ impl PreparedDiffusion {
         drop::<Graph>(graph);
         let at_edge = |fault| at_edge(&edge_of_unknown, fault);
         let factor = match laplacian {
-            LaplacianEntries::Complex(entries) => {
-                Factor::Complex(Cholesky::new(symbolic.into(), &mass_plus(&mass, time, entries)).map_err(at_edge)?)
-            }
-            LaplacianEntries::Real(entries) => {
-                Factor::Real(Cholesky::new(symbolic.into(), &mass_plus(&mass, time, entries)).map_err(at_edge)?)
-            }
+            LaplacianEntries::Complex(entries) => Factor::Complex(
+                Cholesky::new(symbolic.into(), &mass_plus(&mass, time, entries)).map_err(at_edge)?,
+            ),
+            LaplacianEntries::Real(entries) => Factor::Real(
+                Cholesky::new(symbolic.into(), &mass_plus(&mass, time, entries)).map_err(at_edge)?,
+            ),
         };
         Ok(Diffusion { frames, factor, mass, edge_of_unknown })
     }
@@ -116,14 +116,18 @@ impl Diffusion {
             (Factor::Complex(factor), EdgeVector::Complex(b)) => {
                 factor.solve(b).map(EdgeVector::Complex).map_err(at_edge)
             }
-            (Factor::Real(factor), EdgeVector::Real(b)) => factor.solve(b).map(EdgeVector::Real).map_err(at_edge),
+            (Factor::Real(factor), EdgeVector::Real(b)) => {
+                factor.solve(b).map(EdgeVector::Real).map_err(at_edge)
+            }
             _ => Err(NumericError::WrongLength { found: 0, expected: self.mass.len() }.into()),
         }
     }
 
     fn residual(&self, x: &EdgeVector, b: &EdgeVector) -> f64 {
         match (&self.factor, x, b) {
-            (Factor::Complex(factor), EdgeVector::Complex(x), EdgeVector::Complex(b)) => factor.residual(x, b),
+            (Factor::Complex(factor), EdgeVector::Complex(x), EdgeVector::Complex(b)) => {
+                factor.residual(x, b)
+            }
             (Factor::Real(factor), EdgeVector::Real(x), EdgeVector::Real(b)) => factor.residual(x, b),
             _ => f64::NAN,
         }
@@ -286,7 +290,9 @@ impl Diffusion {
         }
         let mut constrained = values.clone();
         match (&mut constrained, rows.transpose(mesh, &multipliers)) {
-            (EdgeVector::Complex(b), EdgeVector::Complex(m)) => b.iter_mut().zip(m).for_each(|(b, m)| *b -= m),
+            (EdgeVector::Complex(b), EdgeVector::Complex(m)) => {
+                b.iter_mut().zip(m).for_each(|(b, m)| *b -= m)
+            }
             (EdgeVector::Real(b), EdgeVector::Real(m)) => b.iter_mut().zip(m).for_each(|(b, m)| *b -= m),
             _ => {}
         }
@@ -321,7 +327,8 @@ struct TangentRows<'a> {
 
 impl<'a> TangentRows<'a> {
     fn new(mesh: &TriangleMesh, triangles: &[Triangle], frames: &'a EdgeFrames, source: &Source) -> Self {
-        let signed = source.segments.iter().zip(&source.kinds).filter(|(_, kind)| **kind == CurveKind::Signed);
+        let signed =
+            source.segments.iter().zip(&source.kinds).filter(|(_, kind)| **kind == CurveKind::Signed);
         let rows = signed
             .map(|(segment, _)| match segment.host {
                 SegmentHost::Edge(edge, _) => {

@@ -28,7 +28,9 @@ pub enum SignedHeatError {
         bound: &'static str,
     },
     /// The factors would exceed the memory limit.
-    #[error("factoring needs about {needed_bytes} bytes, more than the limit of {limit_bytes}; raise the limit or use a coarser mesh")]
+    #[error(
+        "factoring needs about {needed_bytes} bytes, more than the limit of {limit_bytes}; raise the limit or use a coarser mesh"
+    )]
     MemoryLimit {
         /// Predicted bytes.
         needed_bytes: usize,

@@ -91,7 +91,14 @@ impl PreparedIntegration {
         size_of_component.iter_mut().for_each(|a| *a = a.sqrt());
         let matrix = grounded_matrix(&laplacian, grounded.iter());
         let factor = Cholesky::new(Arc::new(self.symbolic), &matrix).map_err(at_vertex)?;
-        Ok(Integration { laplacian, grounded, factor, component_of_vertex, component_count, size_of_component })
+        Ok(Integration {
+            laplacian,
+            grounded,
+            factor,
+            component_of_vertex,
+            component_count,
+            size_of_component,
+        })
     }
 }
 
@@ -449,7 +456,12 @@ struct Levels {
 }
 
 impl Levels {
-    fn new(factor: &Cholesky<f64>, rows: &[Row], groups: usize, fixed: &[bool]) -> Result<Levels, SignedHeatError> {
+    fn new(
+        factor: &Cholesky<f64>,
+        rows: &[Row],
+        groups: usize,
+        fixed: &[bool],
+    ) -> Result<Levels, SignedHeatError> {
         let mut responses = Vec::new();
         for group in (0..groups).filter(|&g| !fixed[g]) {
             let mut rhs = vec![0.0; factor.symbolic().unknowns()];

@@ -118,7 +118,11 @@ impl Solver {
         if let LevelSets::Soft(weight) = options.level_sets
             && !(weight > 0.0 && weight.is_finite())
         {
-            return Err(SignedHeatError::Option { name: "soft weight", value: weight, bound: "positive and finite" });
+            return Err(SignedHeatError::Option {
+                name: "soft weight",
+                value: weight,
+                bound: "positive and finite",
+            });
         }
         let source = Source::new(&self.mesh, source)?;
         let values = source.values(
@@ -214,14 +218,20 @@ impl Solver {
             for v in bridges {
                 let component = self.integration.component_of_vertex()[v.index()].unwrap_or(0) as usize;
                 let sign = if phi[v.index()] >= zero[component] { 1.0 } else { -1.0 };
-                for corner in self.mesh.vertex_corners(v).iter().filter(|c| !field.reached[c.face().index()]) {
+                for corner in self.mesh.vertex_corners(v).iter().filter(|c| !field.reached[c.face().index()])
+                {
                     let t = &self.triangles[corner.face().index()];
                     let k = corner.halfedge().side();
                     let (from, to) = (t.directions()[k].arg(), t.directions()[k].arg() + t.angles[k].arg());
                     let radial = Complex { re: to.sin() - from.sin(), im: from.cos() - to.cos() } * sign;
                     for side in 0..3 {
                         let seen = t.directions()[side].conj() * radial;
-                        self.diffusion.frames.add(&self.mesh, &mut values, corner.face().halfedge(side), seen);
+                        self.diffusion.frames.add(
+                            &self.mesh,
+                            &mut values,
+                            corner.face().halfedge(side),
+                            seen,
+                        );
                     }
                 }
             }

@@ -5,7 +5,8 @@ use crate::operators::{EdgeFrames, EdgeVector};
 use crate::signed_heat::options::SignConvention;
 use crate::signed_heat::side::SideOfSegments;
 use eikona_mesh::{
-    CurveError, CurveKind, Face, Halfedge, Located, Neighbour, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex,
+    CurveError, CurveKind, Face, Halfedge, Located, Neighbour, Segment, SegmentHost, SurfaceCurves,
+    TriangleMesh, Vertex,
 };
 use eikona_numeric::Complex;
 use std::collections::HashMap;
@@ -220,7 +221,10 @@ impl Deposit<'_> {
             let stop = cap_end.min(passed + wedge.angle) - passed;
             passed += wedge.angle;
             if stop > begin {
-                self.wedge(&Wedge { start: wedge.start + begin, angle: stop - begin, ..wedge }, length / (0.5 * total));
+                self.wedge(
+                    &Wedge { start: wedge.start + begin, angle: stop - begin, ..wedge },
+                    length / (0.5 * total),
+                );
             }
         }
     }

@@ -27,7 +27,11 @@ pub(crate) fn choose_time(
     let (coefficient, reason) = match wanted {
         DiffusionTime::Coefficient(c) if c > 0.0 && c.is_finite() => (c, "the coefficient given".to_string()),
         DiffusionTime::Coefficient(value) => {
-            return Err(SignedHeatError::Option { name: "time coefficient", value, bound: "positive and finite" });
+            return Err(SignedHeatError::Option {
+                name: "time coefficient",
+                value,
+                bound: "positive and finite",
+            });
         }
         DiffusionTime::Automatic => automatic(triangles, edge_spacing),
     };
