@@ -2,12 +2,12 @@
 
 use crate::error::NumericError;
 use crate::graph::{Adjacency, Graph};
+use crate::multifrontal;
 use crate::ordering::Ordering;
 use crate::scalar::Scalar;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::{simplicial, supernodal};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Par, Spec};
+use faer::sparse::SymbolicSparseColMatRef;
 use std::sync::Arc;
 
 /// Set in a slot when the contribution lands on the mirrored place, as its conjugate.
@@ -139,28 +139,7 @@ impl<T: Scalar> Cholesky<T> {
         let mut values: Vec<T> = Vec::new();
         values.try_reserve_exact(symbolic.factor.len_val()).map_err(|_| out_of_memory())?;
         values.resize(symbolic.factor.len_val(), T::ZERO);
-
-        let pattern =
-            SymbolicSparseColMatRef::new_unsorted_checked(n, n, &symbolic.col_ptr, None, &symbolic.row_idx);
-        let lower = SparseColMatRef::new(pattern, entries.as_slice());
-        let scratch = supernodal::factorize_supernodal_numeric_llt_scratch::<u32, T>(
-            &symbolic.factor,
-            Par::Seq,
-            Spec::default(),
-        );
-        let mut memory = MemBuffer::try_new(scratch).map_err(|_| out_of_memory())?;
-        supernodal::factorize_supernodal_numeric_llt(
-            &mut values,
-            lower,
-            Default::default(),
-            &symbolic.factor,
-            Par::Seq,
-            MemStack::new(&mut memory),
-            Spec::default(),
-        )
-        .map_err(|faer::linalg::cholesky::llt::factor::LltError::NonPositivePivot { index }| {
-            NumericError::NonPositivePivot { unknown: symbolic.order[index.min(n - 1)] as usize }
-        })?;
+        multifrontal::factor(&symbolic, &entries, &mut values)?;
         Ok(Cholesky { symbolic, matrix: entries, values })
     }
 
@@ -319,6 +298,19 @@ fn conjugate_dot<T: Scalar>(a: &[T], b: &[T]) -> T {
 }
 
 impl Symbolic {
+    /// The shape of the factor.
+    pub(crate) fn factor(&self) -> &supernodal::SymbolicSupernodalCholesky<u32> {
+        &self.factor
+    }
+    /// Columns and rows of the permuted lower triangle.
+    pub(crate) fn lower_triangle(&self) -> (&[u32], &[u32]) {
+        (&self.col_ptr, &self.row_idx)
+    }
+    /// The error for a pivot at this place of the elimination order.
+    pub(crate) fn not_positive(&self, place: usize) -> NumericError {
+        NumericError::NonPositivePivot { unknown: self.order[place] as usize }
+    }
+
     /// The numbers of the permuted lower triangle.
     fn permute<T: Scalar>(&self, matrix: &SymmetricMatrix<T>) -> Result<Vec<T>, NumericError> {
         let mut entries = vec![T::ZERO; self.row_idx.len()];

@@ -10,6 +10,7 @@ mod dense;
 mod dissection;
 mod error;
 mod graph;
+mod multifrontal;
 mod ordering;
 mod scalar;
 

@@ -24,6 +24,8 @@ pub trait Scalar:
     fn conj(self) -> Self;
     /// Times a real number.
     fn scale(self, x: f64) -> Self;
+    /// The real part.
+    fn real_part(self) -> f64;
     /// The larger of the absolute values of its parts.
     fn max_part(self) -> f64;
     /// The square of its absolute value.
@@ -45,6 +47,10 @@ impl Scalar for f64 {
     #[inline]
     fn scale(self, x: f64) -> Self {
         self * x
+    }
+    #[inline]
+    fn real_part(self) -> f64 {
+        self
     }
     #[inline]
     fn max_part(self) -> f64 {
@@ -73,6 +79,10 @@ impl Scalar for Complex {
     #[inline]
     fn scale(self, x: f64) -> Self {
         Complex { re: self.re * x, im: self.im * x }
+    }
+    #[inline]
+    fn real_part(self) -> f64 {
+        self.re
     }
     #[inline]
     fn max_part(self) -> f64 {

@@ -42,7 +42,7 @@ impl PreparedDiffusion {
                 [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]))
             })
             .collect();
-        let symbolic = Symbolic::new(&operator.graph, Ordering::Dissection { places: &places })?;
+        let symbolic = Symbolic::new(&operator.graph, if std::env::var("AMD").is_ok() {Ordering::MinimumDegree} else {Ordering::Dissection { places: &places }})?;
         Ok(PreparedDiffusion { frames, operator, symbolic, edge_of_unknown })
     }
 
@@ -105,8 +105,9 @@ pub(crate) struct UnitField {
     pub residual: f64,
 }
 
-/// Vectors shorter than this have lost their relative accuracy, or are about to.
-const SHORTEST: f64 = 1e-280;
+/// Vectors shorter than this share of the longest have lost their relative accuracy, or are about to: the factor leaves out
+/// fill-in below 1e-150.
+const SHORTEST: f64 = 1e-130;
 
 impl Diffusion {
     /// `(M + t L) x = b`
@@ -178,7 +179,8 @@ impl Diffusion {
             }
             field.stages += 1;
             let before = unknown.len();
-            unknown.retain(|&face| !self.read_face(mesh, triangles, &x, face, field));
+            let shortest = SHORTEST * largest_part(&x);
+            unknown.retain(|&face| !self.read_face(mesh, triangles, &x, face, shortest, field));
             if unknown.is_empty() || unknown.len() == before {
                 return Ok(());
             }
@@ -193,11 +195,12 @@ impl Diffusion {
         triangles: &[Triangle],
         x: &EdgeVector,
         face: Face,
+        shortest: f64,
         field: &mut UnitField,
     ) -> bool {
         let z = [0, 1, 2].map(|k| self.frames.read(mesh, x, face.halfedge(k)));
         let longest = z.iter().fold(0.0f64, |m, z| m.max(z.max_part()));
-        if longest < SHORTEST {
+        if longest <= shortest {
             return false;
         }
         let directions = triangles[face.index()].directions();
@@ -304,17 +307,24 @@ impl Diffusion {
 const PRESERVE_TOLERANCE: f64 = 1e-8;
 const PRESERVE_ITERATIONS: usize = 200;
 
+fn largest_part(x: &EdgeVector) -> f64 {
+    fn of<T: Scalar>(x: &[T]) -> f64 {
+        x.iter().fold(0.0f64, |m, v| m.max(v.max_part()))
+    }
+    match x {
+        EdgeVector::Complex(x) => of(x),
+        EdgeVector::Real(x) => of(x),
+    }
+}
+
 /// Divides by the largest entry.
 fn normalise(values: &mut EdgeVector) {
-    fn by_largest<T: Scalar>(values: &mut [T]) {
-        let largest = values.iter().fold(0.0f64, |m, v| m.max(v.max_part()));
-        if largest > 0.0 {
-            values.iter_mut().for_each(|v| *v = v.scale(1.0 / largest));
+    let largest = largest_part(values);
+    if largest > 0.0 {
+        match values {
+            EdgeVector::Complex(v) => v.iter_mut().for_each(|v| *v = v.scale(1.0 / largest)),
+            EdgeVector::Real(v) => v.iter_mut().for_each(|v| *v /= largest),
         }
-    }
-    match values {
-        EdgeVector::Complex(v) => by_largest(v),
-        EdgeVector::Real(v) => by_largest(v),
     }
 }
 
