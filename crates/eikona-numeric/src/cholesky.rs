@@ -168,8 +168,13 @@ impl<T: Scalar> Cholesky<T> {
         }
         let mut x: Vec<T> = s.order.iter().map(|&i| rhs[i as usize]).collect();
         let mut update = vec![T::ZERO; s.largest_update];
-        self.forward(&mut x, &mut update);
-        self.backward(&mut x, &mut update);
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                self.forward(&mut x, &mut update);
+                self.backward(&mut x, &mut update);
+            },
+        );
         let solution: Vec<T> = s.place.iter().map(|&p| x[p as usize]).collect();
         match solution.iter().position(|x| !x.finite()) {
             Some(unknown) => Err(NumericError::NonFinite { what: "the solution", unknown }),
@@ -200,6 +205,7 @@ impl<T: Scalar> Cholesky<T> {
     }
 
     /// `x <- L^-1 x`
+    #[inline(always)]
     fn forward(&self, x: &mut [T], update: &mut [T]) {
         let factor = &self.symbolic.factor;
         let (begin, end) = (factor.supernode_begin(), factor.supernode_end());
@@ -237,6 +243,7 @@ impl<T: Scalar> Cholesky<T> {
     }
 
     /// `x <- L^-H x`
+    #[inline(always)]
     fn backward(&self, x: &mut [T], gathered: &mut [T]) {
         let factor = &self.symbolic.factor;
         let (begin, end) = (factor.supernode_begin(), factor.supernode_end());
@@ -267,7 +274,7 @@ impl<T: Scalar> Cholesky<T> {
 /// Smaller values are treated as zero in solves.
 const SMALLEST: f64 = 1e-290;
 
-#[inline]
+#[inline(always)]
 fn flush<T: Scalar>(x: &mut T) {
     if x.max_part() < SMALLEST {
         *x = T::ZERO;
@@ -275,13 +282,13 @@ fn flush<T: Scalar>(x: &mut T) {
 }
 
 /// Pivots of a Cholesky factor are real and positive.
-#[inline]
+#[inline(always)]
 fn divide_by_pivot<T: Scalar>(x: T, pivot: T) -> T {
     x.scale(1.0 / pivot.max_part())
 }
 
 /// The sum of `conj(a) b`, in four interleaved partial sums so that the additions can overlap.
-#[inline]
+#[inline(always)]
 fn conjugate_dot<T: Scalar>(a: &[T], b: &[T]) -> T {
     let mut sums = [T::ZERO; 4];
     let mut chunks_a = a.chunks_exact(4);

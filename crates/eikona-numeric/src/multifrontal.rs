@@ -27,6 +27,16 @@ const SMALL_UPDATE: usize = 4096;
 
 /// Factors the permuted lower triangle `entries` into `values`, laid out as the symbolic factor says.
 pub(crate) fn factor<T: Scalar>(symbolic: &Symbolic, entries: &[T], values: &mut [T]) -> Result<(), NumericError> {
+    // Compiled once for each vector width; the widest that the processor has is taken at run time. The operations and their
+    // order are the same in all, and so are the digits.
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || factor_fronts(symbolic, entries, values),
+    )
+}
+
+#[inline(always)]
+fn factor_fronts<T: Scalar>(symbolic: &Symbolic, entries: &[T], values: &mut [T]) -> Result<(), NumericError> {
     let shape = symbolic.factor();
     let n = symbolic.unknowns();
     let (begin, end) = (shape.supernode_begin(), shape.supernode_end());
@@ -89,6 +99,7 @@ struct Update<T> {
     values: Vec<T>,
 }
 
+#[inline(always)]
 fn add_child<T: Scalar>(
     child: &Update<T>,
     local: &[u32],
@@ -115,6 +126,7 @@ fn add_child<T: Scalar>(
     }
 }
 
+#[inline(always)]
 fn flush<T: Scalar>(values: &mut [T], negligible: f64) {
     for value in values {
         if value.max_part() < negligible {
@@ -126,6 +138,7 @@ fn flush<T: Scalar>(values: &mut [T], negligible: f64) {
 /// Dense Cholesky of the first `width` rows of a panel, and the rows below divided by it. On failure the column.
 ///
 /// Columns are flushed as they are done, so that no product of denormal size is ever formed.
+#[inline(always)]
 fn eliminate<T: Scalar>(panel: &mut [T], width: usize, height: usize, negligible: f64) -> Result<(), usize> {
     for begin in (0..width).step_by(BLOCK) {
         let end = (begin + BLOCK).min(width);
@@ -138,6 +151,7 @@ fn eliminate<T: Scalar>(panel: &mut [T], width: usize, height: usize, negligible
 }
 
 /// Eliminates columns `begin..end` by plain loops.
+#[inline(always)]
 fn eliminate_columns<T: Scalar>(
     panel: &mut [T],
     begin: usize,
@@ -169,6 +183,7 @@ fn eliminate_columns<T: Scalar>(
 }
 
 /// Subtracts what columns `begin..end` contribute to columns `end..width`.
+#[inline(always)]
 fn update_columns<T: Scalar>(panel: &mut [T], begin: usize, end: usize, width: usize, height: usize) {
     let (done, rest) = panel.split_at_mut(end * height);
     let done = MatRef::from_column_major_slice(&done[begin * height..], height, end - begin).split_at_row(end).1;
@@ -191,7 +206,7 @@ fn update_columns<T: Scalar>(panel: &mut [T], begin: usize, end: usize, width: u
 }
 
 /// `target <- target - factor * column`
-#[inline]
+#[inline(always)]
 fn subtract_multiple<T: Scalar>(target: &mut [T], column: &[T], factor: T) {
     for (t, &c) in target.iter_mut().zip(column) {
         *t -= c * factor;
@@ -199,6 +214,7 @@ fn subtract_multiple<T: Scalar>(target: &mut [T], column: &[T], factor: T) {
 }
 
 /// `update <- update - L L^H` in the lower triangle, for the rows `L` of the panel below its columns.
+#[inline(always)]
 fn subtract_outer_product<T: Scalar>(panel: &[T], width: usize, height: usize, update: &mut [T]) {
     let size = height - width;
     if width * size * size < SMALL_UPDATE {

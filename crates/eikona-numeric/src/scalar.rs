@@ -36,31 +36,31 @@ pub trait Scalar:
 
 impl Scalar for f64 {
     const ZERO: Self = 0.0;
-    #[inline]
+    #[inline(always)]
     fn real(x: f64) -> Self {
         x
     }
-    #[inline]
+    #[inline(always)]
     fn conj(self) -> Self {
         self
     }
-    #[inline]
+    #[inline(always)]
     fn scale(self, x: f64) -> Self {
         self * x
     }
-    #[inline]
+    #[inline(always)]
     fn real_part(self) -> f64 {
         self
     }
-    #[inline]
+    #[inline(always)]
     fn max_part(self) -> f64 {
         self.abs()
     }
-    #[inline]
+    #[inline(always)]
     fn abs_sq(self) -> f64 {
         self * self
     }
-    #[inline]
+    #[inline(always)]
     fn finite(self) -> bool {
         self.is_finite()
     }
@@ -68,31 +68,31 @@ impl Scalar for f64 {
 
 impl Scalar for Complex {
     const ZERO: Self = Complex { re: 0.0, im: 0.0 };
-    #[inline]
+    #[inline(always)]
     fn real(x: f64) -> Self {
         Complex { re: x, im: 0.0 }
     }
-    #[inline]
+    #[inline(always)]
     fn conj(self) -> Self {
         Complex { re: self.re, im: -self.im }
     }
-    #[inline]
+    #[inline(always)]
     fn scale(self, x: f64) -> Self {
         Complex { re: self.re * x, im: self.im * x }
     }
-    #[inline]
+    #[inline(always)]
     fn real_part(self) -> f64 {
         self.re
     }
-    #[inline]
+    #[inline(always)]
     fn max_part(self) -> f64 {
         self.re.abs().max(self.im.abs())
     }
-    #[inline]
+    #[inline(always)]
     fn abs_sq(self) -> f64 {
         self.re * self.re + self.im * self.im
     }
-    #[inline]
+    #[inline(always)]
     fn finite(self) -> bool {
         self.re.is_finite() && self.im.is_finite()
     }
