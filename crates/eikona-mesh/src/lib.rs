@@ -39,5 +39,5 @@ pub use repair::{
     IndexMaps, Repaired, RepairedPolygons, drop_degenerate_faces, drop_duplicate_faces,
     drop_unreferenced_vertices, orient, split_nonmanifold_vertices, weld, weld_polygons,
 };
-pub use topology::{BoundaryLoop, Component, NonmanifoldVertex, Topology};
+pub use topology::{BoundaryLoop, Component, Components, NonmanifoldVertex, Topology};
 pub use validate::validate;

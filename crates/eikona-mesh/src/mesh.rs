@@ -3,6 +3,7 @@
 use crate::error::{Fault, MeshError};
 use crate::id::{Corner, Edge, Face, Halfedge, Vertex};
 use crate::polygon::PolygonMesh;
+use std::sync::Arc;
 
 /// A triangle mesh of any kind: open or closed, in one or many pieces, manifold or not, oriented or not.
 ///
@@ -22,9 +23,16 @@ use crate::polygon::PolygonMesh;
 /// assert_eq!(mesh.neighbour(Face(0).halfedge(2)), Neighbour::Twin(Face(1).halfedge(0)));
 /// # Ok::<(), eikona_mesh::MeshError>(())
 /// ```
+///
+/// A clone shares the data of the original: copying a mesh costs nothing.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
-    positions: Vec<[f64; 3]>,
+    positions: Arc<Vec<[f64; 3]>>,
+    connectivity: Arc<Connectivity>,
+}
+
+#[derive(Debug)]
+struct Connectivity {
     faces: Vec<[u32; 3]>,
     /// Edge of each halfedge.
     halfedge_edge: Vec<u32>,
@@ -69,8 +77,7 @@ impl TriangleMesh {
         let (vertex_start, vertex_corners) = corners_by_vertex(positions.len(), &faces);
         let (halfedge_edge, edge_vertices) = number_edges(positions.len(), &faces);
         let (edge_start, edge_halfedges) = halfedges_by_edge(edge_vertices.len(), &halfedge_edge);
-        Ok(TriangleMesh {
-            positions,
+        let connectivity = Connectivity {
             faces,
             halfedge_edge,
             edge_vertices,
@@ -78,7 +85,8 @@ impl TriangleMesh {
             edge_halfedges,
             vertex_start,
             vertex_corners,
-        })
+        };
+        Ok(TriangleMesh { positions: Arc::new(positions), connectivity: Arc::new(connectivity) })
     }
 
     /// Number of vertices, those that no face uses included.
@@ -87,15 +95,15 @@ impl TriangleMesh {
     }
     /// Number of edges.
     pub fn edge_count(&self) -> usize {
-        self.edge_vertices.len()
+        self.connectivity.edge_vertices.len()
     }
     /// Number of faces.
     pub fn face_count(&self) -> usize {
-        self.faces.len()
+        self.connectivity.faces.len()
     }
     /// Number of halfedges (and of corners): three a face.
     pub fn halfedge_count(&self) -> usize {
-        self.halfedge_edge.len()
+        self.connectivity.halfedge_edge.len()
     }
     /// All vertices.
     pub fn vertices(&self) -> impl ExactSizeIterator<Item = Vertex> + use<> {
@@ -103,11 +111,11 @@ impl TriangleMesh {
     }
     /// All edges.
     pub fn edges(&self) -> impl ExactSizeIterator<Item = Edge> + use<> {
-        (0..self.edge_vertices.len() as u32).map(Edge)
+        (0..self.connectivity.edge_vertices.len() as u32).map(Edge)
     }
     /// All faces.
     pub fn faces(&self) -> impl ExactSizeIterator<Item = Face> + use<> {
-        (0..self.faces.len() as u32).map(Face)
+        (0..self.connectivity.faces.len() as u32).map(Face)
     }
     /// Positions in the order of the vertices.
     pub fn positions(&self) -> &[[f64; 3]] {
@@ -115,7 +123,7 @@ impl TriangleMesh {
     }
     /// Vertex indices of the faces, in the order of the faces.
     pub fn triangles(&self) -> &[[u32; 3]] {
-        &self.faces
+        &self.connectivity.faces
     }
     /// The position of a vertex.
     #[inline]
@@ -125,28 +133,28 @@ impl TriangleMesh {
     /// The three corners' positions of a face.
     #[inline]
     pub fn face_positions(&self, f: Face) -> [[f64; 3]; 3] {
-        self.faces[f.index()].map(|v| self.positions[v as usize])
+        self.connectivity.faces[f.index()].map(|v| self.positions[v as usize])
     }
     /// The three vertices of a face, in its winding.
     #[inline]
     pub fn face_vertices(&self, f: Face) -> [Vertex; 3] {
-        self.faces[f.index()].map(Vertex)
+        self.connectivity.faces[f.index()].map(Vertex)
     }
     /// The three edges of a face; edge `k` joins corners `k` and `k + 1`.
     #[inline]
     pub fn face_edges(&self, f: Face) -> [Edge; 3] {
         let h = 3 * f.index();
-        [0, 1, 2].map(|k| Edge(self.halfedge_edge[h + k]))
+        [0, 1, 2].map(|k| Edge(self.connectivity.halfedge_edge[h + k]))
     }
     /// The edge that a halfedge lies on.
     #[inline]
     pub fn edge(&self, h: Halfedge) -> Edge {
-        Edge(self.halfedge_edge[h.index()])
+        Edge(self.connectivity.halfedge_edge[h.index()])
     }
     /// The vertex at which a halfedge starts.
     #[inline]
     pub fn origin(&self, h: Halfedge) -> Vertex {
-        Vertex(self.faces[h.face().index()][h.side()])
+        Vertex(self.connectivity.faces[h.face().index()][h.side()])
     }
     /// The vertex at which a halfedge ends.
     #[inline]
@@ -161,24 +169,26 @@ impl TriangleMesh {
     /// The two ends of an edge, in the edge's own direction: that of its first halfedge.
     #[inline]
     pub fn edge_vertices(&self, e: Edge) -> [Vertex; 2] {
-        self.edge_vertices[e.index()].map(Vertex)
+        self.connectivity.edge_vertices[e.index()].map(Vertex)
     }
     /// The halfedges of an edge: one on the boundary, two inside, more where the surface is nonmanifold.
     #[inline]
     pub fn edge_halfedges(&self, e: Edge) -> &[Halfedge] {
         let e = e.index();
-        &self.edge_halfedges[self.edge_start[e] as usize..self.edge_start[e + 1] as usize]
+        &self.connectivity.edge_halfedges
+            [self.connectivity.edge_start[e] as usize..self.connectivity.edge_start[e + 1] as usize]
     }
     /// The corners that meet at a vertex, in the order of their faces (not around the vertex).
     #[inline]
     pub fn vertex_corners(&self, v: Vertex) -> &[Corner] {
         let v = v.index();
-        &self.vertex_corners[self.vertex_start[v] as usize..self.vertex_start[v + 1] as usize]
+        &self.connectivity.vertex_corners
+            [self.connectivity.vertex_start[v] as usize..self.connectivity.vertex_start[v + 1] as usize]
     }
     /// Whether the halfedge runs in the direction of its edge.
     #[inline]
     pub fn follows_edge(&self, h: Halfedge) -> bool {
-        self.edge_vertices[self.edge(h).index()][0] == self.origin(h).0
+        self.connectivity.edge_vertices[self.edge(h).index()][0] == self.origin(h).0
     }
     /// What lies across a halfedge.
     #[inline]
@@ -224,11 +234,11 @@ impl TriangleMesh {
         let faces = self
             .faces()
             .map(|f| {
-                let [a, b, c] = self.faces[f.index()];
+                let [a, b, c] = self.connectivity.faces[f.index()];
                 if flip(f) { [a, c, b] } else { [a, b, c] }
             })
             .collect();
-        TriangleMesh::new(self.positions.clone(), faces)
+        TriangleMesh::new(self.positions.to_vec(), faces)
             .expect("flipping faces of a valid mesh keeps it valid")
     }
     /// The same connectivity with other positions.
@@ -247,11 +257,11 @@ impl TriangleMesh {
         if !faults.is_empty() {
             return Err(MeshError::Invalid(faults));
         }
-        Ok(TriangleMesh { positions, ..self.clone() })
+        Ok(TriangleMesh { positions: Arc::new(positions), connectivity: self.connectivity.clone() })
     }
     /// The same surface as a polygon mesh.
     pub fn to_polygon_mesh(&self) -> PolygonMesh {
-        PolygonMesh::from_triangles(self.positions.clone(), &self.faces)
+        PolygonMesh::from_triangles(self.positions.to_vec(), &self.connectivity.faces)
     }
 }
 

@@ -222,7 +222,29 @@ fn sheets(mesh: &TriangleMesh) -> (FaceField<u32>, usize) {
     (labels.into(), count)
 }
 
-/// Faces and vertices connected through vertices, numbered by their first face.
+/// The pieces of a mesh whose faces hang together through vertices, numbered by their first face. ([`Topology`] has them too,
+/// with everything else.)
+#[derive(Clone, Debug)]
+pub struct Components {
+    /// Component of each face.
+    pub of_face: FaceField<u32>,
+    /// Component of each vertex; `None` for a vertex that no face uses.
+    pub of_vertex: VertexField<Option<u32>>,
+    /// How many there are.
+    pub count: usize,
+}
+
+impl Components {
+    /// Works out the components.
+    ///
+    /// # Cost
+    /// Nearly linear.
+    pub fn of(mesh: &TriangleMesh) -> Components {
+        let (of_face, of_vertex, count) = connect_through_vertices(mesh);
+        Components { of_face, of_vertex, count }
+    }
+}
+
 fn connect_through_vertices(mesh: &TriangleMesh) -> (FaceField<u32>, VertexField<Option<u32>>, usize) {
     let mut sets = DisjointSets::new(mesh.vertex_count());
     for &[a, b, c] in mesh.triangles() {

@@ -6,8 +6,8 @@ use crate::multifrontal;
 use crate::ordering::Ordering;
 use crate::scalar::Scalar;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::linalg::cholesky::{simplicial, supernodal};
 use faer::sparse::SymbolicSparseColMatRef;
+use faer::sparse::linalg::cholesky::{simplicial, supernodal};
 use std::sync::Arc;
 
 /// Set in a slot when the contribution lands on the mirrored place, as its conjugate.
@@ -136,9 +136,9 @@ impl<T: Scalar> Cholesky<T> {
         let entries = symbolic.permute(matrix)?;
         let out_of_memory =
             || NumericError::OutOfMemory { unknowns: n, needed_bytes: symbolic.predicted_bytes::<T>() };
-        let mut values: Vec<T> = Vec::new();
-        values.try_reserve_exact(symbolic.factor.len_val()).map_err(|_| out_of_memory())?;
-        values.resize(symbolic.factor.len_val(), T::ZERO);
+        // Zeroed by the operating system as it is touched.
+        let mut values: Vec<T> =
+            bytemuck::allocation::try_zeroed_vec(symbolic.factor.len_val()).map_err(|()| out_of_memory())?;
         multifrontal::factor(&symbolic, &entries, &mut values)?;
         Ok(Cholesky { symbolic, matrix: entries, values })
     }
@@ -168,13 +168,7 @@ impl<T: Scalar> Cholesky<T> {
         }
         let mut x: Vec<T> = s.order.iter().map(|&i| rhs[i as usize]).collect();
         let mut update = vec![T::ZERO; s.largest_update];
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                self.forward(&mut x, &mut update);
-                self.backward(&mut x, &mut update);
-            },
-        );
+        pulp::Arch::new().dispatch(Sweeps { factor: self, x: &mut x, update: &mut update });
         let solution: Vec<T> = s.place.iter().map(|&p| x[p as usize]).collect();
         match solution.iter().position(|x| !x.finite()) {
             Some(unknown) => Err(NumericError::NonFinite { what: "the solution", unknown }),
@@ -268,6 +262,22 @@ impl<T: Scalar> Cholesky<T> {
                 x[first + j] = xj;
             }
         }
+    }
+}
+
+/// Both sweeps of a solve, compiled once for each vector width of processors.
+struct Sweeps<'a, T> {
+    factor: &'a Cholesky<T>,
+    x: &'a mut [T],
+    update: &'a mut [T],
+}
+
+impl<T: Scalar> pulp::WithSimd for Sweeps<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) {
+        self.factor.forward(self.x, self.update);
+        self.factor.backward(self.x, self.update);
     }
 }
 

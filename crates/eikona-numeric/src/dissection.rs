@@ -8,7 +8,7 @@ use crate::graph::Adjacency;
 
 /// Pieces up to this size are left in the order in which they lie. Smaller leaves gain no fill worth their time: the
 /// factorisation merges small supernodes anyway.
-const LEAF: usize = 8;
+const LEAF: usize = 4;
 
 /// An unknown with its place: what the sweeps run over, so that they touch memory in order.
 #[derive(Clone, Copy)]

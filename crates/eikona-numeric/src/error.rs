@@ -28,6 +28,12 @@ pub enum NumericError {
         /// The number needed.
         expected: usize,
     },
+    /// An order of elimination that names an unknown twice, or one that does not exist.
+    #[error("the order of elimination names unknown {unknown} twice, or it does not exist")]
+    NotAnOrder {
+        /// The unknown.
+        unknown: usize,
+    },
     /// The factor would not fit.
     #[error(
         "the factor of {unknowns} unknowns needs {needed_bytes} bytes, which can not be allocated; use a smaller mesh"

@@ -18,5 +18,5 @@ pub use cholesky::{Cholesky, Symbolic, SymmetricMatrix};
 pub use dense::solve_dense;
 pub use error::NumericError;
 pub use graph::Graph;
-pub use ordering::Ordering;
+pub use ordering::{Ordering, nested_dissection_order};
 pub use scalar::{Complex, Scalar};

@@ -26,17 +26,36 @@ const BLOCK: usize = 16;
 const SMALL_UPDATE: usize = 4096;
 
 /// Factors the permuted lower triangle `entries` into `values`, laid out as the symbolic factor says.
-pub(crate) fn factor<T: Scalar>(symbolic: &Symbolic, entries: &[T], values: &mut [T]) -> Result<(), NumericError> {
+pub(crate) fn factor<T: Scalar>(
+    symbolic: &Symbolic,
+    entries: &[T],
+    values: &mut [T],
+) -> Result<(), NumericError> {
     // Compiled once for each vector width; the widest that the processor has is taken at run time. The operations and their
     // order are the same in all, and so are the digits.
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || factor_fronts(symbolic, entries, values),
-    )
+    pulp::Arch::new().dispatch(Fronts { symbolic, entries, values })
+}
+
+struct Fronts<'a, T> {
+    symbolic: &'a Symbolic,
+    entries: &'a [T],
+    values: &'a mut [T],
+}
+
+impl<T: Scalar> pulp::WithSimd for Fronts<'_, T> {
+    type Output = Result<(), NumericError>;
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Self::Output {
+        factor_fronts(self.symbolic, self.entries, self.values)
+    }
 }
 
 #[inline(always)]
-fn factor_fronts<T: Scalar>(symbolic: &Symbolic, entries: &[T], values: &mut [T]) -> Result<(), NumericError> {
+fn factor_fronts<T: Scalar>(
+    symbolic: &Symbolic,
+    entries: &[T],
+    values: &mut [T],
+) -> Result<(), NumericError> {
     let shape = symbolic.factor();
     let n = symbolic.unknowns();
     let (begin, end) = (shape.supernode_begin(), shape.supernode_end());
@@ -78,8 +97,8 @@ fn factor_fronts<T: Scalar>(symbolic: &Symbolic, entries: &[T], values: &mut [T]
             add_child(&child, &child_local, panel, &mut update, width, height);
             spare.push(child.values);
         }
-        flush(panel, negligible);
-        eliminate(panel, width, height, negligible).map_err(|column| symbolic.not_positive(first + column))?;
+        eliminate(panel, width, height, negligible)
+            .map_err(|column| symbolic.not_positive(first + column))?;
         if rows.is_empty() {
             spare.push(update);
         } else {
@@ -186,7 +205,8 @@ fn eliminate_columns<T: Scalar>(
 #[inline(always)]
 fn update_columns<T: Scalar>(panel: &mut [T], begin: usize, end: usize, width: usize, height: usize) {
     let (done, rest) = panel.split_at_mut(end * height);
-    let done = MatRef::from_column_major_slice(&done[begin * height..], height, end - begin).split_at_row(end).1;
+    let done =
+        MatRef::from_column_major_slice(&done[begin * height..], height, end - begin).split_at_row(end).1;
     let rest = MatMut::from_column_major_slice_mut(rest, height, width - end).split_at_row_mut(end).1;
     let (top, below) = rest.split_at_row_mut(width - end);
     let (done_top, done_below) = done.split_at_row(width - end);

@@ -13,21 +13,44 @@ pub enum Ordering<'a> {
     /// Approximate minimum degree: needs nothing but the graph.
     #[default]
     MinimumDegree,
-    /// Nested dissection by planes, for unknowns that have a place in space. See the benchmark `ordering` for the choice.
-    Dissection {
-        /// A place for each unknown.
-        places: &'a [[f64; 3]],
-    },
+    /// The unknowns in order of elimination, made by the caller.
+    Given(&'a [u32]),
+}
+
+/// An order of elimination by nested dissection with planes, for unknowns that have places in space.
+///
+/// Compared with minimum degree on surface meshes: up to a quarter fewer entries in the factor, the same for any numbering
+/// of the input, and several times faster to find.
+///
+/// # Errors
+/// [`NumericError::WrongLength`] when there is not one place an unknown.
+///
+/// # Cost
+/// O(n log n).
+pub fn nested_dissection_order(graph: &Graph, places: &[[f64; 3]]) -> Result<Vec<u32>, NumericError> {
+    if places.len() != graph.unknowns {
+        return Err(NumericError::WrongLength { found: places.len(), expected: graph.unknowns });
+    }
+    Ok(nested_dissection(&Adjacency::of(graph.unknowns, &graph.pairs), places))
 }
 
 impl Ordering<'_> {
     /// The unknowns in order of elimination.
     pub(crate) fn order(&self, graph: &Graph, adjacency: &Adjacency) -> Result<Vec<u32>, NumericError> {
         match self {
-            Ordering::Dissection { places } if places.len() != graph.unknowns => {
-                Err(NumericError::WrongLength { found: places.len(), expected: graph.unknowns })
+            Ordering::Given(order) => {
+                let mut seen = vec![false; graph.unknowns];
+                for &unknown in *order {
+                    match seen.get_mut(unknown as usize) {
+                        Some(seen) if !*seen => *seen = true,
+                        _ => return Err(NumericError::NotAnOrder { unknown: unknown as usize }),
+                    }
+                }
+                match order.len() == graph.unknowns {
+                    true => Ok(order.to_vec()),
+                    false => Err(NumericError::WrongLength { found: order.len(), expected: graph.unknowns }),
+                }
             }
-            Ordering::Dissection { places } => Ok(nested_dissection(adjacency, places)),
             Ordering::MinimumDegree => minimum_degree(graph.unknowns, adjacency),
         }
     }

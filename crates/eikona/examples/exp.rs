@@ -140,8 +140,15 @@ fn main() {
             let f: usize = std::env::args().nth(2).unwrap().parse().unwrap();
             let m = shapes::geodesic_sphere(f).unwrap();
             let c = level(&m, |p| p[2] - 0.3, |_| true);
-            for ls in [LevelSets::Free, LevelSets::Zero,  LevelSets::Soft(100.0)] {
-                run("sphere", &m, &c, DiffusionTime::Coefficient(std::env::args().nth(3).map_or(1.0, |s| s.parse().unwrap())), ls, truth);
+            for ls in [LevelSets::Free, LevelSets::Zero, LevelSets::Soft(100.0)] {
+                run(
+                    "sphere",
+                    &m,
+                    &c,
+                    DiffusionTime::Coefficient(std::env::args().nth(3).map_or(1.0, |s| s.parse().unwrap())),
+                    ls,
+                    truth,
+                );
             }
         }
         _ => {}

@@ -31,18 +31,17 @@ pub(crate) struct PreparedDiffusion {
 }
 
 impl PreparedDiffusion {
-    pub fn new(mesh: &TriangleMesh, triangles: &[Triangle]) -> Result<Self, NumericError> {
+    /// `vertex_order` is an order of elimination of the vertices.
+    pub fn new(
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        vertex_order: &[u32],
+    ) -> Result<Self, NumericError> {
         let frames = EdgeFrames::of(mesh);
         let operator = ConnectionLaplacian::new(mesh, &frames, triangles);
         let edge_of_unknown = frames.edge_of_unknown(mesh);
-        let places: Vec<[f64; 3]> = edge_of_unknown
-            .iter()
-            .map(|&e| {
-                let [a, b] = mesh.edge_vertices(e).map(|v| mesh.position(v));
-                [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]))
-            })
-            .collect();
-        let symbolic = Symbolic::new(&operator.graph, if std::env::var("AMD").is_ok() {Ordering::MinimumDegree} else {Ordering::Dissection { places: &places }})?;
+        let order = induced_order(mesh, &edge_of_unknown, vertex_order);
+        let symbolic = Symbolic::new(&operator.graph, Ordering::Given(&order))?;
         Ok(PreparedDiffusion { frames, operator, symbolic, edge_of_unknown })
     }
 
@@ -68,6 +67,28 @@ impl PreparedDiffusion {
         };
         Ok(Diffusion { frames, factor, mass, edge_of_unknown })
     }
+}
+
+/// An order of elimination for unknowns on edges from one for vertices: by the end that comes first, then by the other.
+///
+/// If a set of vertices separates two parts of the mesh, the edges between these vertices separate the edges of the parts: a
+/// face has no corners in both parts, so two of its edges in different parts can not meet. So the separators of nested
+/// dissection carry over, no larger than before, at a third of the cost of dissecting the edges.
+fn induced_order(mesh: &TriangleMesh, edge_of_unknown: &[Edge], vertex_order: &[u32]) -> Vec<u32> {
+    let mut place = vec![0u32; vertex_order.len()];
+    for (p, &v) in vertex_order.iter().enumerate() {
+        place[v as usize] = p as u32;
+    }
+    let mut keys: Vec<(u32, u32, u32)> = edge_of_unknown
+        .iter()
+        .enumerate()
+        .map(|(unknown, &e)| {
+            let [a, b] = mesh.edge_vertices(e).map(|v| place[v.index()]);
+            (a.min(b), a.max(b), unknown as u32)
+        })
+        .collect();
+    keys.sort_unstable();
+    keys.into_iter().map(|(_, _, unknown)| unknown).collect()
 }
 
 /// `M + t L`, in place.

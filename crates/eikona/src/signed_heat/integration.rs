@@ -7,7 +7,10 @@ use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::options::LevelSets;
 use crate::signed_heat::source::{Source, key};
 use eikona_mesh::{CurveKind, Located, TriangleMesh};
-use eikona_numeric::{Cholesky, Complex, NumericError, Ordering, Symbolic, SymmetricMatrix, solve_dense};
+use eikona_numeric::{
+    Cholesky, Complex, NumericError, Ordering, Symbolic, SymmetricMatrix, nested_dissection_order,
+    solve_dense,
+};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -36,6 +39,7 @@ struct Ground {
 pub(crate) struct PreparedIntegration {
     laplacian: CotanLaplacian,
     symbolic: Symbolic,
+    vertex_order: Vec<u32>,
 }
 
 /// What came out, and how well.
@@ -54,8 +58,14 @@ pub(crate) struct Integrated {
 impl PreparedIntegration {
     pub fn new(mesh: &TriangleMesh, triangles: &[Triangle]) -> Result<Self, NumericError> {
         let laplacian = CotanLaplacian::new(mesh, triangles);
-        let symbolic = Symbolic::new(&laplacian.graph, Ordering::Dissection { places: mesh.positions() })?;
-        Ok(PreparedIntegration { laplacian, symbolic })
+        let vertex_order = nested_dissection_order(&laplacian.graph, mesh.positions())?;
+        let symbolic = Symbolic::new(&laplacian.graph, Ordering::Given(&vertex_order))?;
+        Ok(PreparedIntegration { laplacian, symbolic, vertex_order })
+    }
+
+    /// The order in which vertices are eliminated.
+    pub fn vertex_order(&self) -> &[u32] {
+        &self.vertex_order
     }
 
     pub fn predicted_bytes(&self) -> usize {

@@ -1,6 +1,7 @@
 //! The solver: factors once, answers curve after curve.
 
 use crate::geometry::Triangle;
+use crate::operators::EdgeFrames;
 use crate::signed_heat::confidence::confidence;
 use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
@@ -11,9 +12,8 @@ use crate::signed_heat::side::lay_out;
 use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
-use eikona_mesh::{FaceField, Orientation, SurfaceCurves, Topology, TriangleMesh, VertexField};
+use eikona_mesh::{Components, FaceField, Orientation, SurfaceCurves, TriangleMesh, VertexField};
 use eikona_numeric::Complex;
-use std::sync::Arc;
 
 /// The signed heat method on one triangle mesh, at one diffusion time: both systems factored, any number of sources.
 ///
@@ -34,7 +34,7 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct Solver {
     /// The mesh with consistent winding wherever there is one; numbering as given.
-    mesh: Arc<TriangleMesh>,
+    mesh: TriangleMesh,
     triangles: Vec<Triangle>,
     diffusion: Diffusion,
     integration: Integration,
@@ -58,25 +58,26 @@ impl Solver {
             return Err(SignedHeatError::NoFaces);
         }
         let mut warnings = Vec::new();
-        let mesh = Arc::new(consistently_wound(mesh, &mut warnings));
+        let mesh = consistently_wound(mesh, &mut warnings);
         let triangles = lay_out(&mesh);
         check_scale(&triangles)?;
         note_mollified(&triangles, &mut warnings);
         let time = choose_time(&mesh, &triangles, options.time)?;
-        let topology = Topology::of(&mesh);
+        let components = Components::of(&mesh);
         phases.end("geometry");
 
-        let diffusion = PreparedDiffusion::new(&mesh, &triangles)?;
         let integration = PreparedIntegration::new(&mesh, &triangles)?;
+        let diffusion = PreparedDiffusion::new(&mesh, &triangles, integration.vertex_order())?;
         phases.end("analysis");
         let needed_bytes = diffusion.predicted_bytes() + integration.predicted_bytes();
         if let Some(limit_bytes) = options.memory_limit.filter(|&limit| needed_bytes > limit) {
             return Err(SignedHeatError::MemoryLimit { needed_bytes, limit_bytes });
         }
 
-        let component_of_vertex = topology.component_of_vertex.into_vec();
-        let components = topology.components.len();
-        let factor_integration = || integration.factor(&mesh, &triangles, component_of_vertex, components);
+        let component_of_vertex = components.of_vertex.into_vec();
+        let unreferenced = component_of_vertex.iter().filter(|c| c.is_none()).count();
+        let factor_integration =
+            || integration.factor(&mesh, &triangles, component_of_vertex, components.count);
         let (diffusion, integration) = if options.threads > 1 {
             std::thread::scope(|scope| {
                 let other = scope.spawn(factor_integration);
@@ -91,14 +92,13 @@ impl Solver {
         };
         let (diffusion, integration) = (diffusion?, integration?);
         phases.end("factorisation");
-        let unreferenced = topology.unreferenced_vertices.len();
         if unreferenced > 0 {
             warnings.push(format!("{unreferenced} vertices are used by no face; their distance is NaN"));
         }
         let preparation = Preparation {
             phases: phases.finish(),
             factor_bytes: needed_bytes,
-            real_form: matches!(diffusion.frames, crate::operators::EdgeFrames::Real { .. }),
+            real_form: matches!(diffusion.frames, EdgeFrames::Real { .. }),
             warnings,
         };
         Ok(Solver { mesh, triangles, diffusion, integration, time, preparation })
@@ -283,6 +283,9 @@ fn unit(v: [f64; 3]) -> [f64; 3] {
 
 /// The mesh itself if its winding is consistent; else with the smaller part of each orientable patch turned over.
 fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> TriangleMesh {
+    if matches!(EdgeFrames::of(mesh), EdgeFrames::Complex) {
+        return mesh.clone();
+    }
     let orientation = Orientation::of(mesh);
     let flipped = orientation.flipped_faces().len();
     if !orientation.is_orientable() {
