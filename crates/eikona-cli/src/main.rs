@@ -1,0 +1,79 @@
+//! The command `eikona`: it reads files, calls the library, prints and writes. No mathematics is done here.
+
+mod exit;
+mod field_file;
+mod input;
+mod isoline_file;
+mod picture;
+mod progress;
+mod report;
+mod sdf;
+mod session;
+mod source;
+
+use clap::{CommandFactory, Parser, Subcommand};
+use exit::Failure;
+use session::General;
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Signed distance to broken curves on real meshes, and the tools around it.
+#[derive(Parser, Debug)]
+#[command(name = "eikona", version, max_term_width = 110, after_help = AFTER_HELP)]
+struct Cli {
+    #[command(flatten)]
+    general: General,
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const AFTER_HELP: &str = "Examples:
+  eikona demo                                      a mesh, a broken curve, its distance, a picture
+  eikona make torus -o torus.ply
+  eikona torus.ply                                 the same as: eikona inspect torus.ply
+  eikona sdf torus.ply --points 0 -o distance.ply --render distance.png
+
+Exit codes: 0 done, 1 failed, 2 bad usage, 3 bad input, 4 finished with warnings under --strict, 130 interrupted.";
+
+#[derive(Subcommand, Debug)]
+enum Verb {
+    /// Signed distance on a surface to curves and points
+    Sdf(Box<sdf::SdfArguments>),
+}
+
+fn main() -> ExitCode {
+    ExitCode::from(run(std::env::args_os().collect()))
+}
+
+/// Runs the command line, with the program's name in front. Gives the exit code.
+fn run(arguments: Vec<OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(with_inspect(arguments)) {
+        Ok(cli) => cli,
+        Err(message) => {
+            // Help and version go to the standard output and are no failure. There is nobody to tell if printing fails.
+            let _ = message.print();
+            return if message.use_stderr() { exit::USAGE } else { 0 };
+        }
+    };
+    let done = match &cli.verb {
+        Verb::Sdf(arguments) => sdf::run(arguments, &cli.general),
+    };
+    done.unwrap_or_else(|failure: Failure| {
+        eprintln!("error: {failure}");
+        failure.code()
+    })
+}
+
+/// `eikona MESH` means `eikona inspect MESH`.
+fn with_inspect(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    if let Some(first) = arguments.get(1) {
+        let is_verb = Cli::command().get_subcommands().any(|c| first == c.get_name());
+        let path = Path::new(first);
+        let is_mesh = path.exists() || eikona_mesh::io::MeshFormat::from_path(path).is_some();
+        if !is_verb && is_mesh && first != "help" {
+            arguments.insert(1, "inspect".into());
+        }
+    }
+    arguments
+}
