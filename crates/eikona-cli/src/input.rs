@@ -5,7 +5,7 @@ use crate::session::Session;
 use clap::Args;
 use eikona_mesh::io::{MeshFile, MeshFormat, MeshOut, read_mesh, read_mesh_bytes};
 use eikona_mesh::{
-    IndexMaps, MeshError, PolygonMesh, SurfacePoint, TriangleMesh, Vertex, drop_broken_polygons,
+    Fault, IndexMaps, MeshError, PolygonMesh, SurfacePoint, TriangleMesh, Vertex, drop_broken_polygons,
     drop_degenerate_faces, weld_polygons,
 };
 use serde_json::{Value, json};
@@ -28,6 +28,9 @@ pub struct MeshArguments {
     /// Drop faces without area and faces that name a vertex twice; the vertices stay
     #[arg(long)]
     pub drop_degenerate: bool,
+    /// Whether a mesh that is not valid is refused with all its faults rather than the first few.
+    #[arg(skip)]
+    pub all_faults: bool,
 }
 
 /// Whether vertices are joined.
@@ -95,6 +98,7 @@ impl MeshInput {
             Some(Weld::Within(tolerance)) => Some(tolerance),
             None => is_stl.then_some(0.0),
         };
+        let all = arguments.all_faults;
         let mut repairs: Vec<Value> = Vec::new();
 
         let mut polygons = None;
@@ -112,14 +116,14 @@ impl MeshInput {
                 polygons = Some(dropped.mesh);
             }
         }
-        let triangulate = |polygons: &PolygonMesh| polygons.triangulate().map_err(|e| invalid(&path, e));
+        let triangulate = |polygons: &PolygonMesh| polygons.triangulate().map_err(|e| invalid(&path, e, all));
         let mut numbered_by_curves = None;
         let mut joined = None;
         if let Some(tolerance) = weld {
             let before = polygons.as_ref().unwrap_or(&file.mesh);
             let welded = session.phase("weld", || weld_polygons(before, tolerance)).map_err(|e| match e {
                 MeshError::Parameter { .. } => Failure::Usage(format!("--weld: {e}")),
-                e => invalid(&path, e),
+                e => invalid(&path, e, all),
             })?;
             let (from, to) = (before.vertex_count(), welded.mesh.vertex_count());
             let lost = welded.maps.dropped_faces().len();
@@ -186,6 +190,18 @@ impl MeshInput {
             Surface::Polygons(polygons) if !triangles_only => MeshOut::from(polygons),
             _ => MeshOut::from(&self.mesh),
         }
+    }
+
+    /// Values given at the vertices of the file, at the vertices of the mesh. Where vertices were joined the first one counts.
+    pub fn vertex_values(&self, values: &[f64]) -> Vec<f64> {
+        let Some(maps) = &self.joined else { return values.to_vec() };
+        let mut result = vec![f64::NAN; self.mesh.vertex_count()];
+        for (new, &value) in maps.vertices.as_slice().iter().zip(values).rev() {
+            if let Some(place) = new.and_then(|v| result.get_mut(v.index())) {
+                *place = value;
+            }
+        }
+        result
     }
 
     /// The mesh whose vertices, edges and faces a curve file names.
@@ -260,13 +276,18 @@ fn sniff_file(path: &Path) -> Option<MeshFormat> {
     MeshFormat::sniff(&bytes)
 }
 
-fn invalid(path: &Path, fault: MeshError) -> Failure {
-    let repairable = matches!(&fault, MeshError::Invalid(faults) if faults.iter().all(|f| matches!(
-        f,
-        eikona_mesh::Fault::RepeatedVertex { .. } | eikona_mesh::Fault::TooFewCorners { .. }
-    )));
-    let hint = if repairable { "\n--drop-degenerate drops such faces" } else { "" };
-    Failure::Input(format!("{}: {fault}{hint}", path.display()))
+fn invalid(path: &Path, fault: MeshError, all: bool) -> Failure {
+    let mut text = format!("{}: {fault}", path.display());
+    if let MeshError::Invalid(faults) = &fault {
+        if all {
+            text = format!("{}: the mesh is not valid:", path.display());
+            faults.iter().for_each(|f| text += &format!("\n  {f}"));
+        }
+        if faults.iter().all(|f| matches!(f, Fault::RepeatedVertex { .. } | Fault::TooFewCorners { .. })) {
+            text += "\n--drop-degenerate drops such faces";
+        }
+    }
+    Failure::Input(text)
 }
 
 /// Whether every face has three vertices of its own.

@@ -3,9 +3,12 @@
 mod exit;
 mod field_file;
 mod input;
+mod inspect;
 mod isoline_file;
+mod make;
 mod picture;
 mod progress;
+mod render;
 mod report;
 mod sdf;
 mod session;
@@ -40,9 +43,28 @@ Exit codes: 0 done, 1 failed, 2 bad usage, 3 bad input, 4 finished with warnings
 enum Verb {
     /// Signed distance on a surface to curves and points
     Sdf(Box<sdf::SdfArguments>),
+    /// What a mesh is and what is wrong with it; curves too
+    Inspect(Box<inspect::InspectArguments>),
+    /// Procedural shapes, damaged on request, and curves on them
+    Make(Box<make::MakeArguments>),
+    /// A picture of a mesh, its fields and curves
+    Render(Box<render::RenderArguments>),
+    /// Completions for a shell, to the standard output: eikona completions bash > /etc/bash_completion.d/eikona
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
 }
 
 fn main() -> ExitCode {
+    let interrupted = || {
+        eikona_mesh::io::discard_temporary_files();
+        eprintln!("interrupted; no output was left behind");
+        std::process::exit(i32::from(exit::INTERRUPTED));
+    };
+    if let Err(fault) = ctrlc::set_handler(interrupted) {
+        eprintln!("warning: an interruption may leave temporary files behind: {fault}");
+    }
     ExitCode::from(run(std::env::args_os().collect()))
 }
 
@@ -56,8 +78,21 @@ fn run(arguments: Vec<OsString>) -> u8 {
             return if message.use_stderr() { exit::USAGE } else { 0 };
         }
     };
+    let general = &cli.general;
+    if let Some(threads) = general.threads {
+        // A pool that was set up by an earlier verb of the same run serves as well.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
+    }
     let done = match &cli.verb {
-        Verb::Sdf(arguments) => sdf::run(arguments, &cli.general),
+        Verb::Sdf(arguments) => sdf::run(arguments, general),
+        Verb::Inspect(arguments) => inspect::run(arguments, general),
+        Verb::Make(arguments) => make::run(arguments, general),
+        Verb::Render(arguments) => render::run(arguments, general),
+        Verb::Completions { shell } => {
+            let mut text = Vec::new();
+            clap_complete::generate(*shell, &mut Cli::command(), "eikona", &mut text);
+            session::print_bytes(&text).map(|()| 0)
+        }
     };
     done.unwrap_or_else(|failure: Failure| {
         eprintln!("error: {failure}");
