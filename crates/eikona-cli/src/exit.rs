@@ -59,11 +59,6 @@ impl Failure {
         }
     }
 
-    /// The mesh of a file is not valid.
-    pub fn mesh(path: &Path, fault: MeshError) -> Failure {
-        Failure::Input(format!("{}: {fault}", path.display()))
-    }
-
     /// A curve of a file is not valid.
     pub fn curve(path: &Path, fault: impl std::fmt::Display) -> Failure {
         Failure::Input(format!("{}: {fault}", path.display()))

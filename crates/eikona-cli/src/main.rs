@@ -1,5 +1,8 @@
 //! The command `eikona`: it reads files, calls the library, prints and writes. No mathematics is done here.
 
+mod bench;
+mod bench_case;
+mod demo;
 mod exit;
 mod field_file;
 mod input;
@@ -14,6 +17,7 @@ mod sdf;
 mod session;
 mod source;
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 use exit::Failure;
 use session::General;
@@ -49,6 +53,10 @@ enum Verb {
     Make(Box<make::MakeArguments>),
     /// A picture of a mesh, its fields and curves
     Render(Box<render::RenderArguments>),
+    /// Makes a mesh and a broken curve, measures, draws: a first look
+    Demo(demo::DemoArguments),
+    /// Phases, accuracy and memory on meshes with a known answer
+    Bench(bench::BenchArguments),
     /// Completions for a shell, to the standard output: eikona completions bash > /etc/bash_completion.d/eikona
     Completions {
         /// The shell
@@ -59,6 +67,7 @@ enum Verb {
 fn main() -> ExitCode {
     let interrupted = || {
         eikona_mesh::io::discard_temporary_files();
+        bench::remove_temporary_folder();
         eprintln!("interrupted; no output was left behind");
         std::process::exit(i32::from(exit::INTERRUPTED));
     };
@@ -72,7 +81,13 @@ fn main() -> ExitCode {
 fn run(arguments: Vec<OsString>) -> u8 {
     let cli = match Cli::try_parse_from(with_inspect(arguments)) {
         Ok(cli) => cli,
-        Err(message) => {
+        Err(mut message) => {
+            if message.kind() == ErrorKind::InvalidSubcommand {
+                let verbs: Vec<String> =
+                    Cli::command().get_subcommands().map(|c| c.get_name().to_string()).collect();
+                let hint = format!("the verbs are {}; a mesh file alone means inspect", verbs.join(", "));
+                message.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint.into()]));
+            }
             // Help and version go to the standard output and are no failure. There is nobody to tell if printing fails.
             let _ = message.print();
             return if message.use_stderr() { exit::USAGE } else { 0 };
@@ -88,6 +103,8 @@ fn run(arguments: Vec<OsString>) -> u8 {
         Verb::Inspect(arguments) => inspect::run(arguments, general),
         Verb::Make(arguments) => make::run(arguments, general),
         Verb::Render(arguments) => render::run(arguments, general),
+        Verb::Demo(arguments) => demo::run(arguments, general, run),
+        Verb::Bench(arguments) => bench::run(arguments, general),
         Verb::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "eikona", &mut text);

@@ -84,8 +84,9 @@ pub struct CurveArguments {
     /// A curve in space: circle, latitude, wavy-latitude, torus-knot, trefoil or figure-eight, with its parameters
     #[arg(long, value_name = "NAME[,key=value..]", conflicts_with = "cut")]
     pub curve: Option<String>,
-    /// The cut of the mesh with a plane: its axis and where (a coordinate, or a share such as 30%), and waves about it
-    #[arg(long, value_name = "axis=z,at=0.3[,wave=A,waves=N]", allow_hyphen_values = true)]
+    /// The cut of the mesh with a plane: its axis and where (a coordinate, or a share such as 30%); with wave=A it rises and falls
+    /// by A, waves=N times in a turn about the middle of the mesh, or about=x:y:z
+    #[arg(long, value_name = "axis=z,at=0.3[,wave=A,..]", allow_hyphen_values = true)]
     pub cut: Option<String>,
     /// Share of the curve's length that each piece has [default: 0.1]
     #[arg(long, value_name = "SHARE")]
@@ -340,9 +341,16 @@ fn named_curve(text: &str) -> Result<Vec<[f64; 3]>, Failure> {
     })
 }
 
+fn parse_point(text: &str) -> Result<[f64; 3], Failure> {
+    let numbers: Option<Vec<f64>> = text.split(':').map(|x| x.parse().ok()).collect();
+    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| {
+        Failure::Usage(format!("--cut: about={text} is not a point; give three coordinates such as 0:0.5:1"))
+    })
+}
+
 fn cut_mesh(mesh: &TriangleMesh, text: &str) -> Result<Vec<eikona_mesh::Curve>, Failure> {
     let words: Vec<&str> = text.split(',').collect();
-    let keys = Keys::parse("--cut", &words, &["axis", "at", "wave", "waves"])?;
+    let keys = Keys::parse("--cut", &words, &["axis", "at", "wave", "waves", "about"])?;
     let axis = match keys.text("axis").unwrap_or("z") {
         "x" => 0,
         "y" => 1,
@@ -360,7 +368,11 @@ fn cut_mesh(mesh: &TriangleMesh, text: &str) -> Result<Vec<eikona_mesh::Curve>, 
         }
         None => keys.number("at", 0.5 * (low[axis] + high[axis]))?,
     };
-    let point = [0, 1, 2].map(|k| if k == axis { at } else { 0.5 * (low[k] + high[k]) });
+    let mut point = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]));
+    if let Some(about) = keys.text("about") {
+        point = parse_point(about)?;
+    }
+    point[axis] = at;
     let normal = [0, 1, 2].map(|k| if k == axis { 1.0 } else { 0.0 });
     let wave = Wave { amplitude: keys.number("wave", 0.0)?, count: keys.number("waves", 3)? };
     let curves = wavy_plane_cut(mesh, point, normal, wave)?;

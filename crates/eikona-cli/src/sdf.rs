@@ -77,7 +77,8 @@ pub struct OutputArguments {
     pub render: Option<PathBuf>,
 }
 
-fn parse_time(text: &str) -> Result<DiffusionTime, String> {
+/// A diffusion time: `auto` or a coefficient.
+pub fn parse_time(text: &str) -> Result<DiffusionTime, String> {
     if text == "auto" {
         return Ok(DiffusionTime::Automatic);
     }
