@@ -36,7 +36,7 @@ pub use point::{BARYCENTRIC_TOLERANCE, Located, SNAP_TOLERANCE, SurfacePoint};
 pub use polygon::PolygonMesh;
 pub use quality::{Quality, Range, ZERO_AREA};
 pub use repair::{
-    IndexMaps, Repaired, RepairedPolygons, drop_degenerate_faces, drop_duplicate_faces,
+    IndexMaps, Repaired, RepairedPolygons, drop_broken_polygons, drop_degenerate_faces, drop_duplicate_faces,
     drop_unreferenced_vertices, orient, split_nonmanifold_vertices, weld, weld_polygons,
 };
 pub use topology::{BoundaryLoop, Component, Components, NonmanifoldVertex, Topology};

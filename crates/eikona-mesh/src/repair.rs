@@ -175,6 +175,33 @@ pub fn weld_polygons(mesh: &PolygonMesh, tolerance: f64) -> Result<RepairedPolyg
     Ok(RepairedPolygons { mesh: welded, maps })
 }
 
+/// Drops the polygons with fewer than three corners and those that name a vertex twice, which no surface can have. The vertices
+/// stay.
+///
+/// ```
+/// use eikona_mesh::{Face, PolygonMesh, drop_broken_polygons};
+/// let corners = vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
+/// let mesh = PolygonMesh::from_triangles(corners, &[[0, 1, 1], [0, 1, 2]]);
+/// let dropped = drop_broken_polygons(&mesh);
+/// assert_eq!(dropped.maps.dropped_faces(), [Face(0)]);
+/// assert_eq!(dropped.mesh.face(0), [0, 1, 2]);
+/// ```
+pub fn drop_broken_polygons(mesh: &PolygonMesh) -> RepairedPolygons {
+    let mut sorted = Vec::new();
+    let mut whole = |corners: &[u32]| {
+        sorted.clear();
+        sorted.extend_from_slice(corners);
+        sorted.sort_unstable();
+        corners.len() >= 3 && sorted.windows(2).all(|pair| pair[0] != pair[1])
+    };
+    let kept: Vec<bool> = mesh.faces().map(&mut whole).collect();
+    let mut rest = PolygonMesh::new(mesh.positions.clone());
+    mesh.faces().zip(&kept).filter(|(_, k)| **k).for_each(|(f, _)| rest.push_face(f.iter().copied()));
+    let mut maps = IndexMaps::identity(mesh.vertex_count(), mesh.face_count());
+    maps.faces = number_kept(kept.into_iter());
+    RepairedPolygons { mesh: rest, maps }
+}
+
 /// Drops the faces whose area is below [`ZERO_AREA`](crate::ZERO_AREA) times the square of their longest edge.
 ///
 /// The vertices stay. Where such a face was a sliver between two others, a slit with a boundary of its own is left; weld first

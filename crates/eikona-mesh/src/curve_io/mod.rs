@@ -13,11 +13,11 @@ mod winding_text;
 use crate::curve::{Curve, CurveKind, SurfaceCurves};
 use crate::error::{CurveError, FileError};
 use crate::id::{Edge, Face};
+use crate::io::write_atomically;
 use crate::mesh::TriangleMesh;
 use crate::point::SurfacePoint;
 pub use obj::curves_from_lines;
 use serde::{Deserialize, Serialize};
-use std::io::Write;
 use std::path::Path;
 
 /// A polyline in space, to be projected to a surface and traced over its faces.
@@ -187,8 +187,7 @@ pub fn write_curves(
 ) -> Result<(), FileError> {
     let path = path.as_ref();
     let text = format_curves(file, format, mesh)?;
-    replace_file(path, text.as_bytes())
-        .map_err(|fault| FileError::Io { path: path.display().to_string(), fault })
+    write_atomically(path, |out| out.write_all(text.as_bytes()))
 }
 
 /// Writes curves on a surface as JSON, which keeps everything.
@@ -201,20 +200,6 @@ pub fn write_curves_json(
     mesh: &TriangleMesh,
 ) -> Result<(), FileError> {
     write_curves(path, file, CurveFormat::Json, mesh)
-}
-
-/// Writes to a temporary file beside the target, then renames it.
-fn replace_file(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let written = std::fs::File::create(&temporary)
-        .and_then(|mut f| f.write_all(bytes).and_then(|()| f.sync_all()))
-        .and_then(|()| std::fs::rename(&temporary, path));
-    if written.is_err() {
-        let _ = std::fs::remove_file(&temporary); // the first error is the one to tell
-    }
-    written
 }
 
 fn check_nodes(curves: &SurfaceCurves, mesh: &TriangleMesh) -> Result<(), CurveError> {

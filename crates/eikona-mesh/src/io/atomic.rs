@@ -1,10 +1,12 @@
 //! Files that appear whole or not at all.
 
 use crate::error::FileError;
+use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Writes a file through a temporary one in the same folder, which takes the name `path` only once everything is written
 /// and handed to the disk. On failure nothing is left and an older file of that name stays as it was. A symbolic link keeps
@@ -27,22 +29,115 @@ pub fn write_atomically<T>(
     write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
 ) -> Result<T, FileError> {
     let path = path.as_ref();
-    write_through_temporary(path, write).map_err(|fault| FileError::io(path, fault))
+    let (staged, value) = stage(path, write).map_err(|fault| FileError::io(path, fault))?;
+    publish_files(vec![staged])?;
+    Ok(value)
 }
 
-fn write_through_temporary<T>(
+/// A file that is written whole, but under a temporary name beside its own: [`publish_files`] gives it its name, dropping it
+/// removes it.
+#[derive(Debug)]
+pub struct StagedFile {
+    path: PathBuf,
+    content: Content,
+}
+
+#[derive(Debug)]
+enum Content {
+    /// A temporary file, and the name that it takes (where a symbolic link leads).
+    Temporary(Temporary, PathBuf),
+    /// For a pipe or device.
+    Bytes(Vec<u8>),
+}
+
+/// Writes a file under a temporary name, for several files that are to appear together or not at all.
+///
+/// ```
+/// use eikona_mesh::io::{publish_files, stage_file};
+/// let path = std::env::temp_dir().join("eikona-doc-stage-file.txt");
+/// let staged = stage_file(&path, |out| out.write_all(b"whole"))?;
+/// assert!(!path.exists());
+/// publish_files(vec![staged])?;
+/// assert_eq!(std::fs::read(&path).unwrap(), b"whole");
+/// # std::fs::remove_file(&path).unwrap();
+/// # Ok::<(), eikona_mesh::FileError>(())
+/// ```
+///
+/// # Errors
+/// As [`write_atomically`].
+pub fn stage_file(
+    path: impl AsRef<Path>,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<StagedFile, FileError> {
+    let path = path.as_ref();
+    stage(path, write).map(|(staged, ())| staged).map_err(|fault| FileError::io(path, fault))
+}
+
+/// Gives the files their names, in order. If one can not take its name, those that took theirs before and replaced nothing
+/// are removed again.
+///
+/// # Errors
+/// [`FileError::Io`] with the first file that could not be renamed or written.
+pub fn publish_files(files: Vec<StagedFile>) -> Result<(), FileError> {
+    // Held to the end: `discard_temporary_files` finds either all of them published or none.
+    let mut unfinished = unfinished();
+    let mut created: Vec<PathBuf> = Vec::new();
+    for StagedFile { path, content } in files {
+        let done = match content {
+            Content::Temporary(temporary, target) => {
+                let new = !target.exists();
+                let renamed = temporary.become_file(&target, &mut unfinished);
+                if renamed.is_ok() && new {
+                    created.push(target);
+                }
+                renamed
+            }
+            Content::Bytes(bytes) => OpenOptions::new().write(true).open(&path).and_then(|mut out| {
+                out.write_all(&bytes)?;
+                out.flush()
+            }),
+        };
+        if let Err(fault) = done {
+            for file in created {
+                // The first error is the one to tell.
+                let _ = fs::remove_file(file);
+            }
+            drop(unfinished); // the files that are left remove themselves, for which they lock it
+            return Err(FileError::io(path, fault));
+        }
+    }
+    Ok(())
+}
+
+/// Removes the temporary files of this process; for a program that is about to end because it was interrupted. Waits for a
+/// [`publish_files`] that has begun. Afterwards no file can be staged or published any more: those calls wait for ever.
+pub fn discard_temporary_files() {
+    let unfinished = unfinished();
+    for path in unfinished.iter() {
+        // There is nobody left to tell.
+        let _ = fs::remove_file(path);
+    }
+    std::mem::forget(unfinished);
+}
+
+/// The temporary files that exist now.
+fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn stage<T>(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
-) -> io::Result<T> {
+) -> io::Result<(StagedFile, T)> {
     let existing = fs::metadata(path).ok();
     if existing.as_ref().is_some_and(|m| m.is_dir()) {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder; name a file"));
     }
     if existing.as_ref().is_some_and(|m| !m.is_file()) {
-        let mut out = BufWriter::new(OpenOptions::new().write(true).open(path)?);
-        let value = write(&mut out)?;
-        out.flush()?;
-        return Ok(value);
+        let mut bytes = Vec::new();
+        let value = write(&mut bytes)?;
+        return Ok((StagedFile { path: path.to_path_buf(), content: Content::Bytes(bytes) }, value));
     }
     let target = if existing.is_some() { fs::canonicalize(path)? } else { path.to_path_buf() };
     let (file, temporary) = create_beside(&target)?;
@@ -54,22 +149,25 @@ fn write_through_temporary<T>(
     }
     file.sync_all()?;
     drop(file); // some systems do not rename an open file
-    temporary.become_file(&target)?;
-    Ok(value)
+    Ok((StagedFile { path: path.to_path_buf(), content: Content::Temporary(temporary, target) }, value))
 }
 
 /// A file that is removed when dropped, unless it has been renamed: on errors and on panics alike.
+#[derive(Debug)]
 struct Temporary {
     path: Option<PathBuf>,
 }
 
 impl Temporary {
-    fn become_file(mut self, target: &Path) -> io::Result<()> {
-        if let Some(path) = &self.path {
-            fs::rename(path, target)?;
+    fn become_file(mut self, target: &Path, unfinished: &mut BTreeSet<PathBuf>) -> io::Result<()> {
+        // Taken out first: dropping a path that is still there would lock `unfinished`, which the caller holds.
+        let Some(path) = self.path.take() else { return Ok(()) };
+        let renamed = fs::rename(&path, target);
+        if renamed.is_err() {
+            let _ = fs::remove_file(&path);
         }
-        self.path = None;
-        Ok(())
+        unfinished.remove(&path);
+        renamed
     }
 }
 
@@ -78,6 +176,7 @@ impl Drop for Temporary {
         if let Some(path) = &self.path {
             // There is nobody left to tell.
             let _ = fs::remove_file(path);
+            unfinished().remove(path);
         }
     }
 }
@@ -90,8 +189,12 @@ fn create_beside(target: &Path) -> io::Result<(File, Temporary)> {
     for _ in 0..ATTEMPTS {
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let path = target.with_file_name(format!(".eikona-{}-{number}.tmp", std::process::id()));
+        let mut unfinished = unfinished();
         match OpenOptions::new().write(true).create_new(true).open(&path) {
-            Ok(file) => return Ok((file, Temporary { path: Some(path) })),
+            Ok(file) => {
+                unfinished.insert(path.clone());
+                return Ok((file, Temporary { path: Some(path) }));
+            }
             Err(fault) if fault.kind() == io::ErrorKind::AlreadyExists => last = Some(fault),
             Err(fault) => return Err(fault),
         }

@@ -34,11 +34,11 @@ mod words;
 #[cfg(test)]
 mod tests;
 
-pub use atomic::write_atomically;
+pub use atomic::{StagedFile, discard_temporary_files, publish_files, stage_file, write_atomically};
 pub use gltf::read_gltf;
 pub use obj::read_obj;
 pub use off::read_off;
-pub use output::{Encoding, MeshOut, write_mesh, write_mesh_bytes};
+pub use output::{Encoding, MeshOut, stage_mesh, write_mesh, write_mesh_bytes};
 pub use ply::read_ply;
 pub use stl::read_stl;
 pub use vtp::read_vtp;

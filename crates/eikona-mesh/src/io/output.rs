@@ -1,6 +1,7 @@
 //! What is to be written, checked against what the format can hold.
 
-use super::{MeshFile, MeshFormat, gltf_write, obj, off, ply_write, stl, vtp_write, write_atomically};
+use super::atomic::{StagedFile, publish_files, stage_file};
+use super::{MeshFile, MeshFormat, gltf_write, obj, off, ply_write, stl, vtp_write};
 use crate::error::{Fault, FileError, MeshError};
 use crate::id::Face;
 use crate::mesh::TriangleMesh;
@@ -257,6 +258,16 @@ pub(super) fn one_word(name: &str) -> String {
 /// coordinates past 32-bit floats there); [`FileError::Mesh`] for arrays of wrong length and indices out of range;
 /// [`FileError::Io`].
 pub fn write_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<Vec<String>, FileError> {
+    let (file, left_out) = stage_mesh(path, mesh)?;
+    publish_files(vec![file])?;
+    Ok(left_out)
+}
+
+/// As [`write_mesh`], but the file gets its name only from [`publish_files`]: for several files that are to appear together.
+///
+/// # Errors
+/// As [`write_mesh`].
+pub fn stage_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<(StagedFile, Vec<String>), FileError> {
     let path = path.as_ref();
     let format = MeshFormat::from_path(path).ok_or_else(|| {
         let problem = "the name tells no mesh format; end it in .obj, .ply, .stl, .off, .glb, .gltf or .vtp";
@@ -264,7 +275,7 @@ pub fn write_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<Vec<String>,
     })?;
     let left_out = mesh.check(format).map_err(|fault| fault.in_file(path))?;
     let compressed = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
-    write_atomically(path, |out| {
+    let file = stage_file(path, |out| {
         if compressed {
             let mut out = BufWriter::new(flate2::write::GzEncoder::new(out, flate2::Compression::default()));
             write_format(&mut out, format, mesh)?;
@@ -273,7 +284,7 @@ pub fn write_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<Vec<String>,
             write_format(out, format, mesh)
         }
     })?;
-    Ok(left_out)
+    Ok((file, left_out))
 }
 
 /// Writes a mesh in this format. Returns what the format has no place for, one sentence each.

@@ -1,8 +1,8 @@
 //! Curves as files for other programs: OBJ lines, PLY edges, and SVG for flat meshes.
 
+use eikona_mesh::io::write_atomically;
 use eikona_mesh::{FileError, SurfaceCurves, TriangleMesh};
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
 
 /// A polyline in space. A closed one repeats its first point at the end.
@@ -130,8 +130,7 @@ pub fn write_polylines(path: impl AsRef<Path>, lines: &[Polyline]) -> Result<(),
             )));
         }
     };
-    replace_file(path, text.as_bytes())
-        .map_err(|fault| FileError::Io { path: path.display().to_string(), fault })
+    write_atomically(path, |out| out.write_all(text.as_bytes()))
 }
 
 /// Polylines of at least two points, without the repeated first point, and whether they are closed.
@@ -150,18 +149,4 @@ fn checked(lines: &[Polyline]) -> Result<Vec<(&[[f64; 3]], bool)>, FileError> {
         }
     }
     Ok(open)
-}
-
-/// Writes to a temporary file beside the target, then renames it.
-fn replace_file(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let written = std::fs::File::create(&temporary)
-        .and_then(|mut f| f.write_all(bytes).and_then(|()| f.sync_all()))
-        .and_then(|()| std::fs::rename(&temporary, path));
-    if written.is_err() {
-        let _ = std::fs::remove_file(&temporary); // the first error is the one to tell
-    }
-    written
 }

@@ -1,8 +1,8 @@
-//! Where a plane cuts a mesh.
+//! Where a plane, or a waving surface about a plane, cuts a mesh.
 
 use super::ContourError;
 use super::isolines::isolines;
-use crate::geometry::vector::{dot, normalize, sub};
+use crate::geometry::vector::{Vec3, cross, dot, normalize, sub};
 use eikona_mesh::{Curve, TriangleMesh};
 
 /// The curves in which a plane cuts the mesh: signed, closed or ending at the boundary, one segment a face.
@@ -17,10 +17,79 @@ use eikona_mesh::{Curve, TriangleMesh};
 /// # Cost
 /// O(F).
 pub fn plane_cut(mesh: &TriangleMesh, point: [f64; 3], normal: [f64; 3]) -> Result<Vec<Curve>, ContourError> {
+    let unit = checked_plane(point, normal)?;
+    cut(mesh, |p| dot(sub(p, point), unit))
+}
+
+/// How a cut waves about its plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wave {
+    /// How far it leaves the plane, in the mesh's unit.
+    pub amplitude: f64,
+    /// How many waves there are in one turn about the normal through the point.
+    pub count: u32,
+}
+
+/// As [`plane_cut`], with a surface that rises and falls about the plane by `amplitude` sin(`count` angle), where the angle
+/// turns about the normal through the point.
+///
+/// # Errors
+/// As [`plane_cut`]; [`ContourError::Parameter`] when the amplitude is not finite.
+pub fn wavy_plane_cut(
+    mesh: &TriangleMesh,
+    point: [f64; 3],
+    normal: [f64; 3],
+    wave: Wave,
+) -> Result<Vec<Curve>, ContourError> {
+    let unit = checked_plane(point, normal)?;
+    if !wave.amplitude.is_finite() {
+        let bound = "it must be finite";
+        return Err(ContourError::Parameter { name: "amplitude", value: wave.amplitude, bound });
+    }
+    // Any two directions that span the plane will do: take the axis that is farthest from the normal.
+    let farthest = (0..3).fold(0, |a, b| if unit[b].abs() < unit[a].abs() { b } else { a });
+    let axis: Vec3 = [0, 1, 2].map(|k| if k == farthest { 1.0 } else { 0.0 });
+    let across = normalize(cross(unit, axis)).ok_or(ContourError::BadPlane { name: "normal", value: normal })?;
+    let along = cross(across, unit);
+    cut(mesh, |p| {
+        let from_point = sub(p, point);
+        let angle = dot(from_point, across).atan2(dot(from_point, along));
+        dot(from_point, unit) - wave.amplitude * (f64::from(wave.count) * angle).sin()
+    })
+}
+
+fn checked_plane(point: Vec3, normal: Vec3) -> Result<Vec3, ContourError> {
     let unit = normalize(normal).ok_or(ContourError::BadPlane { name: "normal", value: normal })?;
     if !point.iter().all(|x| x.is_finite()) {
         return Err(ContourError::BadPlane { name: "point", value: point });
     }
-    let height: Vec<f64> = mesh.positions().iter().map(|&p| dot(sub(p, point), unit)).collect();
-    Ok(isolines(mesh, &height.into(), &[0.0])?.pop().map_or_else(Vec::new, |l| l.curves))
+    Ok(unit)
+}
+
+fn cut(mesh: &TriangleMesh, height: impl Fn(Vec3) -> f64) -> Result<Vec<Curve>, ContourError> {
+    let heights: Vec<f64> = mesh.positions().iter().map(|&p| height(p)).collect();
+    Ok(isolines(mesh, &heights.into(), &[0.0])?.pop().map_or_else(Vec::new, |l| l.curves))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contour::curve_points;
+    use eikona_mesh::shapes;
+
+    #[test]
+    fn a_wavy_cut_of_a_cylinder_follows_the_wave() {
+        let mesh = shapes::cylinder(0.5, 2.0, 200, 200, shapes::Ends::Open).unwrap();
+        let wave = Wave { amplitude: 0.2, count: 3 };
+        let curves = wavy_plane_cut(&mesh, [0.0, 0.0, 0.1], [0.0, 0.0, 2.0], wave).unwrap();
+        assert_eq!(curves.len(), 1);
+        assert!(curves[0].is_closed());
+        let heights: Vec<f64> = curve_points(&mesh, &curves[0]).unwrap().iter().map(|p| p[2] - 0.1).collect();
+        let (low, high) = heights.iter().fold((0.0f64, 0.0f64), |(l, h), &z| (l.min(z), h.max(z)));
+        assert!((low + 0.2).abs() < 1e-3 && (high - 0.2).abs() < 1e-3, "{low} {high}");
+        let ups = heights.windows(2).filter(|z| z[0] < 0.0 && z[1] >= 0.0).count();
+        assert_eq!(ups, 3);
+        let flat = wavy_plane_cut(&mesh, [0.0, 0.0, 0.1], [0.0, 0.0, 2.0], Wave { amplitude: 0.0, count: 3 });
+        assert_eq!(flat.unwrap(), plane_cut(&mesh, [0.0, 0.0, 0.1], [0.0, 0.0, 2.0]).unwrap());
+    }
 }

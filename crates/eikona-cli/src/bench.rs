@@ -1,0 +1,333 @@
+//! `eikona bench`: phases, accuracy and memory on meshes with a known answer, each size in a process of its own; optionally
+//! beside potpourri3d on the same mesh and curve.
+
+use crate::bench_case::{Case, Shape};
+use crate::exit::Failure;
+use crate::report::peak_memory_bytes;
+use crate::session::{General, Session, print_bytes};
+use clap::{Args, ValueEnum};
+use eikona::signed_heat::{DiffusionTime, LevelSets, SolveOptions, Solver, SolverOptions};
+use serde::{Deserialize, Serialize};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+/// Arguments of `eikona bench`.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Examples:
+  eikona bench sdf --faces 5000
+  eikona bench sdf --faces 20000,100000,500000 --peer potpourri3d --json > bench.json")]
+pub struct BenchArguments {
+    /// What is measured
+    #[arg(value_enum)]
+    pub method: Method,
+    /// About how many faces, one or several sizes
+    #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "20000,100000")]
+    pub faces: Vec<usize>,
+    /// The surface: a sphere with the circle z = 0.3, or a torus with its two circles z = 0
+    #[arg(long, value_enum, default_value = "sphere")]
+    pub shape: Shape,
+    /// Diffusion time, as for sdf
+    #[arg(long, value_name = "auto|COEFF", default_value = "1", value_parser = crate::sdf::parse_time)]
+    pub time: DiffusionTime,
+    /// How often the later solves are repeated; the median counts
+    #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub repeats: u16,
+    /// Also time another program on the same mesh and curve
+    #[arg(long, value_enum)]
+    pub peer: Option<Peer>,
+    /// The Python that has the other program
+    #[arg(long, value_name = "PATH", default_value = "python3")]
+    pub python: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Measure one size in this process and print its numbers as JSON.
+    #[arg(long, hide = true)]
+    pub in_this_process: bool,
+    /// Write the mesh, the curve and the truth into this folder instead of measuring.
+    #[arg(long, hide = true)]
+    pub export: Option<PathBuf>,
+}
+
+/// What can be measured.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Method {
+    /// Signed distance on a surface
+    Sdf,
+}
+
+/// What it can be compared with.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Peer {
+    /// The Python package potpourri3d
+    Potpourri3d,
+}
+
+/// One size, measured.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Run {
+    shape: String,
+    faces: usize,
+    vertices: usize,
+    /// Complex numbers at edges and real ones at vertices.
+    unknowns: usize,
+    source_segments: usize,
+    threads: usize,
+    /// Seconds of each phase of the construction.
+    construct_phases: Vec<(String, f64)>,
+    construct: f64,
+    modes: Vec<Mode>,
+    factor_bytes: usize,
+    peak_memory_bytes: Option<u64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    potpourri3d: Option<PeerRun>,
+}
+
+/// Times in seconds of one constraint mode. `l2_error` is sqrt(sum A (phi - phi0)² / sum A) over the range of phi0.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Mode {
+    mode: String,
+    first: f64,
+    later: f64,
+    l2_error: f64,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct PeerRun {
+    construct: f64,
+    modes: Vec<Mode>,
+    peak_memory_bytes: Option<u64>,
+}
+
+/// Runs the verb. Gives the exit code.
+pub fn run(arguments: &BenchArguments, general: &General) -> Result<u8, Failure> {
+    let Method::Sdf = arguments.method;
+    if let (Some(&faces), Some(folder)) = (arguments.faces.first(), &arguments.export) {
+        return Case::new(arguments.shape, faces)?.export(folder).map(|()| 0);
+    }
+    if let (Some(&faces), true) = (arguments.faces.first(), arguments.in_this_process) {
+        let run = measure(&Case::new(arguments.shape, faces)?, arguments, general)?;
+        let text = serde_json::to_string(&run).map_err(|e| Failure::Failed(e.to_string()))?;
+        return print_bytes(text.as_bytes()).map(|()| 0);
+    }
+    let mut session = Session::new("bench", general);
+    session.check_report()?;
+    if arguments.peer.is_some() {
+        find_peer(&arguments.python)?;
+    }
+    let mut runs = Vec::new();
+    for &faces in &arguments.faces {
+        let name = format!("{faces} faces");
+        let mut run = session.phase(&name, || measure_apart(faces, arguments, general))?;
+        if arguments.peer.is_some() {
+            let name = format!("{faces} faces, potpourri3d");
+            run.potpourri3d = Some(session.phase(&name, || measure_peer(faces, &run, arguments))?);
+        }
+        if !arguments.json {
+            print_bytes(table(&run).as_bytes())?;
+        }
+        runs.push(run);
+    }
+    let value = serde_json::json!({
+        "eikona": "bench", "version": 1, "tool_version": env!("CARGO_PKG_VERSION"), "method": "sdf", "runs": runs,
+    });
+    if arguments.json {
+        print_bytes((serde_json::to_string_pretty(&value).unwrap_or_default() + "\n").as_bytes())?;
+    }
+    session.report.result.insert("bench".into(), value);
+    session.finish()
+}
+
+fn measure(case: &Case, arguments: &BenchArguments, general: &General) -> Result<Run, Failure> {
+    let threads = general.threads.map_or(1, usize::from);
+    let start = Instant::now();
+    let options = SolverOptions { time: arguments.time, threads, memory_limit: None };
+    let solver = Solver::new(&case.mesh, &options)?;
+    let construct = start.elapsed().as_secs_f64();
+    let modes = [
+        ("free", LevelSets::Free),
+        ("zero", LevelSets::Zero),
+        ("per-component", LevelSets::PerComponent),
+        ("soft", LevelSets::Soft(100.0)),
+    ];
+    let mut measured = Vec::new();
+    let mut preparation = None;
+    let mut source_segments = 0;
+    for (name, level_sets) in modes {
+        let options = SolveOptions { level_sets, ..SolveOptions::default() };
+        let mut seconds = Vec::new();
+        let mut l2_error = f64::NAN;
+        for _ in 0..=arguments.repeats {
+            let start = Instant::now();
+            let solution = solver.solve(&case.source, &options)?;
+            seconds.push(start.elapsed().as_secs_f64());
+            l2_error = case.l2_error(solution.distance.as_slice());
+            source_segments = solution.report.source_segments;
+            preparation.get_or_insert(solution.report.preparation);
+        }
+        let first = seconds.remove(0);
+        seconds.sort_by(f64::total_cmp);
+        measured.push(Mode { mode: name.into(), first, later: seconds[seconds.len() / 2], l2_error });
+    }
+    let preparation = preparation.unwrap_or_default();
+    let phases = preparation.phases.0.iter().map(|(n, d)| (n.to_string(), d.as_secs_f64())).collect();
+    Ok(Run {
+        shape: arguments.shape.name().into(),
+        faces: case.mesh.face_count(),
+        vertices: case.mesh.vertex_count(),
+        unknowns: case.mesh.edge_count() + case.mesh.vertex_count(),
+        source_segments,
+        threads,
+        construct_phases: phases,
+        construct,
+        modes: measured,
+        factor_bytes: preparation.factor_bytes,
+        peak_memory_bytes: peak_memory_bytes(),
+        potpourri3d: None,
+    })
+}
+
+/// This program again, for one size.
+fn this_program(faces: usize, arguments: &BenchArguments) -> Result<Command, Failure> {
+    let program = std::env::current_exe()
+        .map_err(|e| Failure::Failed(format!("this program can not find itself to start again: {e}")))?;
+    let time = match arguments.time {
+        DiffusionTime::Automatic => "auto".to_string(),
+        DiffusionTime::Coefficient(c) => c.to_string(),
+    };
+    let mut command = Command::new(program);
+    command.args(["bench", "sdf", "--faces", &faces.to_string(), "--shape", arguments.shape.name()]);
+    command.args(["--time", &time, "--repeats", &arguments.repeats.to_string()]);
+    Ok(command)
+}
+
+fn measure_apart(faces: usize, arguments: &BenchArguments, general: &General) -> Result<Run, Failure> {
+    let mut command = this_program(faces, arguments)?;
+    command.arg("--in-this-process");
+    command.args(["--threads", &general.threads.unwrap_or(1).to_string()]);
+    output_json(&mut command)
+}
+
+/// The JSON that a program prints.
+fn output_json<T: for<'a> Deserialize<'a>>(command: &mut Command) -> Result<T, Failure> {
+    let name = command.get_program().to_string_lossy().into_owned();
+    let output = command
+        .stdin(Stdio::null())
+        .stderr(Stdio::piped())
+        .output()
+        .map_err(|e| Failure::Failed(format!("{name} can not be started: {e}")))?;
+    if !output.status.success() {
+        let message = String::from_utf8_lossy(&output.stderr);
+        let message = message.trim().trim_start_matches("error: ").to_string();
+        return Err(match output.status.code() {
+            Some(2) => Failure::Usage(message),
+            Some(3) => Failure::Input(message),
+            _ => Failure::Failed(format!("{name} ended with {}: {message}", output.status)),
+        });
+    }
+    serde_json::from_slice(&output.stdout)
+        .map_err(|e| Failure::Failed(format!("{name} printed no numbers that can be read: {e}")))
+}
+
+fn find_peer(python: &Path) -> Result<(), Failure> {
+    let found = Command::new(python)
+        .args(["-c", "import numpy, potpourri3d"])
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|s| s.success());
+    if found {
+        return Ok(());
+    }
+    let python = python.display();
+    Err(Failure::Failed(format!(
+        "{python} has no potpourri3d; install it with\n  {python} -m pip install potpourri3d numpy\nor name a Python that has it with \
+         --python PATH"
+    )))
+}
+
+/// The folder through which mesh and curve go to the other program.
+static FOLDER: Mutex<Option<PathBuf>> = Mutex::new(None);
+
+/// Removes that folder, if there is one.
+pub fn remove_temporary_folder() {
+    if let Some(folder) = FOLDER.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        // There is nobody left to tell.
+        let _ = std::fs::remove_dir_all(folder);
+    }
+}
+
+fn measure_peer(faces: usize, ours: &Run, arguments: &BenchArguments) -> Result<PeerRun, Failure> {
+    let folder = std::env::temp_dir().join(format!("eikona-bench-{}", std::process::id()));
+    std::fs::create_dir_all(&folder)
+        .map_err(|e| Failure::Failed(format!("{}: this folder can not be made: {e}", folder.display())))?;
+    *FOLDER.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.clone());
+    let measured = run_peer(&folder, faces, ours, arguments);
+    remove_temporary_folder();
+    measured
+}
+
+fn run_peer(folder: &Path, faces: usize, ours: &Run, arguments: &BenchArguments) -> Result<PeerRun, Failure> {
+    let exported = this_program(faces, arguments)?.arg("--export").arg(folder).status();
+    if !exported.is_ok_and(|s| s.success()) {
+        return Err(Failure::Failed(format!("the mesh of {} faces could not be exported", ours.faces)));
+    }
+    // The other program has no automatic time; the paper's is its default.
+    let time = match arguments.time {
+        DiffusionTime::Coefficient(c) => c,
+        DiffusionTime::Automatic => 1.0,
+    };
+    let mut command = Command::new(&arguments.python);
+    command.args(["-c", include_str!("peer_potpourri3d.py")]).arg(folder);
+    command.args([time.to_string(), arguments.repeats.to_string()]);
+    output_json(&mut command)
+}
+
+fn table(run: &Run) -> String {
+    let mut text = String::new();
+    let megabytes =
+        |bytes: Option<u64>| bytes.map_or("?".to_string(), |b| format!("{:.0} MB", b as f64 / 1e6));
+    let _ = writeln!(
+        text,
+        "{} with {} faces, {} vertices, {} unknowns, source of {} segments, {} thread(s)",
+        run.shape, run.faces, run.vertices, run.unknowns, run.source_segments, run.threads
+    );
+    let phases: Vec<String> = run.construct_phases.iter().map(|(name, s)| format!("{name} {s:.3}")).collect();
+    let _ = writeln!(text, "  construct      {:>8.3} s  ({})", run.construct, phases.join(", "));
+    for mode in &run.modes {
+        let _ = writeln!(
+            text,
+            "  {:<14} {:>8.3} s first, {:>7.3} s later, L2 error {:.2e}",
+            mode.mode, mode.first, mode.later, mode.l2_error
+        );
+    }
+    let factors = megabytes(Some(run.factor_bytes as u64));
+    let _ =
+        writeln!(text, "  memory         {} at most, factors {factors}", megabytes(run.peak_memory_bytes));
+    let Some(peer) = &run.potpourri3d else { return text };
+    let _ = writeln!(
+        text,
+        "  potpourri3d    {:>8.3} s construct, {} at most",
+        peer.construct,
+        megabytes(peer.peak_memory_bytes)
+    );
+    for theirs in &peer.modes {
+        let Some(ours) = run.modes.iter().find(|m| m.mode == theirs.mode) else { continue };
+        let (answer, their_answer) = (run.construct + ours.first, peer.construct + theirs.first);
+        let _ = writeln!(
+            text,
+            "    {:<12} {:>8.3} s first, {:>7.3} s later, L2 error {:.2e}: construct + first {:.1} x, later {:.1} x ours",
+            theirs.mode,
+            theirs.first,
+            theirs.later,
+            theirs.l2_error,
+            their_answer / answer,
+            theirs.later / ours.later
+        );
+    }
+    text
+}

@@ -1,0 +1,84 @@
+//! `eikona demo`: makes a mesh and a broken curve, measures, draws. It runs the commands that it prints.
+
+use crate::exit::Failure;
+use crate::session::General;
+use clap::Args;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `eikona demo`.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:
+  eikona demo")]
+pub struct DemoArguments {
+    /// The folder to write into; it is made if it does not exist
+    #[arg(short, long, value_name = "DIR", default_value = "eikona-demo")]
+    pub output: PathBuf,
+}
+
+/// The commands, with `DIR` for the folder: a mesh with a curve of which 60 % is there, and the distance to it.
+const COMMANDS: [&str; 2] = [
+    "make clay_animal levels=5 -o DIR/animal.ply --broken-curve DIR/broken-loop.json \
+     --cut axis=y,at=0,wave=0.13,waves=7,about=0.8:0:1.1 --keep 0.06 --drop 0.04 --seed 3",
+    "sdf DIR/animal.ply --curve DIR/broken-loop.json --time auto --confidence -o DIR/distance.ply \
+     --isolines DIR/isolines.obj --spacing 0.1 --render DIR/distance.png --report DIR/report.json --size 1500x1200 --up z --azimuth 55 \
+     --elevation 22",
+];
+
+/// Runs the verb through `run`, which takes a command line with the program's name in front. Gives the exit code.
+pub fn run(
+    arguments: &DemoArguments,
+    general: &General,
+    run: impl Fn(Vec<OsString>) -> u8,
+) -> Result<u8, Failure> {
+    let folder = &arguments.output;
+    std::fs::create_dir_all(folder).map_err(|fault| {
+        Failure::Failed(format!(
+            "{}: this folder can not be made ({fault}); choose another one with -o DIR",
+            folder.display()
+        ))
+    })?;
+    for command in COMMANDS {
+        if general.quiet == 0 {
+            eprintln!("$ eikona {}", shown(command, folder));
+        }
+        let words = command.split_whitespace().map(|word| match word.strip_prefix("DIR/") {
+            Some(name) => folder.join(name).into_os_string(),
+            None => word.into(),
+        });
+        let flags = passed_on(general);
+        let code = run([OsString::from("eikona")].into_iter().chain(words).chain(flags).collect());
+        if code != 0 {
+            return Ok(code);
+        }
+    }
+    if general.quiet == 0 {
+        eprintln!("look at {}", folder.join("distance.png").display());
+    }
+    Ok(0)
+}
+
+/// The command as it would be typed.
+fn shown(command: &str, folder: &Path) -> String {
+    let words: Vec<String> = command
+        .split_whitespace()
+        .map(|word| match word.strip_prefix("DIR/") {
+            Some(name) => folder.join(name).display().to_string(),
+            None => word.to_string(),
+        })
+        .collect();
+    words.join(" ")
+}
+
+fn passed_on(general: &General) -> Vec<OsString> {
+    let mut flags = vec![OsString::from("-q"); usize::from(general.quiet)];
+    if let Some(threads) = general.threads {
+        flags.extend(["--threads".into(), threads.to_string().into()]);
+    }
+    for (given, flag) in
+        [(general.timings, "--timings"), (general.strict, "--strict"), (general.verbose, "-v")]
+    {
+        flags.extend(given.then(|| flag.into()));
+    }
+    flags
+}

@@ -1,0 +1,133 @@
+//! Values per vertex as a file: on the mesh, or as a table of numbers.
+
+use crate::exit::Failure;
+use crate::input::MeshInput;
+use crate::picture::colours;
+use crate::session::Session;
+use eikona_mesh::io::{MeshFormat, stage_mesh, write_mesh_bytes};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// What a file of vertex values can be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FieldFormat {
+    /// The mesh with the values.
+    Mesh(MeshFormat),
+    /// Numbers for numpy, little-endian doubles; one column a field.
+    Npy,
+    /// Text with a header line.
+    Csv,
+}
+
+/// The format of this name, or why it is none.
+pub fn field_format(path: &Path, given: Option<&str>) -> Result<FieldFormat, Failure> {
+    let is_stdout = path == Path::new("-");
+    let name = match given {
+        Some(format) => format!("x.{format}"),
+        None if is_stdout => {
+            return Err(Failure::Usage(
+                "the output goes to the standard output: name its format with --out-format (ply, obj, off, glb, gltf, vtp, npy or \
+                 csv)"
+                    .into(),
+            ));
+        }
+        None => path.to_string_lossy().to_ascii_lowercase(),
+    };
+    if name.ends_with(".npy") {
+        return Ok(FieldFormat::Npy);
+    }
+    if name.ends_with(".csv") {
+        return Ok(FieldFormat::Csv);
+    }
+    match MeshFormat::from_path(&name) {
+        Some(MeshFormat::Stl) => Err(Failure::Usage(format!(
+            "{}: STL has no place for values at vertices; write .ply, .vtp, .glb, .obj, .off, .npy or .csv",
+            path.display()
+        ))),
+        Some(format) => Ok(FieldFormat::Mesh(format)),
+        None => Err(Failure::Usage(format!(
+            "{}: the name tells no output format; end it in .ply, .obj, .off, .vtp, .glb, .gltf, .npy or .csv",
+            path.display()
+        ))),
+    }
+}
+
+/// Stages the file of these fields, each with its name.
+pub fn output_fields(
+    kind: &'static str,
+    path: &Path,
+    format: FieldFormat,
+    input: &MeshInput,
+    fields: &[(&str, &[f64])],
+    session: &mut Session,
+) -> Result<(), Failure> {
+    match format {
+        FieldFormat::Npy => session.output(kind, path, npy(fields)),
+        FieldFormat::Csv => session.output(kind, path, csv(fields).into_bytes()),
+        FieldFormat::Mesh(format) => {
+            let mut out = input.to_write(format);
+            let shown = fields.first().map_or(Vec::new(), |f| colours(f.1));
+            // OFF can not hold numbers, and viewers of glTF show colours only.
+            if matches!(format, MeshFormat::Off | MeshFormat::Glb | MeshFormat::Gltf) {
+                out.vertex_colours = Some(&shown);
+            }
+            out.vertex_scalars = if format == MeshFormat::Off { Vec::new() } else { fields.to_vec() };
+            if format == MeshFormat::Off {
+                session.warn(format!(
+                    "{}: OFF holds colours, not values; write .ply or .csv to keep the numbers",
+                    path.display()
+                ));
+            }
+            let left_out = if path == Path::new("-") {
+                let mut bytes = Vec::new();
+                let left_out = write_mesh_bytes(&mut bytes, format, &out).map_err(Failure::writing)?;
+                session.output(kind, path, bytes)?;
+                left_out
+            } else {
+                let (file, left_out) = stage_mesh(path, &out).map_err(Failure::writing)?;
+                session.staged_output(kind, path, file);
+                left_out
+            };
+            for sentence in left_out {
+                session.warn(format!("{}: {sentence}", path.display()));
+            }
+            Ok(())
+        }
+    }
+}
+
+/// The format of numpy, version 1.0: one array of shape (V,) for one field, (V, n) for n of them.
+fn npy(fields: &[(&str, &[f64])]) -> Vec<u8> {
+    let rows = fields.first().map_or(0, |f| f.1.len());
+    let shape = if fields.len() == 1 { format!("({rows},)") } else { format!("({rows}, {})", fields.len()) };
+    let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
+    const PREFIX: usize = 10;
+    const ALIGNMENT: usize = 64;
+    while !(PREFIX + header.len() + 1).is_multiple_of(ALIGNMENT) {
+        header.push(' ');
+    }
+    header.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.into_bytes());
+    for row in 0..rows {
+        for (_, values) in fields {
+            bytes.extend(values.get(row).copied().unwrap_or(f64::NAN).to_le_bytes());
+        }
+    }
+    bytes
+}
+
+fn csv(fields: &[(&str, &[f64])]) -> String {
+    let mut text = String::from("vertex");
+    fields.iter().for_each(|(name, _)| text += &format!(",{name}"));
+    text.push('\n');
+    for row in 0..fields.first().map_or(0, |f| f.1.len()) {
+        let _ = write!(text, "{row}");
+        for (_, values) in fields {
+            let _ = write!(text, ",{}", values.get(row).copied().unwrap_or(f64::NAN));
+        }
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,362 @@
+//! `eikona inspect`: what a mesh is, what is wrong with it, and what to do about it; the same for curves on it.
+
+use crate::exit::Failure;
+use crate::input::{MeshArguments, MeshInput};
+use crate::session::{General, Session, print_bytes};
+use crate::source::{SourceArguments, read_source};
+use clap::Args;
+use eikona::contour::{CurveReport, MeetingKind};
+use eikona_mesh::{Fault, Orientation, Quality, SurfaceCurves, Topology, validate};
+use serde_json::{Map, Value, json};
+use std::fmt::Write as _;
+
+/// Arguments of `eikona inspect`.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example (the first line makes the file):
+  eikona make torus -o torus.ply --flip-faces 0.1
+  eikona inspect torus.ply")]
+pub struct InspectArguments {
+    #[command(flatten)]
+    pub mesh: MeshArguments,
+    #[command(flatten)]
+    pub source: SourceArguments,
+    /// Print JSON to the standard output
+    #[arg(long)]
+    pub json: bool,
+    /// List every fault rather than the first ones of each kind
+    #[arg(long)]
+    pub all: bool,
+}
+
+/// How many faults of a kind are listed without `--all`.
+const SHOWN: usize = 5;
+
+/// Runs the verb. Gives the exit code.
+pub fn run(arguments: &InspectArguments, general: &General) -> Result<u8, Failure> {
+    let mut session = Session::new("inspect", general);
+    session.check_report()?;
+    let mesh_arguments = MeshArguments { all_faults: arguments.all, ..arguments.mesh.clone() };
+    let input = MeshInput::read(&mesh_arguments, &mut session)?;
+    let mesh = &input.mesh;
+    let topology = session.phase("topology", || Topology::of(mesh));
+    let quality = session.phase("quality", || Quality::of(mesh));
+    let orientation = session.phase("orientation", || Orientation::of(mesh));
+    let faults = session.phase("faults", || validate(mesh));
+    let kinds = by_kind(&faults, &orientation);
+
+    let mut text = mesh_text(&input, &topology, &quality);
+    text += &faults_text(&kinds, arguments.all);
+    let mut facts = Map::new();
+    facts.insert("mesh".into(), session.report.input.get("mesh").cloned().unwrap_or_default());
+    facts.insert("topology".into(), topology_json(&topology, &orientation));
+    facts.insert("quality".into(), quality_json(&quality));
+    facts.insert("faults".into(), faults_json(&kinds, arguments.all));
+    let asked = !arguments.source.curve.is_empty() || !arguments.source.points.is_empty();
+    if asked || !input.file.lines.is_empty() {
+        let (curves, report) = read_source(&arguments.source, &input, &mut session)?;
+        text += &curves_text(&curves, &report, arguments.all);
+        facts.insert("curves".into(), curves_json(&curves, &report, arguments.all));
+    }
+    session.report.result = facts.clone();
+    if arguments.json {
+        text = serde_json::to_string_pretty(&facts).unwrap_or_default() + "\n";
+    }
+    print_bytes(text.as_bytes())?;
+    session.finish()
+}
+
+/// All faults of a kind, and what to do about them.
+struct Kind<'a> {
+    name: &'static str,
+    key: &'static str,
+    advice: String,
+    faults: Vec<&'a Fault>,
+}
+
+fn by_kind<'a>(faults: &'a [Fault], orientation: &Orientation) -> Vec<Kind<'a>> {
+    let mut kinds: Vec<Kind> = Vec::new();
+    for fault in faults {
+        let (name, key) = kind_of(fault);
+        match kinds.iter_mut().find(|k| k.key == key) {
+            Some(kind) => kind.faults.push(fault),
+            None => kinds.push(Kind { name, key, advice: advice(fault, orientation), faults: vec![fault] }),
+        }
+    }
+    kinds
+}
+
+fn kind_of(fault: &Fault) -> (&'static str, &'static str) {
+    match fault {
+        Fault::NonFinitePosition { .. } => ("positions that are not finite", "non_finite_positions"),
+        Fault::IndexOutOfRange { .. } => ("faces with an index out of range", "indices_out_of_range"),
+        Fault::RepeatedVertex { .. } => ("faces that name a vertex twice", "repeated_vertices"),
+        Fault::TooFewCorners { .. } => ("faces with fewer than 3 corners", "too_few_corners"),
+        Fault::ZeroArea { .. } => ("faces without area", "zero_area_faces"),
+        Fault::UnreferencedVertex { .. } => ("vertices that no face uses", "unreferenced_vertices"),
+        Fault::NonmanifoldEdge { .. } => ("edges of more than two faces", "nonmanifold_edges"),
+        Fault::NonmanifoldVertex { .. } => {
+            ("vertices that join several fans of faces", "nonmanifold_vertices")
+        }
+        Fault::InconsistentOrientation { .. } => {
+            ("edges between faces of opposite winding", "inconsistent_edges")
+        }
+        Fault::DuplicateFace { .. } => ("faces that are there twice", "duplicate_faces"),
+        Fault::CoincidentVertices { .. } => ("vertices that lie on another one", "coincident_vertices"),
+        _ => ("other faults", "other"),
+    }
+}
+
+fn advice(fault: &Fault, orientation: &Orientation) -> String {
+    match fault {
+        Fault::ZeroArea { .. } => {
+            "sdf copes with them; --drop-degenerate removes them (after --weld, if there are slits)".into()
+        }
+        Fault::UnreferencedVertex { .. } => "harmless; values at them are NaN".into(),
+        Fault::NonmanifoldEdge { .. } => {
+            "sdf works; a curve along such an edge has a left side in each of its faces".into()
+        }
+        Fault::NonmanifoldVertex { .. } => "sdf works; distance goes on through them as from a point".into(),
+        Fault::InconsistentOrientation { .. } if orientation.is_orientable() => format!(
+            "sdf turns the {} faces over by itself; save a repaired mesh if other programs need it",
+            orientation.flipped_faces().len()
+        ),
+        Fault::InconsistentOrientation { .. } => {
+            "the surface is one-sided: give signed curves their `up` in JSON, or use --unsigned".into()
+        }
+        Fault::DuplicateFace { .. } => "remove the copies, unless the surface is meant to be double".into(),
+        Fault::CoincidentVertices { .. } => "add --weld if the surface should hang together there".into(),
+        _ => "correct the file".into(),
+    }
+}
+
+fn mesh_text(input: &MeshInput, topology: &Topology, quality: &Quality) -> String {
+    let mesh = &input.mesh;
+    let mut text = String::new();
+    let polygons = if input.file.mesh.is_triangular() {
+        "triangles".to_string()
+    } else {
+        format!("triangles from {} polygons", input.file.mesh.face_count())
+    };
+    let _ = writeln!(
+        text,
+        "{}: {} vertices, {} edges, {} {polygons}",
+        input.path.display(),
+        mesh.vertex_count(),
+        mesh.edge_count(),
+        mesh.face_count()
+    );
+    let _ = writeln!(text, "  surface      {}", surface_words(topology));
+    if topology.components.len() > 1 {
+        for (i, c) in topology.components.iter().enumerate().take(SHOWN) {
+            let genus = c.genus.map_or(String::new(), |g| format!(", genus {g}"));
+            let _ = writeln!(
+                text,
+                "    component {i}: {} faces from face {}, {} boundary loops{genus}",
+                c.face_count, c.first_face.0, c.boundary_loop_count
+            );
+        }
+        if topology.components.len() > SHOWN {
+            let _ = writeln!(text, "    and {} more", topology.components.len() - SHOWN);
+        }
+    }
+    if let Some([low, high]) = quality.bounding_box {
+        let size = [0, 1, 2].map(|k| high[k] - low[k]);
+        let _ = writeln!(
+            text,
+            "  box          {:.6} x {:.6} x {:.6}, from ({:.6}, {:.6}, {:.6})",
+            size[0], size[1], size[2], low[0], low[1], low[2]
+        );
+    }
+    let _ = writeln!(text, "  area         {:.6}", quality.area);
+    if let Some(l) = quality.edge_length {
+        let _ = writeln!(text, "  edges        {:.3e} to {:.3e}, mean {:.3e}", l.min, l.max, l.mean);
+    }
+    if let (Some(min), Some(percentile), Some(max)) =
+        (quality.min_angle_deg, quality.min_angle_percentile_1_deg, quality.max_angle_deg)
+    {
+        let _ = writeln!(
+            text,
+            "  angles       {min:.3}° to {max:.3}°; in 99 % of the faces the smallest is above {percentile:.3}°"
+        );
+    }
+    if let Some(a) = quality.aspect_ratio {
+        let _ = writeln!(text, "  aspect       mean {:.2}, worst {:.3e} (1 is equilateral)", a.mean, a.max);
+    }
+    let _ = writeln!(text, "  non-Delaunay {} of {} edges", quality.non_delaunay_edges, mesh.edge_count());
+    let names: Vec<&str> = input.file.vertex_scalars.iter().map(|s| s.0.as_str()).collect();
+    if !names.is_empty() {
+        let _ = writeln!(text, "  fields       {}", names.join(", "));
+    }
+    text
+}
+
+fn surface_words(topology: &Topology) -> String {
+    let components = match topology.components.len() {
+        1 => "1 component".to_string(),
+        n => format!("{n} components"),
+    };
+    let loops = match topology.boundary_loops.len() {
+        0 => "closed".to_string(),
+        1 => "1 boundary loop".to_string(),
+        n => format!("{n} boundary loops"),
+    };
+    let mut words =
+        vec![components, loops, format!("Euler characteristic {}", topology.euler_characteristic)];
+    if let [only] = topology.components.as_slice() {
+        words.extend(only.genus.map(|g| format!("genus {g}")));
+        words.extend(only.nonorientable_genus.map(|k| format!("{k} crosscaps")));
+    }
+    words.push(if topology.is_orientable() { "orientable" } else { "not orientable" }.into());
+    words.push(if topology.is_manifold() { "manifold" } else { "not manifold" }.into());
+    words.join(", ")
+}
+
+fn faults_text(kinds: &[Kind], all: bool) -> String {
+    if kinds.is_empty() {
+        return "  faults       none\n".into();
+    }
+    let mut text = String::from("  faults\n");
+    for kind in kinds {
+        let _ = writeln!(text, "    {} {}: {}", kind.faults.len(), kind.name, kind.advice);
+        let shown = if all { kind.faults.len() } else { SHOWN };
+        for fault in kind.faults.iter().take(shown) {
+            let _ = writeln!(text, "      {fault}");
+        }
+        if kind.faults.len() > shown {
+            let _ = writeln!(text, "      and {} more (--all lists them)", kind.faults.len() - shown);
+        }
+    }
+    text
+}
+
+fn topology_json(topology: &Topology, orientation: &Orientation) -> Value {
+    let components: Vec<Value> = topology
+        .components
+        .iter()
+        .map(|c| {
+            json!({
+                "first_face": c.first_face.0, "vertices": c.vertex_count, "edges": c.edge_count, "faces": c.face_count,
+                "boundary_loops": c.boundary_loop_count, "euler_characteristic": c.euler_characteristic,
+                "manifold": c.manifold, "orientable": c.orientable, "genus": c.genus,
+                "nonorientable_genus": c.nonorientable_genus,
+            })
+        })
+        .collect();
+    json!({
+        "components": components,
+        "boundary_loops": topology.boundary_loops.iter().map(|l| l.halfedges.len()).collect::<Vec<_>>(),
+        "euler_characteristic": topology.euler_characteristic,
+        "manifold": topology.is_manifold(), "orientable": topology.is_orientable(), "closed": topology.is_closed(),
+        "consistently_wound": orientation.is_consistent(), "faces_to_turn": orientation.flipped_faces().len(),
+    })
+}
+
+fn quality_json(quality: &Quality) -> Value {
+    let range =
+        |r: Option<eikona_mesh::Range>| r.map(|r| json!({"min": r.min, "mean": r.mean, "max": r.max}));
+    json!({
+        "edge_length": range(quality.edge_length), "area": quality.area, "bounding_box": quality.bounding_box,
+        "min_angle_deg": quality.min_angle_deg, "min_angle_percentile_1_deg": quality.min_angle_percentile_1_deg,
+        "max_angle_deg": quality.max_angle_deg, "aspect_ratio": range(quality.aspect_ratio),
+        "aspect_ratio_percentile_99": quality.aspect_ratio_percentile_99,
+        "non_delaunay_edges": quality.non_delaunay_edges, "zero_area_faces": quality.zero_area_faces,
+    })
+}
+
+fn faults_json(kinds: &[Kind], all: bool) -> Value {
+    let entry = |kind: &Kind| {
+        let shown = if all { kind.faults.len() } else { SHOWN };
+        let list: Vec<String> = kind.faults.iter().take(shown).map(|f| f.to_string()).collect();
+        json!({"count": kind.faults.len(), "advice": kind.advice, "first": list})
+    };
+    Value::Object(kinds.iter().map(|k| (k.key.to_string(), entry(k))).collect())
+}
+
+fn curves_text(curves: &SurfaceCurves, report: &CurveReport, all: bool) -> String {
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "curves: {} with {} segments, length {:.6}; {} isolated points",
+        curves.curves.len(),
+        curves.segment_count(),
+        report.length(),
+        curves.points.len()
+    );
+    let shown = if all { usize::MAX } else { SHOWN };
+    for (i, (curve, facts)) in curves.curves.iter().zip(&report.curves).enumerate().take(shown) {
+        let kind = if curve.kind == eikona_mesh::CurveKind::Signed { "signed" } else { "unsigned" };
+        let closed = if facts.closed { "closed" } else { "open" };
+        let _ = writeln!(
+            text,
+            "  curve {i}: {kind}, {closed}, {} nodes, length {:.6}",
+            curve.nodes.len(),
+            facts.length
+        );
+    }
+    if curves.curves.len() > shown {
+        let _ = writeln!(text, "  and {} more (--all lists them)", curves.curves.len() - shown);
+    }
+    let gaps: Vec<f64> = report.open_ends.iter().filter_map(|e| Some(e.nearest?.1)).collect();
+    if !report.open_ends.is_empty() {
+        let largest = gaps.iter().fold(0.0f64, |a, b| a.max(*b));
+        let _ = writeln!(
+            text,
+            "  {} open ends; from each the nearest other one is at most {largest:.6} away",
+            report.open_ends.len()
+        );
+    }
+    for (kind, words) in [
+        (MeetingKind::Crossing, "crossings inside faces"),
+        (MeetingKind::SharedNode, "nodes passed more than once"),
+        (MeetingKind::Touching, "touchings"),
+    ] {
+        let found: Vec<_> = report.meetings.iter().filter(|m| m.kind == kind).collect();
+        if let Some(first) = found.first() {
+            let [x, y, z] = first.position;
+            let _ = writeln!(text, "  {} {words}, the first at ({x:.6}, {y:.6}, {z:.6})", found.len());
+        }
+    }
+    if !report.doubled.is_empty() {
+        let length: f64 = report.doubled.iter().map(|d| d.length).sum();
+        let _ =
+            writeln!(text, "  {} pieces are covered twice, {length:.6} long together", report.doubled.len());
+    }
+    text
+}
+
+fn curves_json(curves: &SurfaceCurves, report: &CurveReport, all: bool) -> Value {
+    let listed = if all { usize::MAX } else { SHOWN };
+    let each: Vec<Value> = curves
+        .curves
+        .iter()
+        .zip(&report.curves)
+        .map(|(curve, facts)| {
+            json!({
+                "kind": curve.kind, "nodes": curve.nodes.len(), "length": facts.length, "closed": facts.closed,
+                "one_sided": facts.one_sided, "zero_length_segments": facts.zero_length.len(),
+            })
+        })
+        .collect();
+    let ends: Vec<Value> = report
+        .open_ends
+        .iter()
+        .map(|e| {
+            let nearest = e.nearest.map(|n| json!({"end": n.0, "distance": n.1}));
+            json!({"curve": e.curve, "last": e.last, "position": e.position, "nearest": nearest})
+        })
+        .collect();
+    let meetings: Vec<Value> = report
+        .meetings
+        .iter()
+        .take(listed)
+        .map(|m| {
+            let segments = m.segments.map(|s| json!({"curve": s.curve, "node": s.node}));
+            json!({"kind": format!("{:?}", m.kind), "position": m.position, "segments": segments})
+        })
+        .collect();
+    json!({
+        "curves": each, "points": curves.points.len(), "segments": curves.segment_count(), "length": report.length(),
+        "open_ends": ends, "meeting_count": report.meetings.len(), "meetings": meetings,
+        "doubled_pieces": report.doubled.len(), "truncated": report.truncated,
+    })
+}

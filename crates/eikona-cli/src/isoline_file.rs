@@ -1,0 +1,88 @@
+//! Isolines as a file: polylines for other programs, or curves that go straight back in.
+
+use crate::exit::Failure;
+use crate::session::Session;
+use clap::Args;
+use eikona::contour::{isolines, obj_lines, ply_edges, polylines, round_levels, spaced_levels, svg_paths};
+use eikona_mesh::{CurveFile, CurveFormat, SurfaceCurves, TriangleMesh, VertexField, format_curves};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Which isolines are wanted, and where.
+#[derive(Args, Clone, Debug, Default)]
+pub struct IsolineArguments {
+    /// Isolines of the distance: .obj, .ply, .svg (flat meshes), or .json: curves that `--curve` takes again
+    #[arg(long, value_name = "OUT2")]
+    pub isolines: Option<PathBuf>,
+    /// Isolines at all multiples of D (also in the picture) [default: about 18 round values]
+    #[arg(long, value_name = "D", conflicts_with = "levels")]
+    pub spacing: Option<f64>,
+    /// Isolines at these values (also in the picture)
+    #[arg(long, value_name = "A,B,..", value_delimiter = ',', allow_hyphen_values = true)]
+    pub levels: Vec<f64>,
+}
+
+/// As many as in a picture.
+const ABOUT: usize = 18;
+
+/// Refuses a name that tells no format.
+pub fn check_isoline_path(arguments: &IsolineArguments) -> Result<(), Failure> {
+    let Some(path) = &arguments.isolines else { return Ok(()) };
+    match extension(path).as_str() {
+        "obj" | "ply" | "svg" | "json" => Ok(()),
+        _ => Err(Failure::Usage(format!(
+            "{}: isolines can be written as .obj, .ply, .svg or .json; choose one of these",
+            path.display()
+        ))),
+    }
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}
+
+/// Stages the file, if one is wanted. Gives the levels that were asked for, for the picture.
+pub fn output_isolines(
+    arguments: &IsolineArguments,
+    mesh: &TriangleMesh,
+    field: &VertexField<f64>,
+    session: &mut Session,
+) -> Result<Option<Vec<f64>>, Failure> {
+    let asked = match arguments.spacing {
+        Some(spacing) => Some(spaced_levels(field.as_slice(), spacing)?),
+        None if !arguments.levels.is_empty() => Some(arguments.levels.clone()),
+        None => None,
+    };
+    let Some(path) = &arguments.isolines else { return Ok(asked) };
+    let levels = match &asked {
+        Some(levels) => levels.clone(),
+        None => round_levels(field.as_slice(), ABOUT)?,
+    };
+    let sets = session.phase("isolines", || isolines(mesh, field, &levels))?;
+    let curves: SurfaceCurves =
+        SurfaceCurves { curves: sets.into_iter().flat_map(|s| s.curves).collect(), points: Vec::new() };
+    if curves.is_empty() {
+        session.warn(format!(
+            "{}: none of the {} levels occurs, so there are no isolines",
+            path.display(),
+            levels.len()
+        ));
+    }
+    let count = curves.curves.len();
+    let text = if extension(path) == "json" {
+        let file = CurveFile { curves, ..CurveFile::default() };
+        format_curves(&file, CurveFormat::Json, mesh).map_err(Failure::writing)?
+    } else {
+        let lines = polylines(mesh, &curves).map_err(Failure::writing)?;
+        let written = match extension(path).as_str() {
+            "ply" => ply_edges(&lines),
+            "svg" => svg_paths(&lines),
+            _ => obj_lines(&lines),
+        };
+        written.map_err(|e| Failure::Usage(format!("{}: {e}", path.display())))?
+    };
+    session.report.result.insert("isoline_levels".into(), json!(levels));
+    session.report.result.insert("isolines".into(), json!(count));
+    session.output("isolines", path, text.into_bytes())?;
+    Ok(asked)
+}

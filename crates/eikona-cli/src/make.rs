@@ -1,0 +1,388 @@
+//! `eikona make`: procedural shapes, damaged on request, and whole or broken curves on them.
+
+use crate::exit::Failure;
+use crate::input::parse_format;
+use crate::session::{General, Session, check_distinct, check_output, print_bytes};
+use clap::Args;
+use eikona::contour::{DEFAULT_TOLERANCE, Wave, curve_points, trace_polyline, wavy_plane_cut};
+use eikona::spatial::Bvh;
+use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh, write_mesh_bytes};
+use eikona_mesh::shapes::{self, shape_descriptions};
+use eikona_mesh::{
+    CurveFile, CurveFormat, CurveKind, Quality, SpacePolyline, SurfaceCurves, TriangleMesh, damage,
+    format_curves,
+};
+use serde_json::json;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `eikona make`.
+#[derive(Args, Clone, Debug, Default)]
+#[command(after_help = "Without a shape, all shapes are listed with their parameters.
+
+Examples:
+  eikona make torus major=1 minor=0.4 nu=120 nv=48 -o torus.ply
+  eikona make geodesic_sphere frequency=30 -o sphere.obj --jitter 0.2 --flip-faces 0.1
+  eikona make clay_animal -o animal.ply --broken-curve loop.json --cut axis=x,at=0.2 --keep 0.1 --drop 0.05
+  eikona make torus -o torus.ply --curve-out knot.json --curve torus-knot,p=2,q=3,major=1,minor=0.4")]
+pub struct MakeArguments {
+    /// The shape
+    #[arg(value_name = "SHAPE")]
+    pub shape: Option<String>,
+    /// Its parameters
+    #[arg(value_name = "key=value")]
+    pub parameters: Vec<String>,
+    /// The mesh to write: .ply, .obj, .off, .stl, .glb, .gltf, .vtp; - for the standard output
+    #[arg(short, long, value_name = "MESH")]
+    pub output: Option<PathBuf>,
+    /// Format of the mesh when it goes to the standard output
+    #[arg(long, value_name = "FORMAT", value_parser = parse_format)]
+    pub out_format: Option<MeshFormat>,
+    #[command(flatten)]
+    pub damage: DamageArguments,
+    #[command(flatten)]
+    pub curve: CurveArguments,
+}
+
+/// What is broken on purpose.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Damage, in this order")]
+pub struct DamageArguments {
+    /// Move each vertex at random by up to A times its shortest edge
+    #[arg(long, value_name = "A")]
+    pub jitter: Option<f64>,
+    /// Tear N round holes
+    #[arg(long, value_name = "N")]
+    pub holes: Option<usize>,
+    /// Remove this share of the faces
+    #[arg(long, value_name = "SHARE")]
+    pub remove_faces: Option<f64>,
+    /// Turn this share of the faces over
+    #[arg(long, value_name = "SHARE")]
+    pub flip_faces: Option<f64>,
+    /// Renumber vertices and faces at random
+    #[arg(long)]
+    pub shuffle: bool,
+    /// Give every face vertices of its own
+    #[arg(long)]
+    pub unweld: bool,
+    /// Seed of all that is random [default: 1; curves are broken evenly without it]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+}
+
+/// The curve that goes with the mesh.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Curves")]
+pub struct CurveArguments {
+    /// Write the whole curve (the cut, or the one named by --curve)
+    #[arg(long, value_name = "C.json")]
+    pub curve_out: Option<PathBuf>,
+    /// Write the curve in pieces
+    #[arg(long, value_name = "C.json")]
+    pub broken_curve: Option<PathBuf>,
+    /// A curve in space: circle, latitude, wavy-latitude, torus-knot, trefoil or figure-eight, with its parameters
+    #[arg(long, value_name = "NAME[,key=value..]", conflicts_with = "cut")]
+    pub curve: Option<String>,
+    /// The cut of the mesh with a plane: its axis and where (a coordinate, or a share such as 30%); with wave=A it rises and falls
+    /// by A, waves=N times in a turn about the middle of the mesh, or about=x:y:z
+    #[arg(long, value_name = "axis=z,at=0.3[,wave=A,..]", allow_hyphen_values = true)]
+    pub cut: Option<String>,
+    /// Share of the curve's length that each piece has [default: 0.1]
+    #[arg(long, value_name = "SHARE")]
+    pub keep: Option<f64>,
+    /// Share that each gap has [default: 0.05]
+    #[arg(long, value_name = "SHARE")]
+    pub drop: Option<f64>,
+}
+
+/// Runs the verb. Gives the exit code.
+pub fn run(arguments: &MakeArguments, general: &General) -> Result<u8, Failure> {
+    let mut session = Session::new("make", general);
+    let Some(shape) = &arguments.shape else {
+        print_bytes(list_shapes().as_bytes())?;
+        return session.finish();
+    };
+    let Some(output) = &arguments.output else {
+        return Err(Failure::Usage(format!(
+            "say where to write the mesh: eikona make {shape} -o {shape}.ply"
+        )));
+    };
+    let curves = &arguments.curve;
+    let outputs = [Some(output.as_path()), curves.curve_out.as_deref(), curves.broken_curve.as_deref()];
+    let outputs: Vec<&Path> = outputs.into_iter().chain([general.report.as_deref()]).flatten().collect();
+    check_distinct(outputs.iter().copied())?;
+    outputs.iter().try_for_each(|p| check_output(p))?;
+    let format = mesh_format(output, arguments.out_format)?;
+
+    let parameters = key_values(arguments.parameters.iter().map(String::as_str))?;
+    let mesh = session.phase("make", || shapes::make(shape, &parameters))?;
+    let mesh = session.phase("damage", || damaged(mesh, &arguments.damage))?;
+    session.report.options.insert("shape".into(), json!(shape));
+    session.report.options.insert("parameters".into(), json!(parameters));
+    session.report.options.insert("seed".into(), json!(arguments.damage.seed));
+    session.report.result.insert("vertices".into(), json!(mesh.vertex_count()));
+    session.report.result.insert("faces".into(), json!(mesh.face_count()));
+    session.note(&format!("{shape}: {} vertices, {} faces", mesh.vertex_count(), mesh.face_count()));
+
+    if output == Path::new("-") {
+        let mut bytes = Vec::new();
+        write_mesh_bytes(&mut bytes, format, &MeshOut::from(&mesh)).map_err(Failure::writing)?;
+        session.output("mesh", output, bytes)?;
+    } else {
+        let (file, _) = stage_mesh(output, &MeshOut::from(&mesh)).map_err(Failure::writing)?;
+        session.staged_output("mesh", output, file);
+    }
+    write_curves(arguments, &mesh, &mut session)?;
+    session.finish()
+}
+
+fn mesh_format(output: &Path, given: Option<MeshFormat>) -> Result<MeshFormat, Failure> {
+    if output == Path::new("-") {
+        let missing = || Failure::Usage("name the format of the standard output with --out-format".into());
+        return given.ok_or_else(missing);
+    }
+    MeshFormat::from_path(output).ok_or_else(|| {
+        Failure::Usage(format!(
+            "{}: the name tells no mesh format; end it in .ply, .obj, .off, .stl, .glb, .gltf or .vtp",
+            output.display()
+        ))
+    })
+}
+
+fn list_shapes() -> String {
+    let mut text = String::from("Shapes (eikona make SHAPE [key=value]... -o MESH):\n\n");
+    for shape in shape_descriptions() {
+        let _ = writeln!(text, "{}: {}", shape.name, shape.summary);
+        for p in shape.parameters {
+            let _ = writeln!(text, "    {:<20} {}", format!("{}={}", p.name, p.default), p.meaning);
+        }
+    }
+    text
+}
+
+fn key_values<'a>(words: impl Iterator<Item = &'a str>) -> Result<Vec<(&'a str, &'a str)>, Failure> {
+    words
+        .map(|word| {
+            word.split_once('=').map(|(k, v)| (k.trim(), v.trim())).ok_or_else(|| {
+                Failure::Usage(format!("{word:?} is not a parameter; parameters are given as key=value"))
+            })
+        })
+        .collect()
+}
+
+fn damaged(mut mesh: TriangleMesh, damages: &DamageArguments) -> Result<TriangleMesh, Failure> {
+    /// Faces around the middle of a hole, counted in rings.
+    const HOLE_RINGS: usize = 2;
+    let seed = damages.seed.unwrap_or(1);
+    if let Some(amount) = damages.jitter {
+        mesh = damage::jitter(&mesh, amount, seed)?;
+    }
+    if let Some(count) = damages.holes {
+        mesh = damage::holes(&mesh, count, HOLE_RINGS, seed)?.mesh;
+    }
+    if let Some(share) = damages.remove_faces {
+        mesh = damage::remove_faces(&mesh, share, seed)?.mesh;
+    }
+    if let Some(share) = damages.flip_faces {
+        mesh = damage::flip_faces(&mesh, share, seed)?.mesh;
+    }
+    if damages.shuffle {
+        mesh = damage::shuffle(&mesh, seed)?.mesh;
+    }
+    if damages.unweld {
+        mesh = damage::unweld(&mesh)?.mesh;
+    }
+    Ok(mesh)
+}
+
+fn write_curves(
+    arguments: &MakeArguments,
+    mesh: &TriangleMesh,
+    session: &mut Session,
+) -> Result<(), Failure> {
+    let wanted = &arguments.curve;
+    if wanted.curve_out.is_none() && wanted.broken_curve.is_none() {
+        if wanted.curve.is_some() || wanted.cut.is_some() || wanted.keep.is_some() || wanted.drop.is_some() {
+            return Err(Failure::Usage(
+                "say where to write the curve: --curve-out C.json (whole) or --broken-curve C.json (in pieces)".into(),
+            ));
+        }
+        return Ok(());
+    }
+    let (lines, curves) = match (&wanted.curve, &wanted.cut) {
+        (Some(name), _) => (vec![named_curve(name)?], Vec::new()),
+        (None, Some(cut)) => {
+            let curves = session.phase("cut", || cut_mesh(mesh, cut))?;
+            let lines: Result<Vec<_>, _> = curves.iter().map(|c| curve_points(mesh, c)).collect();
+            (lines.map_err(|e| Failure::Failed(e.to_string()))?, curves)
+        }
+        (None, None) => {
+            return Err(Failure::Usage(
+                "say which curve: --cut axis=z,at=0.3 (where a plane cuts the mesh) or --curve circle".into(),
+            ));
+        }
+    };
+    if let Some(path) = &wanted.curve_out {
+        let mut file = CurveFile::default();
+        file.curves.curves = curves;
+        if file.curves.curves.is_empty() {
+            file.polylines = lines.iter().map(|l| space_polyline(l)).collect();
+        }
+        output_curves(path, &file, mesh, session)?;
+    }
+    if let Some(path) = &wanted.broken_curve {
+        let pieces = session.phase("break", || broken(&lines, arguments))?;
+        let bvh = Bvh::new(mesh);
+        let mut file = CurveFile { curves: SurfaceCurves::default(), ..CurveFile::default() };
+        for piece in &pieces {
+            let traced = trace_polyline(mesh, &bvh, piece, false, CurveKind::Signed, DEFAULT_TOLERANCE)?;
+            file.curves.curves.push(traced.curve);
+        }
+        session.note(&format!("the curve in {} pieces", pieces.len()));
+        session.report.result.insert("pieces".into(), json!(pieces.len()));
+        output_curves(path, &file, mesh, session)?;
+    }
+    Ok(())
+}
+
+fn space_polyline(points: &[[f64; 3]]) -> SpacePolyline {
+    let closed = points.len() > 2 && points.first() == points.last();
+    let points = points[..points.len() - usize::from(closed)].to_vec();
+    SpacePolyline { kind: CurveKind::Signed, closed, points }
+}
+
+fn output_curves(
+    path: &Path,
+    file: &CurveFile,
+    mesh: &TriangleMesh,
+    session: &mut Session,
+) -> Result<(), Failure> {
+    let format = CurveFormat::from_extension(path).ok_or_else(|| {
+        Failure::Usage(format!(
+            "{}: curves can be written as .json, .obj or .txt; choose one of these",
+            path.display()
+        ))
+    })?;
+    let text =
+        format_curves(file, format, mesh).map_err(|e| Failure::Usage(format!("{}: {e}", path.display())))?;
+    session.output("curve", path, text.into_bytes())
+}
+
+fn broken(lines: &[Vec<[f64; 3]>], arguments: &MakeArguments) -> Result<Vec<Vec<[f64; 3]>>, Failure> {
+    let (keep, drop) = (arguments.curve.keep.unwrap_or(0.1), arguments.curve.drop.unwrap_or(0.05));
+    let mut pieces = Vec::new();
+    for line in lines {
+        pieces.extend(match arguments.damage.seed {
+            Some(seed) => shapes::break_polyline_at_random(line, keep, drop, seed)?,
+            None => shapes::break_polyline(line, keep, drop)?,
+        });
+    }
+    Ok(pieces)
+}
+
+/// The values of a comma-separated list of `key=value`; keys that were not asked for are refused.
+struct Keys<'a> {
+    what: &'a str,
+    values: Vec<(&'a str, &'a str)>,
+}
+
+impl<'a> Keys<'a> {
+    fn parse(what: &'a str, words: &[&'a str], known: &[&str]) -> Result<Keys<'a>, Failure> {
+        let values = key_values(words.iter().copied())?;
+        if let Some((key, _)) = values.iter().find(|(k, _)| !known.contains(k)) {
+            return Err(Failure::Usage(format!(
+                "{what} has no parameter {key:?}; it has {}",
+                known.join(", ")
+            )));
+        }
+        Ok(Keys { what, values })
+    }
+    fn text(&self, key: &str) -> Option<&'a str> {
+        self.values.iter().find(|(k, _)| *k == key).map(|(_, v)| *v)
+    }
+    fn number<T: std::str::FromStr>(&self, key: &str, default: T) -> Result<T, Failure> {
+        let Some(text) = self.text(key) else { return Ok(default) };
+        text.parse()
+            .map_err(|_| Failure::Usage(format!("{}: {key}={text} is not a number that fits", self.what)))
+    }
+}
+
+fn named_curve(text: &str) -> Result<Vec<[f64; 3]>, Failure> {
+    let words: Vec<&str> = text.split(',').collect();
+    let (name, parameters) = words.split_first().map_or(("", &[][..]), |(n, p)| (*n, p));
+    let keys = |known: &[&str]| Keys::parse(name, parameters, known);
+    Ok(match name {
+        "circle" => {
+            let k = keys(&["radius", "n"])?;
+            shapes::circle(k.number("radius", 1.0)?, k.number("n", 200)?)?
+        }
+        "latitude" => {
+            let k = keys(&["latitude", "n"])?;
+            shapes::latitude_circle(k.number("latitude", 0.3)?, k.number("n", 200)?)?
+        }
+        "wavy-latitude" => {
+            let k = keys(&["latitude", "amplitude", "waves", "n"])?;
+            let (latitude, amplitude) = (k.number("latitude", 0.2)?, k.number("amplitude", 0.3)?);
+            shapes::wavy_latitude(latitude, amplitude, k.number("waves", 5)?, k.number("n", 400)?)?
+        }
+        "torus-knot" => {
+            let k = keys(&["p", "q", "major", "minor", "n"])?;
+            let (major, minor) = (k.number("major", 1.0)?, k.number("minor", 0.4)?);
+            shapes::torus_knot(k.number("p", 2)?, k.number("q", 3)?, major, minor, k.number("n", 400)?)?
+        }
+        "trefoil" => shapes::trefoil(keys(&["n"])?.number("n", 400)?)?,
+        "figure-eight" => shapes::figure_eight_knot(keys(&["n"])?.number("n", 400)?)?,
+        _ => {
+            return Err(Failure::Usage(format!(
+                "there is no curve {name:?}; there are circle, latitude, wavy-latitude, torus-knot, trefoil and figure-eight"
+            )));
+        }
+    })
+}
+
+fn parse_point(text: &str) -> Result<[f64; 3], Failure> {
+    let numbers: Option<Vec<f64>> = text.split(':').map(|x| x.parse().ok()).collect();
+    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| {
+        Failure::Usage(format!("--cut: about={text} is not a point; give three coordinates such as 0:0.5:1"))
+    })
+}
+
+fn cut_mesh(mesh: &TriangleMesh, text: &str) -> Result<Vec<eikona_mesh::Curve>, Failure> {
+    let words: Vec<&str> = text.split(',').collect();
+    let keys = Keys::parse("--cut", &words, &["axis", "at", "wave", "waves", "about"])?;
+    let axis = match keys.text("axis").unwrap_or("z") {
+        "x" => 0,
+        "y" => 1,
+        "z" => 2,
+        other => return Err(Failure::Usage(format!("--cut: axis={other} is none of x, y, z"))),
+    };
+    let Some([low, high]) = Quality::of(mesh).bounding_box else {
+        return Err(Failure::Usage("--cut: the mesh has no faces to cut".into()));
+    };
+    let at = match keys.text("at").and_then(|t| t.strip_suffix('%')) {
+        Some(share) => {
+            let share: f64 =
+                share.parse().map_err(|_| Failure::Usage(format!("--cut: at={share}% is no number")))?;
+            low[axis] + share / 100.0 * (high[axis] - low[axis])
+        }
+        None => keys.number("at", 0.5 * (low[axis] + high[axis]))?,
+    };
+    let mut point = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]));
+    if let Some(about) = keys.text("about") {
+        point = parse_point(about)?;
+    }
+    point[axis] = at;
+    let normal = [0, 1, 2].map(|k| if k == axis { 1.0 } else { 0.0 });
+    let wave = Wave { amplitude: keys.number("wave", 0.0)?, count: keys.number("waves", 3)? };
+    let curves = wavy_plane_cut(mesh, point, normal, wave)?;
+    if curves.is_empty() {
+        return Err(Failure::Usage(format!(
+            "--cut: the plane {}={at} does not meet the mesh, which lies between {} and {}",
+            ["x", "y", "z"][axis],
+            low[axis],
+            high[axis]
+        )));
+    }
+    Ok(curves)
+}

@@ -1,0 +1,159 @@
+//! Pictures: camera and style flags, and the one way in which every verb draws a mesh with its field and curves.
+
+use crate::exit::Failure;
+use clap::Args;
+use eikona_mesh::{SurfaceCurves, TriangleMesh};
+use eikona_render::{
+    Background, Camera, ColorMap, CurveStyle, Isolines, Levels, PointStyle, Projection, RenderOptions, Scene,
+    UpAxis, Wireframe, render,
+};
+
+/// How the picture is made.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Picture")]
+pub struct PictureArguments {
+    /// Width and height in pixels [default: 1200x900]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Turn to the right, in degrees [default: 30]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    pub azimuth: Option<f64>,
+    /// Turn upwards, in degrees [default: 20]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    pub elevation: Option<f64>,
+    /// Magnification of the fitted picture [default: 1]
+    #[arg(long, value_name = "X")]
+    pub zoom: Option<f64>,
+    /// Which axis points up [default: y, or the thin side of a mesh that lies flat]
+    #[arg(long, value_name = "x|y|z", value_parser = parse_up)]
+    pub up: Option<UpAxis>,
+    /// No perspective
+    #[arg(long)]
+    pub ortho: bool,
+    /// Leave the background transparent
+    #[arg(long)]
+    pub transparent: bool,
+    /// No colour bar
+    #[arg(long)]
+    pub no_bar: bool,
+    /// Draw the edges of the mesh
+    #[arg(long)]
+    pub wireframe: bool,
+    /// Colour map: signed, viridis, magma, lagoon, phase, gray
+    #[arg(long, value_name = "NAME", value_parser = parse_map)]
+    pub map: Option<String>,
+    /// Values at the ends of the colour map
+    #[arg(long, value_name = "A,B", allow_hyphen_values = true, value_parser = parse_range)]
+    pub range: Option<(f64, f64)>,
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    sides.ok_or_else(|| "two whole numbers such as 1200x900 are expected".into())
+}
+
+fn parse_up(text: &str) -> Result<UpAxis, String> {
+    match text {
+        "x" | "X" => Ok(UpAxis::X),
+        "y" | "Y" => Ok(UpAxis::Y),
+        "z" | "Z" => Ok(UpAxis::Z),
+        "auto" => Ok(UpAxis::Auto),
+        _ => Err("x, y, z or auto is expected".into()),
+    }
+}
+
+fn parse_map(text: &str) -> Result<String, String> {
+    ColorMap::by_name(text).map(|map| map.name().to_string()).map_err(|e| e.to_string())
+}
+
+fn parse_range(text: &str) -> Result<(f64, f64), String> {
+    let ends = text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
+    ends.filter(|(a, b): &(f64, f64)| a < b && a.is_finite() && b.is_finite())
+        .ok_or_else(|| "two finite numbers such as -1,1 are expected, the smaller first".into())
+}
+
+/// What is drawn on the mesh.
+#[derive(Default)]
+pub struct Drawing<'a> {
+    /// Values per vertex, and their name over the colour bar.
+    pub field: Option<(&'a [f64], &'a str)>,
+    /// Values per face, and their name; drawn when there are none per vertex.
+    pub face_field: Option<(&'a [f64], &'a str)>,
+    /// Isolines of the field.
+    pub levels: Option<Levels>,
+    /// Curves and points on the mesh.
+    pub curves: Option<&'a SurfaceCurves>,
+}
+
+const CURVE: CurveStyle =
+    CurveStyle { color: [30, 30, 36], width: 4.6, rim: Some(([255, 255, 255], 1.5)), arrow_spacing: None };
+
+/// The picture as a PNG file.
+pub fn draw(
+    mesh: &TriangleMesh,
+    drawing: &Drawing,
+    arguments: &PictureArguments,
+) -> Result<Vec<u8>, Failure> {
+    let mut options = RenderOptions { color_bar: !arguments.no_bar, ..RenderOptions::default() };
+    if let Some((width, height)) = arguments.size {
+        (options.width, options.height) = (width, height);
+    }
+    options.camera = Camera {
+        up: arguments.up.unwrap_or_default(),
+        azimuth: arguments.azimuth.map(f64::to_radians),
+        elevation: arguments.elevation.map(f64::to_radians),
+        zoom: arguments.zoom.unwrap_or(1.0),
+        ..Camera::default()
+    };
+    if arguments.ortho {
+        options.camera.projection = Projection::Orthographic;
+    }
+    if arguments.transparent {
+        options.background = Background::Transparent;
+    }
+    if arguments.wireframe {
+        options.wireframe = Some(Wireframe::default());
+    }
+    // Widths are in pixels: those of the curves grow with the picture.
+    let scale = f64::from(options.height) / 900.0;
+    let mut scene = Scene::new(mesh);
+    if let Some((values, title)) = drawing.field {
+        scene = scene.vertex_scalar(values).title(title);
+    } else if let Some((values, title)) = drawing.face_field {
+        scene = scene.face_scalar(values).title(title);
+    }
+    if let Some(levels) = drawing.levels.clone() {
+        let lines = Isolines::default();
+        let (width, zero_width) = (lines.width * scale.max(0.5), lines.zero_width * scale.max(0.5));
+        scene = scene.isolines(Isolines { levels, width, zero_width, ..lines });
+    }
+    if let Some(name) = &arguments.map {
+        scene = scene.color_map(ColorMap::by_name(name)?);
+    }
+    if let Some((min, max)) = arguments.range {
+        scene = scene.range(min, max);
+    }
+    if let Some(curves) = drawing.curves {
+        let style = CurveStyle {
+            width: CURVE.width * scale,
+            rim: CURVE.rim.map(|(color, width)| (color, width * scale)),
+            ..CURVE
+        };
+        let points = PointStyle::default();
+        scene =
+            scene.surface_curves(curves, &style, PointStyle { radius: points.radius * scale, ..points })?;
+    }
+    Ok(render(&scene, &options)?.to_png_bytes()?)
+}
+
+/// Colours of the values as a colour map shows them, for files that hold colours but no numbers.
+pub fn colours(values: &[f64]) -> Vec<[u8; 3]> {
+    const NO_VALUE: [u8; 3] = [128, 128, 128];
+    let finite = values.iter().filter(|x| x.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+    let signed = low < 0.0 && high > 0.0;
+    let map = if signed { ColorMap::signed() } else { ColorMap::viridis() };
+    let (low, high) = if signed { (-high.max(-low), high.max(-low)) } else { (low, high) };
+    let share = |x: f64| if high > low { (0.5 * x - 0.5 * low) / (0.5 * high - 0.5 * low) } else { 0.5 };
+    values.iter().map(|&x| if x.is_finite() { map.color(share(x)) } else { NO_VALUE }).collect()
+}

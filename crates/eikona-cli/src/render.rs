@@ -1,0 +1,129 @@
+//! `eikona render`: a picture of a mesh, with a field of its file and curves on it.
+
+use crate::exit::Failure;
+use crate::input::{MeshArguments, MeshInput};
+use crate::picture::{Drawing, PictureArguments, draw};
+use crate::session::{General, Session, check_output};
+use crate::source::{SourceArguments, read_source};
+use clap::Args;
+use eikona_mesh::SurfaceCurves;
+use eikona_render::Levels;
+use std::path::PathBuf;
+
+/// Arguments of `eikona render`.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example (the first two lines make the files):
+  eikona make torus -o torus.ply
+  eikona sdf torus.ply --points 0 -o distance.ply
+  eikona render distance.ply -o distance.png --field distance --isolines 30 --up z --size 800x600")]
+pub struct RenderArguments {
+    #[command(flatten)]
+    pub mesh: MeshArguments,
+    /// The picture; - for the standard output
+    #[arg(short, long, value_name = "PNG")]
+    pub output: PathBuf,
+    /// The field of the file to show, or none [default: distance, else quality, else the first one]
+    #[arg(long, value_name = "NAME")]
+    pub field: Option<String>,
+    /// About how many isolines; 0 for none [default: 18]
+    #[arg(long, value_name = "N", conflicts_with = "spacing")]
+    pub isolines: Option<u32>,
+    /// Isolines at all multiples of D
+    #[arg(long, value_name = "D")]
+    pub spacing: Option<f64>,
+    #[command(flatten)]
+    pub source: SourceArguments,
+    #[command(flatten)]
+    pub picture: PictureArguments,
+}
+
+/// Runs the verb. Gives the exit code.
+pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure> {
+    let mut session = Session::new("render", general);
+    check_output(&arguments.output)?;
+    session.check_report()?;
+    let is_png = arguments.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    if !is_png && arguments.output.as_os_str() != "-" {
+        return Err(Failure::Usage(format!(
+            "{}: a picture is a .png file; name it so",
+            arguments.output.display()
+        )));
+    }
+    let input = MeshInput::read(&arguments.mesh, &mut session)?;
+    let shown = choose_field(&input, arguments.field.as_deref())?;
+    let curves = read_curves(arguments, &input, &mut session)?;
+    let levels = match (arguments.spacing, arguments.isolines) {
+        (Some(spacing), _) => Some(Levels::Spacing(spacing)),
+        (None, Some(0)) => None,
+        (None, count) => Some(Levels::About(count.unwrap_or(18))),
+    };
+    let drawing = match &shown {
+        Shown::Vertex(name, values) => Drawing {
+            field: Some((values.as_slice(), *name)),
+            levels,
+            curves: curves.as_ref(),
+            ..Drawing::default()
+        },
+        Shown::Face(name, values) => {
+            Drawing { face_field: Some((*values, *name)), curves: curves.as_ref(), ..Drawing::default() }
+        }
+        Shown::Nothing => Drawing { curves: curves.as_ref(), ..Drawing::default() },
+    };
+    let png = session.phase("render", || draw(&input.mesh, &drawing, &arguments.picture))?;
+    session.output("picture", &arguments.output, png)?;
+    session.finish()
+}
+
+fn read_curves(
+    arguments: &RenderArguments,
+    input: &MeshInput,
+    session: &mut Session,
+) -> Result<Option<SurfaceCurves>, Failure> {
+    let asked = !arguments.source.curve.is_empty() || !arguments.source.points.is_empty();
+    if !asked && input.file.lines.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(read_source(&arguments.source, input, session)?.0))
+}
+
+enum Shown<'a> {
+    Vertex(&'a str, Vec<f64>),
+    Face(&'a str, &'a [f64]),
+    Nothing,
+}
+
+/// Not shown unless asked for: they say how the surface looks, not what was computed on it.
+const APPEARANCE: [&str; 10] = ["nx", "ny", "nz", "red", "green", "blue", "alpha", "s", "t", "u"];
+
+fn choose_field<'a>(input: &'a MeshInput, wanted: Option<&str>) -> Result<Shown<'a>, Failure> {
+    let vertex = |(name, values): &'a (String, Vec<f64>)| Shown::Vertex(name, input.vertex_values(values));
+    let scalars = &input.file.vertex_scalars;
+    let Some(wanted) = wanted else {
+        let by_name = |name: &str| scalars.iter().find(|s| s.0.eq_ignore_ascii_case(name));
+        let first = || scalars.iter().find(|s| !APPEARANCE.contains(&s.0.as_str()));
+        let chosen = by_name("distance").or_else(|| by_name("quality")).or_else(first);
+        return Ok(chosen.map_or(Shown::Nothing, vertex));
+    };
+    if wanted == "none" {
+        return Ok(Shown::Nothing);
+    }
+    if let Some(found) = scalars.iter().find(|s| s.0 == wanted) {
+        return Ok(vertex(found));
+    }
+    if let Some((name, values)) = input.file.face_scalars.iter().find(|s| s.0 == wanted) {
+        if values.len() != input.mesh.face_count() {
+            return Err(Failure::Input(format!(
+                "the field {wanted} has a value for each of {} polygons, but they were cut or dropped; only fields at vertices can \
+                 be shown then",
+                values.len()
+            )));
+        }
+        return Ok(Shown::Face(name, values));
+    }
+    let names: Vec<&str> = scalars.iter().chain(&input.file.face_scalars).map(|s| s.0.as_str()).collect();
+    let known = if names.is_empty() { "none".to_string() } else { names.join(", ") };
+    Err(Failure::Input(format!(
+        "{}: there is no field {wanted:?} in this file; its fields are: {known}",
+        input.path.display()
+    )))
+}

@@ -1,0 +1,312 @@
+//! `eikona sdf`: signed distance on a surface to curves and points.
+
+use crate::exit::Failure;
+use crate::field_file::{FieldFormat, field_format, output_fields};
+use crate::input::{MeshArguments, MeshInput};
+use crate::isoline_file::{IsolineArguments, check_isoline_path, output_isolines};
+use crate::picture::{Drawing, PictureArguments, draw};
+use crate::session::{General, Session, check_distinct, check_output};
+use crate::source::{SourceArguments, read_source};
+use clap::Args;
+use eikona::signed_heat::{
+    DiffusionTime, LevelSets, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
+};
+use eikona_mesh::SurfaceCurves;
+use eikona_render::Levels;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// Arguments of `eikona sdf`.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example (the first two lines make the files):
+  eikona make clay_animal -o animal.ply --broken-curve loop.json --cut axis=x,at=0.2
+  eikona sdf animal.ply --curve loop.json -o distance.ply --render distance.png --up z
+  eikona sdf animal.ply --points 12,40 -o distance.csv")]
+pub struct SdfArguments {
+    #[command(flatten)]
+    pub mesh: MeshArguments,
+    #[command(flatten)]
+    pub source: SourceArguments,
+    #[command(flatten)]
+    pub method: MethodArguments,
+    #[command(flatten)]
+    pub outputs: OutputArguments,
+    #[command(flatten)]
+    pub picture: PictureArguments,
+}
+
+/// How the distance is computed.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Method")]
+pub struct MethodArguments {
+    /// Diffusion time: a coefficient of h², with h half the mean edge length (1 is the paper's), or auto
+    #[arg(long, value_name = "auto|COEFF", default_value = "1", value_parser = parse_time)]
+    pub time: DiffusionTime,
+    /// What the curves are held to be: the zero set; nothing (free); each piece one level (per-component); softly the zero set
+    #[arg(long, value_name = "zero|free|per-component|soft[=W]", default_value = "zero", value_parser = parse_level_sets)]
+    pub level_sets: LevelSets,
+    /// Keep the diffused vectors normal to the curves, so that their corners are not rounded
+    #[arg(long)]
+    pub preserve_normals: bool,
+    /// On which side of a curve, seen along its direction, the distance is negative or positive
+    #[arg(long, value_name = "left-negative|left-positive", default_value = "left-negative", value_parser = parse_sign)]
+    pub sign: SignConvention,
+    /// Also write how far each value rests on data: the fields `confidence` (0 to 1) and `distance_to_data`
+    #[arg(long)]
+    pub confidence: bool,
+    /// Refuse to factor when that is predicted to take more than this, such as 2GiB or 500MB
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
+    pub memory_limit: Option<usize>,
+}
+
+/// What is written.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Outputs")]
+pub struct OutputArguments {
+    /// The mesh with the distance at its vertices (.ply, .vtp, .glb, .gltf, .obj: as texture u, .off: as colours), or the numbers
+    /// alone (.npy, .csv); - for the standard output
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+    /// Format of the output when it goes to the standard output: ply, obj, off, vtp, glb, gltf, npy, csv
+    #[arg(long, value_name = "FORMAT")]
+    pub out_format: Option<String>,
+    #[command(flatten)]
+    pub isolines: IsolineArguments,
+    /// A picture of the distance, its isolines and the curves
+    #[arg(long, value_name = "PNG")]
+    pub render: Option<PathBuf>,
+}
+
+/// A diffusion time: `auto` or a coefficient.
+pub fn parse_time(text: &str) -> Result<DiffusionTime, String> {
+    if text == "auto" {
+        return Ok(DiffusionTime::Automatic);
+    }
+    match text.parse::<f64>() {
+        Ok(c) if c > 0.0 && c.is_finite() => Ok(DiffusionTime::Coefficient(c)),
+        _ => Err("auto or a number above 0 is expected".into()),
+    }
+}
+
+/// Holds a curve tightly; see [`LevelSets::Soft`].
+const SOFT_WEIGHT: f64 = 100.0;
+
+fn parse_level_sets(text: &str) -> Result<LevelSets, String> {
+    match text {
+        "zero" => Ok(LevelSets::Zero),
+        "free" => Ok(LevelSets::Free),
+        "per-component" => Ok(LevelSets::PerComponent),
+        "soft" => Ok(LevelSets::Soft(SOFT_WEIGHT)),
+        _ => match text.strip_prefix("soft=").map(str::parse::<f64>) {
+            Some(Ok(w)) if w > 0.0 && w.is_finite() => Ok(LevelSets::Soft(w)),
+            Some(_) => Err("the weight of soft must be a number above 0, such as soft=100".into()),
+            None => Err("zero, free, per-component, soft or soft=W is expected".into()),
+        },
+    }
+}
+
+fn parse_sign(text: &str) -> Result<SignConvention, String> {
+    match text {
+        "left-negative" => Ok(SignConvention::LeftNegative),
+        "left-positive" => Ok(SignConvention::LeftPositive),
+        _ => Err("left-negative or left-positive is expected".into()),
+    }
+}
+
+fn parse_bytes(text: &str) -> Result<usize, String> {
+    const UNITS: [(&str, f64); 9] = [
+        ("KiB", 1024.0),
+        ("MiB", 1048576.0),
+        ("GiB", 1073741824.0),
+        ("TiB", 1099511627776.0),
+        ("kB", 1e3),
+        ("KB", 1e3),
+        ("MB", 1e6),
+        ("GB", 1e9),
+        ("TB", 1e12),
+    ];
+    let unit = UNITS.iter().find_map(|(name, bytes)| Some((text.strip_suffix(name)?, *bytes)));
+    let (number, unit) = unit.unwrap_or((text, 1.0));
+    match number.trim().parse::<f64>() {
+        Ok(x) if x >= 0.0 && (x * unit).is_finite() => Ok((x * unit) as usize),
+        _ => Err("a size such as 2GiB, 500MB or 1000000 is expected".into()),
+    }
+}
+
+/// Runs the verb. Gives the exit code.
+pub fn run(arguments: &SdfArguments, general: &General) -> Result<u8, Failure> {
+    let mut session = Session::new("sdf", general);
+    let format = check_arguments(arguments, &session, general)?;
+    let input = MeshInput::read(&arguments.mesh, &mut session)?;
+    let (source, _) = read_source(&arguments.source, &input, &mut session)?;
+    let solution = solve(arguments, &input, &source, &mut session)?;
+    write_outputs(arguments, format, &input, &source, &solution, &mut session)?;
+    session.finish()
+}
+
+/// What can be refused before any work is done.
+fn check_arguments(
+    arguments: &SdfArguments,
+    session: &Session,
+    general: &General,
+) -> Result<Option<FieldFormat>, Failure> {
+    let outputs = &arguments.outputs;
+    let isolines = outputs.isolines.isolines.as_deref();
+    let paths = [outputs.output.as_deref(), isolines, outputs.render.as_deref(), general.report.as_deref()];
+    let paths: Vec<_> = paths.into_iter().flatten().collect();
+    if paths.is_empty() {
+        return Err(Failure::Usage(
+            "nothing would be written; give -o OUT.ply, --render OUT.png, --isolines OUT.obj or --report R.json".into(),
+        ));
+    }
+    check_distinct(paths.iter().copied())?;
+    let given = outputs.out_format.as_deref();
+    let format = outputs.output.as_deref().map(|path| field_format(path, given)).transpose()?;
+    check_isoline_path(&outputs.isolines)?;
+    for path in paths {
+        check_output(path)?;
+    }
+    session.check_report()?;
+    Ok(format)
+}
+
+fn solve(
+    arguments: &SdfArguments,
+    input: &MeshInput,
+    source: &SurfaceCurves,
+    session: &mut Session,
+) -> Result<Solution, Failure> {
+    let method = &arguments.method;
+    let solver_options =
+        SolverOptions { time: method.time, threads: session.threads(), memory_limit: method.memory_limit };
+    let solve_options = SolveOptions {
+        level_sets: method.level_sets,
+        preserve_source_normals: method.preserve_normals,
+        sign: method.sign,
+        confidence: method.confidence,
+    };
+    record_options(&solver_options, &solve_options, arguments, session);
+    let solver = session.unmeasured("factor the systems", || Solver::new(&input.mesh, &solver_options))?;
+    let solution = session.unmeasured("solve", || solver.solve(source, &solve_options))?;
+    let report = &solution.report;
+    session.report.phases_of("prepare", &report.preparation.phases);
+    session.report.phases_of("solve", &report.phases);
+    for warning in report.all_warnings() {
+        session.warn(warning);
+    }
+    let finite = solution.distance.as_slice().iter().copied().filter(|x| x.is_finite());
+    let range = finite.map(|x| [x, x]).reduce(|[a, b], [x, _]| [a.min(x), b.max(x)]);
+    let undefined = solution.distance.as_slice().iter().filter(|x| x.is_nan()).count();
+    session.report.result.extend(
+        [
+            ("distance_min", json!(range.map(|r| r[0]))),
+            ("distance_max", json!(range.map(|r| r[1]))),
+            ("undefined_vertices", json!(undefined)),
+            ("diffusion_time", json!(report.time.time)),
+            ("diffusion_time_coefficient", json!(report.time.coefficient)),
+            ("diffusion_time_reason", json!(report.time.reason)),
+            ("edge_spacing", json!(report.time.edge_spacing)),
+            ("stages", json!(report.stages)),
+            ("real_form", json!(report.preparation.real_form)),
+            ("factor_bytes", json!(report.preparation.factor_bytes)),
+            ("diffusion_residual", json!(report.diffusion_residual)),
+            ("integration_residual", json!(report.integration_residual)),
+            ("constraint_violation", json!(report.constraint_violation)),
+            ("levels", json!(report.levels)),
+            ("source_segments", json!(report.source_segments)),
+            ("source_points", json!(report.source_points)),
+        ]
+        .map(|(key, value)| (key.to_string(), value)),
+    );
+    if let Some([low, high]) = range {
+        session.note(&format!(
+            "distance from {low:.6} to {high:.6} at {} vertices, to {} segments and {} points",
+            input.mesh.vertex_count() - undefined,
+            report.source_segments,
+            report.source_points
+        ));
+    }
+    session.detail(&format!(
+        "diffusion time {:.3e} = {} h² with h = {:.3e} ({})",
+        report.time.time, report.time.coefficient, report.time.edge_spacing, report.time.reason
+    ));
+    session.detail(&format!(
+        "residuals {:.1e} (diffusion) and {:.1e} (integration); factors of {:.1} MB",
+        report.diffusion_residual,
+        report.integration_residual,
+        report.preparation.factor_bytes as f64 / 1e6
+    ));
+    Ok(solution)
+}
+
+fn record_options(
+    solver: &SolverOptions,
+    solve: &SolveOptions,
+    arguments: &SdfArguments,
+    session: &mut Session,
+) {
+    let time = match solver.time {
+        DiffusionTime::Coefficient(c) => json!(c),
+        DiffusionTime::Automatic => json!("auto"),
+    };
+    let (level_sets, weight) = match solve.level_sets {
+        LevelSets::Free => ("free", Value::Null),
+        LevelSets::Zero => ("zero", Value::Null),
+        LevelSets::PerComponent => ("per-component", Value::Null),
+        LevelSets::Soft(w) => ("soft", json!(w)),
+    };
+    let sign = match solve.sign {
+        SignConvention::LeftNegative => "left-negative",
+        SignConvention::LeftPositive => "left-positive",
+    };
+    session.report.options.extend(
+        [
+            ("time", time),
+            ("level_sets", json!(level_sets)),
+            ("soft_weight", weight),
+            ("preserve_normals", json!(solve.preserve_source_normals)),
+            ("sign", json!(sign)),
+            ("confidence", json!(solve.confidence)),
+            ("threads", json!(solver.threads)),
+            ("memory_limit", json!(solver.memory_limit)),
+            ("unsigned", json!(arguments.source.unsigned)),
+            ("flip", json!(arguments.source.flip)),
+            ("trace", json!(!arguments.source.no_trace)),
+        ]
+        .map(|(key, value)| (key.to_string(), value)),
+    );
+}
+
+fn write_outputs(
+    arguments: &SdfArguments,
+    format: Option<FieldFormat>,
+    input: &MeshInput,
+    source: &SurfaceCurves,
+    solution: &Solution,
+    session: &mut Session,
+) -> Result<(), Failure> {
+    let outputs = &arguments.outputs;
+    let distance = solution.distance.as_slice();
+    let mut fields = vec![("distance", distance)];
+    if let Some(confidence) = &solution.confidence {
+        fields.push(("confidence", confidence.confidence.as_slice()));
+        fields.push(("distance_to_data", confidence.distance_to_data.as_slice()));
+    }
+    if let (Some(path), Some(format)) = (&outputs.output, format) {
+        session.unmeasured("write mesh", || ());
+        output_fields("distance", path, format, input, &fields, session)?;
+    }
+    let levels = output_isolines(&outputs.isolines, &input.mesh, &solution.distance, session)?;
+    if let Some(path) = &outputs.render {
+        let levels = levels.map_or(Levels::About(18), Levels::Values);
+        let drawing = Drawing {
+            field: Some((distance, "signed distance")),
+            levels: Some(levels),
+            curves: Some(source),
+            ..Drawing::default()
+        };
+        let png = session.phase("render", || draw(&input.mesh, &drawing, &arguments.picture))?;
+        session.output("picture", path, png)?;
+    }
+    Ok(())
+}

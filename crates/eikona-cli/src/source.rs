@@ -1,0 +1,266 @@
+//! The curves and points that distance is measured to: read from files, brought to the mesh, traced across its faces.
+
+use crate::exit::Failure;
+use crate::input::MeshInput;
+use crate::session::Session;
+use clap::Args;
+use eikona::contour::{ContourError, CurveReport, DEFAULT_TOLERANCE, Traced, trace_curve, trace_polyline};
+use eikona::spatial::Bvh;
+use eikona_mesh::{
+    Curve, CurveError, CurveFile, CurveFormat, CurveKind, Quality, SpacePolyline, SurfaceCurves,
+    SurfacePoint, curves_from_lines, read_curves_bytes,
+};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Where the curves and points come from.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Curves and points")]
+pub struct SourceArguments {
+    /// Curves: JSON of eikona, OBJ with `l` lines, or the text formats of signed-heat-demo and SWN; may be repeated. Without it,
+    /// the `l` lines of the mesh's own OBJ file are taken
+    #[arg(long, value_name = "FILE")]
+    pub curve: Vec<PathBuf>,
+    /// Isolated points: vertex numbers from 0 ("12,40"), or a curve file with points; may be repeated
+    #[arg(long, value_name = "V,V,..|FILE")]
+    pub points: Vec<String>,
+    /// Take all curves as unsigned: distance grows on both sides
+    #[arg(long)]
+    pub unsigned: bool,
+    /// Reverse the direction of all curves, which exchanges left and right
+    #[arg(long)]
+    pub flip: bool,
+    /// Trace segments that span several faces, and polylines in space, over the mesh (this is the default)
+    #[arg(long, overrides_with = "no_trace")]
+    pub trace: bool,
+    /// Refuse curves that would have to be traced
+    #[arg(long)]
+    pub no_trace: bool,
+}
+
+/// A polyline farther from the mesh than this share of its bounding box gets a warning.
+const FAR: f64 = 0.01;
+
+/// The source, with every segment in one face.
+pub fn read_source(
+    arguments: &SourceArguments,
+    input: &MeshInput,
+    session: &mut Session,
+) -> Result<(SurfaceCurves, CurveReport), Failure> {
+    let mut curves = SurfaceCurves::default();
+    let mut facts: Vec<Value> = Vec::new();
+    for path in &arguments.curve {
+        let file = read_curve_file(path, input, session)?;
+        if file.curves.is_empty() && file.polylines.is_empty() {
+            return Err(Failure::curve(
+                path,
+                "there is no curve in this file; check that it is the right one",
+            ));
+        }
+        let added = bring_to_mesh(file, path, arguments, input, session, &mut facts)?;
+        curves.curves.extend(added.curves);
+        curves.points.extend(added.points);
+    }
+    for points in &arguments.points {
+        curves.points.extend(read_points(points, input, session)?);
+    }
+    if arguments.curve.is_empty() && arguments.points.is_empty() && !input.file.lines.is_empty() {
+        let path = input.path.clone();
+        let from_lines = curves_from_lines(&input.file.lines, input.mesh_for_curves());
+        let file =
+            CurveFile { curves: from_lines.map_err(|e| Failure::curve(&path, e))?, ..CurveFile::default() };
+        session.note(&format!(
+            "the {} line elements of the mesh's own file are the curve",
+            input.file.lines.len()
+        ));
+        let added = bring_to_mesh(file, &path, arguments, input, session, &mut facts)?;
+        curves.curves.extend(added.curves);
+        curves.points.extend(added.points);
+    }
+    if curves.is_empty() {
+        return Err(eikona::signed_heat::SignedHeatError::Curve(CurveError::Empty).into());
+    }
+    if arguments.unsigned {
+        curves.curves.iter_mut().for_each(|c| c.kind = CurveKind::Unsigned);
+    }
+    if arguments.flip {
+        curves.curves = curves.curves.into_iter().map(Curve::reversed).collect();
+    }
+    let report = session
+        .phase("check curve", || CurveReport::of(&input.mesh, &curves))
+        .map_err(|e| Failure::Input(e.to_string()))?;
+    for warning in report.warnings(&curves) {
+        session.warn(warning);
+    }
+    session.report.input.insert("curves".into(), Value::Array(facts));
+    session.report.input.insert(
+        "source".into(),
+        json!({
+            "curves": curves.curves.len(), "segments": curves.segment_count(), "points": curves.points.len(),
+            "length": report.length(), "open_ends": report.open_ends.len(),
+        }),
+    );
+    Ok((curves, report))
+}
+
+/// The content of a curve file, before anything is traced.
+pub fn read_curve_file(path: &Path, input: &MeshInput, session: &mut Session) -> Result<CurveFile, Failure> {
+    let bytes =
+        std::fs::read(path).map_err(|e| Failure::reading(path, eikona_mesh::FileError::io(path, e)))?;
+    let format = CurveFormat::detect(path, &bytes);
+    if matches!(format, CurveFormat::SignedHeatDemo | CurveFormat::SurfaceWinding)
+        && !input.file.mesh.is_triangular()
+    {
+        refuse_numbers_of_polygons(path, &bytes)?;
+    }
+    let read = session.phase("read curve", || read_curves_bytes(&bytes, format, input.mesh_for_curves()));
+    let mut file = read.map_err(|e| Failure::reading(path, e))?;
+    for warning in &file.warnings {
+        session.warn(format!("{}: {warning}", path.display()));
+    }
+    for curve in &mut file.curves.curves {
+        curve.nodes.iter_mut().for_each(|p| *p = input.renumber(*p));
+    }
+    file.curves.points.iter_mut().for_each(|p| *p = input.renumber(*p));
+    Ok(file)
+}
+
+/// Text files number edges and faces of the polygons, but those at hand are of the triangles.
+fn refuse_numbers_of_polygons(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let text = String::from_utf8_lossy(bytes);
+    let numbered = |line: &str| matches!(line.split_whitespace().next(), Some("e" | "f"));
+    match text.lines().position(numbered) {
+        Some(line) => Err(Failure::curve(
+            path,
+            format!(
+                "line {} gives an edge or face of the polygons by number, but they are cut into triangles first; name vertices \
+                 instead (v i, or JSON with the ends of the edge), or give the curve as a polyline in space",
+                line + 1
+            ),
+        )),
+        None => Ok(()),
+    }
+}
+
+fn read_points(text: &str, input: &MeshInput, session: &mut Session) -> Result<Vec<SurfacePoint>, Failure> {
+    let is_list = text.chars().all(|c| c.is_ascii_digit() || c == ',' || c.is_whitespace());
+    if !is_list {
+        let path = Path::new(text);
+        let points = read_curve_file(path, input, session)?.curves.points;
+        if points.is_empty() {
+            return Err(Failure::curve(
+                path,
+                "there are no isolated points in this file; give its curves with --curve",
+            ));
+        }
+        return Ok(points);
+    }
+    let words = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|w| !w.is_empty());
+    let mut points = Vec::new();
+    for word in words {
+        let vertices = input.mesh_for_curves().vertex_count();
+        let vertex = word.parse::<u32>().ok().filter(|&v| (v as usize) < vertices).ok_or_else(|| {
+            let last = vertices.saturating_sub(1);
+            Failure::Input(format!(
+                "--points: vertex {word} does not exist: the mesh has {vertices} vertices, numbered from 0 to {last}"
+            ))
+        })?;
+        points.push(input.renumber(SurfacePoint::Vertex { vertex }));
+    }
+    if points.is_empty() {
+        return Err(Failure::Usage("--points: give vertex numbers such as 12,40, or a file".into()));
+    }
+    Ok(points)
+}
+
+/// Traces what lies across faces or in space.
+fn bring_to_mesh(
+    file: CurveFile,
+    path: &Path,
+    arguments: &SourceArguments,
+    input: &MeshInput,
+    session: &mut Session,
+    facts: &mut Vec<Value>,
+) -> Result<SurfaceCurves, Failure> {
+    let name = path.display();
+    let mesh = &input.mesh;
+    let report = CurveReport::of(mesh, &file.curves).map_err(|e| Failure::curve(path, e))?;
+    let mut result = SurfaceCurves { curves: Vec::new(), points: file.curves.points };
+    let mut traced_curves = 0;
+    for (c, curve) in file.curves.curves.into_iter().enumerate() {
+        let across = report.curves.get(c).and_then(|f| f.across_faces.first());
+        let Some(&node) = across else {
+            result.curves.push(curve);
+            continue;
+        };
+        if arguments.no_trace {
+            return Err(Failure::curve(path, CurveError::SegmentAcrossFaces.at(c, node)));
+        }
+        let traced = session.phase("trace curve", || trace_curve(mesh, &curve));
+        let traced = traced.map_err(|e| Failure::curve(path, format!("curve {c}: {}", of_one_curve(e))))?;
+        report_trace(&traced, &format!("{name}: curve {c}"), session);
+        traced_curves += 1;
+        result.curves.push(traced.curve);
+    }
+    let mut largest: f64 = 0.0;
+    let lines = file.polylines;
+    if let (Some(_), true) = (lines.first(), arguments.no_trace) {
+        return Err(Failure::curve(
+            path,
+            "polyline 0 lies in space and would have to be projected and traced; leave out --no-trace",
+        ));
+    }
+    if !lines.is_empty() {
+        let bvh = session.phase("build search tree", || Bvh::new(mesh));
+        for (c, line) in lines.iter().enumerate() {
+            let traced = session.phase("trace curve", || trace_line(line, input, &bvh));
+            let traced =
+                traced.map_err(|e| Failure::curve(path, format!("polyline {c}: {}", of_one_curve(e))))?;
+            report_trace(&traced, &format!("{name}: polyline {c}"), session);
+            largest = largest.max(traced.largest_projection_distance);
+            result.curves.push(traced.curve);
+        }
+        warn_if_far(path, largest, input, session);
+    }
+    if traced_curves + lines.len() > 0 {
+        session.detail(&format!(
+            "{name}: {} curves traced over the faces; points in space lay at most {largest:.3e} from the mesh",
+            traced_curves + lines.len()
+        ));
+    }
+    facts.push(json!({
+        "path": name.to_string(), "curves": result.curves.len(), "points": result.points.len(),
+        "traced": traced_curves + lines.len(), "largest_projection_distance": largest,
+    }));
+    Ok(result)
+}
+
+fn trace_line(line: &SpacePolyline, input: &MeshInput, bvh: &Bvh) -> Result<Traced, ContourError> {
+    trace_polyline(&input.mesh, bvh, &line.points, line.closed, line.kind, DEFAULT_TOLERANCE)
+}
+
+/// The fault without the number of the only curve that was traced; the caller knows which one it is.
+fn of_one_curve(fault: ContourError) -> String {
+    match fault {
+        ContourError::Curve(CurveError::AtNode { node, fault, .. }) => format!("node {node}: {fault}"),
+        fault => fault.to_string(),
+    }
+}
+
+fn report_trace(traced: &Traced, what: &str, session: &mut Session) {
+    for warning in traced.warnings() {
+        session.warn(format!("{what}: {warning}"));
+    }
+}
+
+fn warn_if_far(path: &Path, largest: f64, input: &MeshInput, session: &mut Session) {
+    let Some([low, high]) = Quality::of(&input.mesh).bounding_box else { return };
+    let size = (0..3).fold(0.0f64, |s, k| s.max(high[k] - low[k]));
+    if largest > FAR * size {
+        session.warn(format!(
+            "{}: a point of the curve lies {largest:.3e} from the mesh, whose longest side is {size:.3e}; check that both belong \
+             together and are in one unit",
+            path.display()
+        ));
+    }
+}
