@@ -276,7 +276,10 @@ impl Integration {
         source: &Source,
         free_levels: bool,
     ) -> Result<Integrated, SignedHeatError> {
-        let (rows, groups) = self.rows(mesh, source);
+        let (mut rows, mut groups) = self.rows(mesh, source);
+        if free_levels {
+            groups = without_single_rows(&mut rows, groups);
+        }
         let mut matrix = grounded_matrix(&self.laplacian, self.ungrounded_by(&rows).iter());
         for row in &rows {
             add_outer_product(&mut matrix, &self.laplacian, mesh, row, PENALTY);
@@ -290,7 +293,7 @@ impl Integration {
         let mut multipliers = vec![0.0; rows.len()];
         let mut level = vec![0.0; groups];
         let mut phi = Vec::new();
-        let mut violation = f64::INFINITY;
+        let (mut violation, mut previous) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..CONSTRAINT_ITERATIONS {
             let mut rhs = b.to_vec();
             for (row, &m) in rows.iter().zip(&multipliers) {
@@ -309,9 +312,11 @@ impl Integration {
                 *m += PENALTY * error;
                 violation = f64::max(violation, error.abs());
             }
-            if violation <= CONSTRAINT_TOLERANCE * scale {
+            // Rows that nearly depend on each other improve slowly, and are right to that share already.
+            if violation <= CONSTRAINT_TOLERANCE * scale || violation > 0.5 * previous {
                 break;
             }
+            previous = violation;
         }
         let residual = self.multiplier_residual(&phi, b, &rows, &multipliers);
         let mut result =
@@ -566,6 +571,21 @@ fn add_outer_product(
             }
         }
     }
+}
+
+/// Drops the rows that are alone in their group: at a level of their own they say nothing. Returns the number of groups left.
+fn without_single_rows(rows: &mut Vec<Row>, groups: usize) -> usize {
+    let mut size = vec![0usize; groups];
+    rows.iter().for_each(|r| size[r.group as usize] += 1);
+    let mut number = vec![0u32; groups];
+    let mut next = 0;
+    for (group, &size) in size.iter().enumerate() {
+        number[group] = next;
+        next += u32::from(size > 1);
+    }
+    rows.retain(|r| size[r.group as usize] > 1);
+    rows.iter_mut().for_each(|r| r.group = number[r.group as usize]);
+    next as usize
 }
 
 /// A number for each of the pieces that links between items make, counted from 0 in the order of their first items.

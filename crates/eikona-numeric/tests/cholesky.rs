@@ -1,0 +1,184 @@
+//! The factorisation against matrices whose answer is known, and against itself under renumbering.
+
+use eikona_numeric::{
+    Cholesky, Complex, Graph, NumericError, Ordering, Scalar, Symbolic, SymmetricMatrix,
+    nested_dissection_order,
+};
+
+/// The five-point Laplacian of an `n` by `n` grid plus `shift`, with the place of each unknown.
+fn grid(n: usize, shift: f64) -> (Graph, SymmetricMatrix<f64>, Vec<[f64; 3]>) {
+    let id = |i: usize, j: usize| (i * n + j) as u32;
+    let mut graph = Graph { unknowns: n * n, pairs: Vec::new() };
+    let mut matrix = SymmetricMatrix { diagonal: vec![shift; n * n], off_diagonal: Vec::new() };
+    let mut join = |a: u32, b: u32| {
+        graph.pairs.push([a, b]);
+        matrix.off_diagonal.push(-1.0);
+        matrix.diagonal[a as usize] += 1.0;
+        matrix.diagonal[b as usize] += 1.0;
+    };
+    for i in 0..n {
+        for j in 0..n {
+            if i + 1 < n {
+                join(id(i, j), id(i + 1, j));
+            }
+            if j + 1 < n {
+                join(id(i, j), id(i, j + 1));
+            }
+        }
+    }
+    let places = (0..n * n).map(|k| [(k / n) as f64, (k % n) as f64, 0.0]).collect();
+    (graph, matrix, places)
+}
+
+fn product<T: Scalar>(graph: &Graph, matrix: &SymmetricMatrix<T>, x: &[T]) -> Vec<T> {
+    let mut y: Vec<T> = x.iter().zip(&matrix.diagonal).map(|(x, d)| x.scale(*d)).collect();
+    for ([i, j], v) in graph.pairs.iter().zip(&matrix.off_diagonal) {
+        y[*i as usize] += *v * x[*j as usize];
+        y[*j as usize] += v.conj() * x[*i as usize];
+    }
+    y
+}
+
+/// A repeatable sequence of numbers in [-1, 1].
+fn noise(i: usize) -> f64 {
+    let x = (i as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    ((x ^ (x >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+#[test]
+fn eigenvector_of_the_grid_laplacian() {
+    let n = 40;
+    let (graph, matrix, places) = grid(n, 0.5);
+    // cos(pi k (i + 1/2) / n) cos(pi l (j + 1/2) / n) is an eigenvector of the Laplacian without flux at the rim.
+    let (k, l) = (3.0, 5.0);
+    let wave = |m: f64, i: usize| (std::f64::consts::PI * m * (i as f64 + 0.5) / n as f64).cos();
+    let value = |m: f64| 2.0 - 2.0 * (std::f64::consts::PI * m / n as f64).cos();
+    let vector: Vec<f64> = (0..n * n).map(|p| wave(k, p / n) * wave(l, p % n)).collect();
+    let eigenvalue = 0.5 + value(k) + value(l);
+    let order = nested_dissection_order(&graph, &places).unwrap();
+    for ordering in [Ordering::MinimumDegree, Ordering::Given(&order)] {
+        let factor = Cholesky::new(Symbolic::new(&graph, ordering).unwrap().into(), &matrix).unwrap();
+        let x = factor.solve(&vector).unwrap();
+        for (x, v) in x.iter().zip(&vector) {
+            assert!((x * eigenvalue - v).abs() < 1e-13);
+        }
+        assert!(factor.residual(&x, &vector) < 1e-14);
+    }
+}
+
+#[test]
+fn hermitian_matrix_with_repeated_pairs() {
+    let (mut graph, real, places) = grid(17, 0.1);
+    let n = graph.unknowns;
+    let mut matrix = SymmetricMatrix { diagonal: real.diagonal, off_diagonal: Vec::new() };
+    // Unit phases keep the matrix diagonally dominant; every pair is given in two halves, one of them mirrored.
+    let pairs = std::mem::take(&mut graph.pairs);
+    for (k, [i, j]) in pairs.into_iter().enumerate() {
+        let value = Complex { re: noise(k).cos(), im: noise(k).sin() }.scale(-0.5);
+        graph.pairs.extend([[i, j], [j, i]]);
+        matrix.off_diagonal.extend([value, value.conj()]);
+    }
+    let x: Vec<Complex> = (0..n).map(|i| Complex { re: noise(i), im: noise(i + n) }).collect();
+    let b = product(&graph, &matrix, &x);
+    let order = nested_dissection_order(&graph, &places).unwrap();
+    let symbolic = Symbolic::new(&graph, Ordering::Given(&order)).unwrap();
+    let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
+    let solution = factor.solve(&b).unwrap();
+    for (a, b) in solution.iter().zip(&x) {
+        assert!((*a - *b).max_part() < 1e-12);
+    }
+    assert!(factor.residual(&solution, &b) < 1e-14);
+}
+
+#[test]
+fn large_fronts_use_the_blocked_kernels() {
+    // A dense matrix is one supernode of many columns: 1 off the diagonal, n + 1 on it, of which the inverse is known.
+    let n = 150;
+    let pairs: Vec<[u32; 2]> = (0..n).flat_map(|i| (0..i).map(move |j| [i, j])).collect();
+    let matrix =
+        SymmetricMatrix { diagonal: vec![n as f64 + 1.0; n as usize], off_diagonal: vec![1.0; pairs.len()] };
+    let graph = Graph { unknowns: n as usize, pairs };
+    let factor =
+        Cholesky::new(Symbolic::new(&graph, Ordering::MinimumDegree).unwrap().into(), &matrix).unwrap();
+    let x = factor.solve(&vec![2.0 * n as f64; n as usize]).unwrap();
+    assert!(x.iter().all(|x| (x - 1.0).abs() < 1e-14), "{:?}", &x[..3]);
+}
+
+#[test]
+fn dissection_does_not_depend_on_the_numbering() {
+    let n = 60;
+    let (graph, _, places) = grid(n, 1.0);
+    let order = nested_dissection_order(&graph, &places).unwrap();
+    let entries =
+        |graph: &Graph, order: &[u32]| Symbolic::new(graph, Ordering::Given(order)).unwrap().factor_entries();
+    // A renumbering by a stride that has no factor in common with n^2.
+    let renumber = |i: u32| (u64::from(i) * 1_009 % (n * n) as u64) as u32;
+    let shuffled =
+        Graph { unknowns: graph.unknowns, pairs: graph.pairs.iter().map(|p| p.map(renumber)).collect() };
+    let mut moved = vec![[0.0; 3]; n * n];
+    for (i, p) in places.iter().enumerate() {
+        moved[renumber(i as u32) as usize] = *p;
+    }
+    let other = nested_dissection_order(&shuffled, &moved).unwrap();
+    let (a, b) = (entries(&graph, &order), entries(&shuffled, &other));
+    assert!(a.abs_diff(b) * 50 < a, "{a} and {b} entries");
+    // George's bound for nested dissection of a square grid, (31/4) n^2 log2 n; the natural order has n^3.
+    assert!((a as f64) < 7.75 * (n * n) as f64 * (n as f64).log2(), "{a} entries");
+}
+
+#[test]
+fn tiny_solutions_keep_their_relative_accuracy() {
+    // A chain with strong decay: x_i = q^i with q + 1/q = diagonal, far below the smallest normal number of the square.
+    let (n, q) = (120, 0.1f64);
+    let graph = Graph { unknowns: n, pairs: (1..n as u32).map(|i| [i - 1, i]).collect() };
+    let matrix = SymmetricMatrix { diagonal: vec![q + 1.0 / q; n], off_diagonal: vec![-1.0; n - 1] };
+    let factor =
+        Cholesky::new(Symbolic::new(&graph, Ordering::MinimumDegree).unwrap().into(), &matrix).unwrap();
+    let mut b = vec![0.0; n];
+    b[0] = 1.0;
+    let x = factor.solve(&b).unwrap();
+    for i in 0..n - 20 {
+        assert!((x[i + 1] / x[i] - q).abs() < 1e-12, "at {i}: {} {}", x[i], x[i + 1]);
+    }
+    assert!(x[99] > 0.0 && x[99] < 1e-98);
+}
+
+#[test]
+fn failures_name_the_unknown() {
+    let (graph, mut matrix, _) = grid(5, 1.0);
+    let symbolic = std::sync::Arc::new(Symbolic::new(&graph, Ordering::MinimumDegree).unwrap());
+    let good = Cholesky::new(symbolic.clone(), &matrix).unwrap();
+    let mut b = vec![0.0; 25];
+    b[13] = f64::NAN;
+    assert_eq!(good.solve(&b), Err(NumericError::NonFinite { what: "the right-hand side", unknown: 13 }));
+    assert_eq!(good.solve(&b[..3]), Err(NumericError::WrongLength { found: 3, expected: 25 }));
+    matrix.diagonal[7] = -4.0;
+    assert_eq!(
+        Cholesky::new(symbolic.clone(), &matrix).unwrap_err(),
+        NumericError::NonPositivePivot { unknown: 7 }
+    );
+    matrix.diagonal[7] = f64::INFINITY;
+    let error = Cholesky::new(symbolic, &matrix).unwrap_err();
+    assert_eq!(error, NumericError::NonFinite { what: "a matrix entry", unknown: 7 });
+    assert_eq!(
+        Symbolic::new(&graph, Ordering::Given(&[0; 25])).unwrap_err(),
+        NumericError::NotAnOrder { unknown: 0 }
+    );
+}
+
+#[test]
+fn empty_and_disconnected_systems() {
+    let none = Graph { unknowns: 0, pairs: Vec::new() };
+    let factor = Cholesky::<f64>::new(
+        Symbolic::new(&none, Ordering::MinimumDegree).unwrap().into(),
+        &SymmetricMatrix::default(),
+    )
+    .unwrap();
+    assert_eq!(factor.solve(&[]).unwrap(), Vec::<f64>::new());
+    let apart = Graph { unknowns: 3, pairs: vec![[2, 0]] };
+    let matrix = SymmetricMatrix { diagonal: vec![2.0, 5.0, 2.0], off_diagonal: vec![1.0] };
+    let order = nested_dissection_order(&apart, &[[0.0; 3]; 3]).unwrap();
+    let symbolic = Symbolic::new(&apart, Ordering::Given(&order)).unwrap();
+    let x = Cholesky::new(symbolic.into(), &matrix).unwrap().solve(&[3.0, 10.0, 3.0]).unwrap();
+    assert!(x.iter().zip([1.0, 2.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-15), "{x:?}");
+}
