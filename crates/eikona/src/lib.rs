@@ -11,3 +11,8 @@ pub mod geometry;
 pub mod operators;
 pub mod signed_heat;
 pub mod spatial;
+
+/// The program of the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
