@@ -109,7 +109,7 @@ fn strip_with_fin(flip: impl Fn(usize) -> bool) -> TriangleMesh {
     TriangleMesh::new(positions, faces).unwrap()
 }
 
-/// The line x = 0, downwards: all of the strip is on its left... seen from above, so the distance is -x, and goes on up the fin.
+/// The line x = 0, downwards: the strip is on its left, so the distance is -x, and goes on up the fin.
 #[test]
 fn fin_on_a_strip() {
     let windings: [(&str, fn(usize) -> bool); 4] = [
@@ -186,6 +186,14 @@ fn distance_goes_on_through_a_vertex() {
             }
         }
     }
+}
+
+/// Behind the corner the distance is that from a point.
+#[test]
+fn distance_behind_a_vertex_is_that_from_a_point() {
+    let (mesh, source, exact) = two_squares(1.0);
+    let e = errors(&mesh, &free(&mesh, &source), exact);
+    assert!(e.largest < 0.05, "{e:?}");
 }
 
 #[test]
@@ -265,6 +273,15 @@ fn one_sided_curve_is_warned_of() {
     let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Zero);
     let worst = largest_difference(solution.distance.as_slice(), &across(&mesh, nv, 0.6));
     assert!(worst < 0.05, "{worst}");
+}
+
+#[test]
+fn unsigned_curves_are_not_warned_of_sides() {
+    let (nu, nv) = (24, 4);
+    let mesh = shapes::moebius_band(1.0, 0.6, nu, nv).unwrap();
+    let core = Curve::unsigned((0..=nu).map(|i| Vertex(((i % nu) * (nv + 1) + nv / 2) as u32)));
+    let solution = solve(&mesh, &SurfaceCurves::from_curve(core), PAPER_TIME, LevelSets::Zero);
+    assert!(!solution.report.all_warnings().any(|w| w.contains("one-sided")));
 }
 
 /// A short curve across the band with its normal given: the opposite normal negates the distance.
@@ -381,6 +398,17 @@ fn slivers_do_no_harm() {
             let warned = solution.report.all_warnings().any(|w| w.contains("no area"));
             assert!(warned || height > 1e-8, "height {height:e}");
         }
+    }
+}
+
+/// A height of a millionth is no trouble for double precision: the values keep their digits.
+#[test]
+fn thin_faces_keep_the_digits() {
+    let grid = shapes::grid(6, 3, 6.0, 3.0, Diagonal::Uniform).unwrap();
+    for height in [1e-3, 1e-5, 1e-6] {
+        let mesh = with_sliver(&grid, height);
+        let (_, worst) = line_on_squares(&mesh, LevelSets::Free);
+        assert!(worst < 1e-8, "height {height:e}: {worst:e}");
     }
 }
 

@@ -67,6 +67,33 @@ fn doubled_curves_equal_single_ones() {
     assert!(largest_difference(&zero(&mesh, &source), &zero(&mesh, &doubled)) < 1e-7);
 }
 
+/// A curve and the same curve backwards say nothing together: their normals cancel. Alone on a surface they leave no distance,
+/// and that is said.
+#[test]
+fn opposite_doubled_curves_cancel() {
+    let mesh = rough_plate(20);
+    let circle = zero_level(&mesh, |p| (p[0] - 0.9).hypot(p[1] - 1.1) - 0.5);
+    let line = straight(&mesh, [0.1, 0.1, 0.0], [1.9, 0.2, 0.0]);
+    let mut source = SurfaceCurves::from_curve(line.clone());
+    source.curves.push(line.clone().reversed());
+    let mut both = circle.clone();
+    both.curves.extend(source.curves.clone());
+    let difference = largest_difference(&free(&mesh, &both), &free(&mesh, &circle));
+    // Not bitwise: the shift counts the cancelled line's length too.
+    let alone = free(&mesh, &circle);
+    let shift = free(&mesh, &both)[0] - alone[0];
+    let moved: Vec<f64> = alone.iter().map(|x| x + shift).collect();
+    assert!(largest_difference(&free(&mesh, &both), &moved) < 1e-9, "{difference}");
+
+    let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Free);
+    assert!(
+        solution.distance.as_slice().iter().all(|d| d.is_nan()),
+        "cancelled normals make a distance out of rounding, up to {}",
+        largest(solution.distance.as_slice())
+    );
+    assert!(solution.report.all_warnings().any(|w| w.contains("800 faces")));
+}
+
 /// Two lines that cross, so that two quadrants are told opposite things: what is symmetric stays so, and between the two
 /// positive sides the zero distance is that to the nearer line.
 #[test]
