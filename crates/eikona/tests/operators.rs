@@ -1,0 +1,311 @@
+//! The operators against dense ones from vectors in space, and the identities that define them.
+
+mod dense;
+mod exact;
+
+use dense::{Constraint, Dense, FaceFrame, scalar_laplacian, vector_operators};
+use eikona::geometry::Triangle;
+use eikona::operators::{
+    ConnectionLaplacian, CotanLaplacian, EdgeFrames, EdgeVector, LaplacianEntries, divergence,
+};
+use eikona::signed_heat::{DiffusionTime, LevelSets};
+use eikona_mesh::{
+    Curve, Face, Halfedge, SurfaceCurves, TriangleMesh, damage,
+    random::Random,
+    shapes::{self, Diagonal},
+};
+use eikona_numeric::{Complex, Graph, Scalar, SymmetricMatrix};
+use exact::*;
+
+fn lay_out(mesh: &TriangleMesh) -> Vec<Triangle> {
+    mesh.faces().map(|f| Triangle::of_face(mesh, f)).collect()
+}
+
+/// A bent disk with boundary, a closed lump, a handle.
+fn irregular_meshes() -> Vec<(&'static str, TriangleMesh)> {
+    let disk = shapes::disk(4, 6, 1.0).unwrap();
+    let bent = disk.positions().iter().map(|p| [p[0], p[1], 0.3 * (2.0 * p[0]).sin() * p[1]]).collect();
+    let disk = damage::jitter(&disk.with_positions(bent).unwrap(), 0.2, 3).unwrap();
+    let lump = damage::jitter(&shapes::icosphere(1).unwrap(), 0.2, 4).unwrap();
+    let torus = damage::jitter(&shapes::torus(1.0, 0.5, 8, 6).unwrap(), 0.15, 5).unwrap();
+    vec![("disk", disk), ("lump", lump), ("torus", torus)]
+}
+
+fn irregular_plate() -> TriangleMesh {
+    let grid = shapes::grid(6, 5, 1.2, 1.0, Diagonal::Alternating).unwrap();
+    damage::jitter_with(&grid, 0.3, 7, &|p| [p[0], p[1], 0.0]).unwrap()
+}
+
+fn full<T: Scalar>(graph: &Graph, matrix: &SymmetricMatrix<T>, to: impl Fn(T) -> [[f64; 2]; 2]) -> Dense {
+    let mut dense = Dense::zeros(2 * graph.unknowns);
+    let mut put = |i: usize, j: usize, block: [[f64; 2]; 2]| {
+        for (r, row) in block.into_iter().enumerate() {
+            for (c, value) in row.into_iter().enumerate() {
+                *dense.at(2 * i + r, 2 * j + c) += value;
+            }
+        }
+    };
+    for (i, &d) in matrix.diagonal.iter().enumerate() {
+        put(i, i, to(T::real(d)));
+    }
+    for (&[i, j], &value) in graph.pairs.iter().zip(&matrix.off_diagonal) {
+        put(i as usize, j as usize, to(value));
+        put(j as usize, i as usize, to(value.conj()));
+    }
+    dense
+}
+
+/// Multiplication by a complex number, on pairs of reals.
+fn block(z: Complex) -> [[f64; 2]; 2] {
+    [[z.re, -z.im], [z.im, z.re]]
+}
+
+fn real_full(graph: &Graph, matrix: &SymmetricMatrix<f64>) -> Dense {
+    let mut dense = Dense::zeros(graph.unknowns);
+    for (i, &d) in matrix.diagonal.iter().enumerate() {
+        *dense.at(i, i) += d;
+    }
+    for (&[i, j], &value) in graph.pairs.iter().zip(&matrix.off_diagonal) {
+        *dense.at(i as usize, j as usize) += value;
+        *dense.at(j as usize, i as usize) += value;
+    }
+    dense
+}
+
+fn assert_close(name: &str, a: &Dense, b: &Dense) {
+    assert_eq!(a.n, b.n);
+    let scale = largest(&a.entries);
+    let difference = largest_difference(&a.entries, &b.entries);
+    assert!(difference < 1e-13 * scale, "{name}: {difference} of {scale}");
+}
+
+#[test]
+fn assembled_operators_equal_those_from_vectors_in_space() {
+    for (name, mesh) in irregular_meshes() {
+        let triangles = lay_out(&mesh);
+        let frames = EdgeFrames::of(&mesh);
+        let l = ConnectionLaplacian::new(&mesh, &frames, &triangles);
+        let LaplacianEntries::Complex(entries) = &l.laplacian else { panic!("{name}: not complex") };
+        let (mass, energy) = vector_operators(&mesh);
+        assert_close(name, &full(&l.graph, entries, block), &energy);
+        for (e, m) in l.mass.iter().enumerate() {
+            assert!((m - mass.get(2 * e, 2 * e)).abs() < 1e-15, "{name}: mass of edge {e}");
+        }
+        let c = CotanLaplacian::new(&mesh, &triangles);
+        assert_close(name, &real_full(&c.graph, &c.matrix), &scalar_laplacian(&mesh));
+    }
+}
+
+#[test]
+fn connection_laplacian_is_positive_semidefinite() {
+    let mut meshes = irregular_meshes();
+    let mut random = Random::from_seed(9);
+    // Slivers and obtuse triangles make cotangents of both signs and all sizes.
+    let grid = shapes::grid(5, 4, 1.0, 1.0, Diagonal::Uniform).unwrap();
+    let thrown = grid.positions().iter().map(|_| [0; 3].map(|_| random.uniform())).collect();
+    meshes.push(("thrown", grid.with_positions(thrown).unwrap()));
+    for (name, mesh) in meshes {
+        for frames in [EdgeFrames::of(&mesh), EdgeFrames::real(&mesh)] {
+            let l = ConnectionLaplacian::new(&mesh, &frames, &lay_out(&mesh));
+            let mut dense = match &l.laplacian {
+                LaplacianEntries::Complex(m) => full(&l.graph, m, block),
+                LaplacianEntries::Real(m) => real_full(&l.graph, m),
+            };
+            let scale = largest(&dense.entries);
+            for i in 0..dense.n {
+                for j in 0..i {
+                    assert!(
+                        (dense.get(i, j) - dense.get(j, i)).abs() <= 1e-14 * scale,
+                        "{name}: not Hermitian"
+                    );
+                }
+                *dense.at(i, i) += 1e-11 * scale;
+            }
+            assert_eq!(dense.negative_pivots(), 0, "{name}");
+            for i in 0..dense.n {
+                *dense.at(i, i) -= 1e-4 * scale;
+            }
+            // Nothing is parallel on a bent surface, but some fields nearly are: the count must be able to fail.
+            assert!(dense.negative_pivots() < dense.n, "{name}");
+        }
+    }
+}
+
+/// A constant vector of the plane, seen from a halfedge: along it, and into its face.
+fn seen_from(mesh: &TriangleMesh, h: Halfedge, vector: [f64; 3]) -> Complex {
+    let along = sub(mesh.position(mesh.tip(h)), mesh.position(mesh.origin(h)));
+    let along = along.map(|x| x / norm(along));
+    let into = cross(FaceFrame::of(mesh, h.face()).normal, along);
+    Complex { re: dot(vector, along), im: dot(vector, into) }
+}
+
+/// The unknowns of a constant vector of the plane.
+fn constant_field(mesh: &TriangleMesh, frames: &EdgeFrames, vector: [f64; 3]) -> EdgeVector {
+    let mut x = frames.zeros(mesh);
+    for e in mesh.edges() {
+        let h = mesh.edge_halfedges(e)[0];
+        let seen = seen_from(mesh, h, vector);
+        let seen = if mesh.follows_edge(h) { seen } else { seen * -1.0 };
+        match (&mut x, frames) {
+            (EdgeVector::Complex(z), _) => z[e.index()] = seen,
+            (EdgeVector::Real(x), EdgeFrames::Real { first }) => {
+                x[first[e.index()] as usize] = seen.re;
+                x[first[e.index()] as usize + 1] = seen.im;
+            }
+            _ => unreachable!(),
+        }
+    }
+    for f in mesh.faces() {
+        for k in 0..3 {
+            let (read, wanted) =
+                (frames.read(mesh, &x, f.halfedge(k)), seen_from(mesh, f.halfedge(k), vector));
+            assert!((read - wanted).norm() < 1e-13, "{f} side {k}: {read:?} for {wanted:?}");
+        }
+    }
+    x
+}
+
+#[test]
+fn parallel_fields_have_no_energy_on_flat_domains() {
+    let plate = irregular_plate();
+    let flipped = damage::flip_faces(&plate, 0.4, 2).unwrap().mesh;
+    let holes = damage::remove_faces(&plate, 0.2, 3).unwrap().mesh;
+    for (name, mesh, frames) in [
+        ("complex", &plate, EdgeFrames::of(&plate)),
+        ("real", &plate, EdgeFrames::real(&plate)),
+        ("flipped", &flipped, EdgeFrames::of(&flipped)),
+        ("holes", &holes, EdgeFrames::of(&holes)),
+        ("holes, real", &holes, EdgeFrames::real(&holes)),
+    ] {
+        let l = ConnectionLaplacian::new(mesh, &frames, &lay_out(mesh));
+        for vector in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, -2.0, 0.0]] {
+            let image = match (&l.laplacian, constant_field(mesh, &frames, vector)) {
+                (LaplacianEntries::Complex(m), EdgeVector::Complex(z)) => {
+                    full(&l.graph, m, block).times(&z.iter().flat_map(|z| [z.re, z.im]).collect::<Vec<_>>())
+                }
+                (LaplacianEntries::Real(m), EdgeVector::Real(x)) => real_full(&l.graph, m).times(&x),
+                _ => panic!("{name}: two forms"),
+            };
+            assert!(largest(&image) < 1e-12, "{name}: {}", largest(&image));
+        }
+    }
+    // Flipping must not be a no-op: the real form is chosen.
+    assert!(matches!(EdgeFrames::of(&flipped), EdgeFrames::Real { .. }));
+}
+
+#[test]
+fn cotan_laplacian_of_linear_functions_vanishes_inside() {
+    let plate = irregular_plate();
+    let flipped = damage::flip_faces(&plate, 0.4, 2).unwrap().mesh;
+    for mesh in [plate, flipped] {
+        let c = CotanLaplacian::new(&mesh, &lay_out(&mesh));
+        let values: Vec<f64> = mesh.positions().iter().map(|p| 2.0 * p[0] - 3.0 * p[1] + 1.0).collect();
+        let image = real_full(&c.graph, &c.matrix).times(&values);
+        let mut inside = vec![true; mesh.vertex_count()];
+        for e in mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() == 1) {
+            mesh.edge_vertices(e).into_iter().for_each(|v| inside[v.index()] = false);
+        }
+        assert_eq!(inside.iter().filter(|i| **i).count(), 5 * 4);
+        for v in mesh.vertices().filter(|v| inside[v.index()]) {
+            assert!(image[v.index()].abs() < 1e-12, "{v}: {}", image[v.index()]);
+        }
+        assert!(largest(&image) > 0.1, "the boundary must feel the slope");
+    }
+}
+
+/// The gradient in a face of a function given at its corners, in the layout of the face.
+fn gradient(mesh: &TriangleMesh, f: Face, values: &[f64]) -> Complex {
+    let frame = FaceFrame::of(mesh, f);
+    let mut g = [0.0; 3];
+    for (k, v) in mesh.face_vertices(f).into_iter().enumerate() {
+        (0..3).for_each(|c| g[c] += values[v.index()] * frame.barycentric[k][c]);
+    }
+    seen_from(mesh, f.halfedge(0), g)
+}
+
+/// C f = -div grad f for every function that is linear in each face, boundary included: with the sign and the edges as in
+/// `divergence`, a function is the fit to its own gradient.
+#[test]
+fn gradient_of_linear_function_is_recovered() {
+    let mut random = Random::from_seed(1);
+    let mut meshes = irregular_meshes();
+    meshes.push(("plate", irregular_plate()));
+    meshes.push(("flipped", damage::flip_faces(&irregular_plate(), 0.4, 2).unwrap().mesh));
+    for (name, mesh) in meshes {
+        let triangles = lay_out(&mesh);
+        let c = CotanLaplacian::new(&mesh, &triangles);
+        let c = real_full(&c.graph, &c.matrix);
+        let linear: Vec<f64> =
+            mesh.positions().iter().map(|p| 2.0 * p[0] - 3.0 * p[1] + 0.7 * p[2] + 1.0).collect();
+        let arbitrary: Vec<f64> = linear.iter().map(|_| random.uniform()).collect();
+        for values in [linear, arbitrary] {
+            let field: Vec<Complex> = mesh.faces().map(|f| gradient(&mesh, f, &values)).collect();
+            let minus: Vec<f64> = divergence(&mesh, &triangles, &field).iter().map(|d| -d).collect();
+            let image = c.times(&values);
+            let difference = largest_difference(&image, &minus);
+            assert!(difference < 1e-12 * largest(&image), "{name}: {difference}");
+            // And the other way: the values come back from the divergence, up to a constant.
+            let mut pinned = c.clone();
+            *pinned.at(0, 0) += 1.0;
+            let back = pinned.solve(&minus);
+            let shifted: Vec<f64> = values.iter().map(|x| x - values[0] + back[0]).collect();
+            assert!(largest_difference(&back, &shifted) < 1e-10, "{name}");
+        }
+    }
+}
+
+/// Two curves across faces, one of them open, and one along edges, on a mesh of about unit size.
+fn curves(mesh: &TriangleMesh, along_edges: bool) -> SurfaceCurves {
+    let mut source = zero_level(mesh, |p| p[0] + 0.3 * p[1] - 0.37);
+    source.curves.truncate(1);
+    let open = &mut source.curves[0];
+    open.nodes.truncate(open.nodes.len().saturating_sub(3).max(2));
+    if along_edges {
+        let far =
+            mesh.vertices().min_by(|a, b| mesh.position(*a)[0].total_cmp(&mesh.position(*b)[0])).unwrap();
+        let h = mesh.vertex_corners(far)[0].halfedge();
+        let (a, b) = (mesh.tip(h), mesh.origin(h.previous()));
+        source.curves.push(Curve::signed([far, a, b]));
+    }
+    source
+}
+
+/// The whole method against its dense twin: the largest difference, relative to the largest distance.
+fn against_twin(pairs: &[(LevelSets, Constraint)]) -> f64 {
+    let mut worst = 0.0f64;
+    for (name, mesh) in irregular_meshes() {
+        for along_edges in [false, true] {
+            let source = curves(&mesh, along_edges);
+            for coefficient in [1.0, 7.0] {
+                let solver = solver(&mesh, DiffusionTime::Coefficient(coefficient));
+                for &(level_sets, constraint) in pairs {
+                    let ours = solver.solve(&source, &levels(level_sets)).unwrap().distance.into_vec();
+                    let twin = dense::signed_distance(&mesh, &source, coefficient, constraint);
+                    let difference = largest_difference(&ours, &twin) / largest(&twin);
+                    println!(
+                        "{name}, edges {along_edges}, t {coefficient}, {level_sets:?}: {difference:.1e}"
+                    );
+                    worst = worst.max(difference);
+                }
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn free_and_soft_distances_equal_those_of_the_dense_twin() {
+    let worst = against_twin(&[
+        (LevelSets::Free, Constraint::Free),
+        (LevelSets::Soft(0.1), Constraint::Soft(0.1)),
+        (LevelSets::Soft(30.0), Constraint::Soft(30.0)),
+    ]);
+    assert!(worst < 1e-12, "{worst:e}");
+}
+
+#[test]
+fn constrained_distances_equal_those_of_the_dense_twin() {
+    let worst =
+        against_twin(&[(LevelSets::Zero, Constraint::Zero), (LevelSets::PerComponent, Constraint::PerPiece)]);
+    assert!(worst < 1e-12, "{worst:e}");
+}

@@ -1,0 +1,453 @@
+//! Domains of every kind: with boundary, in pieces, nonmanifold, one-sided, degenerate.
+
+mod exact;
+
+use eikona::contour::isolines;
+use eikona::signed_heat::{DiffusionTime, LevelSets, Solution};
+use eikona_mesh::{
+    Curve, SurfaceCurves, TriangleMesh, Vertex, damage,
+    shapes::{self, Diagonal},
+};
+use exact::*;
+
+fn vertex_at(mesh: &TriangleMesh, at: [f64; 3]) -> Vertex {
+    mesh.vertices().find(|&v| norm(sub(mesh.position(v), at)) < 1e-9).unwrap()
+}
+
+/// Half of a disk with the straight side on y = 0.
+fn half_disk(rings: usize) -> TriangleMesh {
+    let disk = shapes::disk(rings, 6, 1.0).unwrap();
+    let faces: Vec<[u32; 3]> = disk
+        .triangles()
+        .iter()
+        .copied()
+        .filter(|f| f.iter().all(|&v| disk.positions()[v as usize][1] > -1e-9))
+        .collect();
+    eikona_mesh::drop_unreferenced_vertices(&TriangleMesh::new(disk.positions().to_vec(), faces).unwrap())
+        .mesh
+}
+
+/// A straight line that meets the boundary: its distance is linear up to the boundary, also when the diffusion reaches it.
+#[test]
+fn isolines_meet_the_boundary_straight() {
+    let rectangle = shapes::grid(20, 30, 2.0, 3.0, Diagonal::Alternating).unwrap();
+    let holes = damage::holes(&rectangle, 4, 1, 2).unwrap().mesh;
+    for (name, mesh, exact) in [
+        ("half disk", half_disk(24), Box::new(|p: [f64; 3]| p[0] - 0.13) as Box<dyn Fn([f64; 3]) -> f64>),
+        ("slanted on a rectangle", rectangle, Box::new(|p: [f64; 3]| 0.6 * p[0] - 0.8 * p[1] + 0.4)),
+        ("rectangle with holes", holes, Box::new(|p: [f64; 3]| 0.8 * p[0] + 0.6 * p[1] - 1.7)),
+    ] {
+        let source = zero_level(&mesh, &exact);
+        for coefficient in [1.0, 100.0, 1e4] {
+            for level_sets in [LevelSets::Free, LevelSets::Zero] {
+                let time = DiffusionTime::Coefficient(coefficient);
+                let e = errors(&mesh, solve(&mesh, &source, time, level_sets).distance.as_slice(), &exact);
+                assert!(e.largest < 1e-9, "{name}, {coefficient}, {level_sets:?}: {e:?}");
+            }
+        }
+    }
+}
+
+/// Two pieces with a line each, and one without.
+fn three_pieces() -> (TriangleMesh, SurfaceCurves) {
+    let (mut positions, mut faces) = (Vec::new(), Vec::new());
+    let mut source = SurfaceCurves::default();
+    for (piece, line) in [(0, Some(1.0)), (1, Some(3.0)), (2, None)] {
+        let grid = shapes::grid(4, 2, 4.0, 2.0, Diagonal::Uniform).unwrap();
+        let base = positions.len() as u32;
+        positions.extend(grid.positions().iter().map(|p| [p[0], p[1], 5.0 * piece as f64]));
+        faces.extend(grid.triangles().iter().map(|f| f.map(|v| v + base)));
+        if let Some(x) = line {
+            let curve = through_vertices(&grid, |p| p[0] == x, |p| p[1]);
+            let nodes = curve.nodes.iter().map(|n| match n {
+                eikona_mesh::SurfacePoint::Vertex { vertex } => Vertex(vertex + base),
+                _ => unreachable!(),
+            });
+            source.curves.push(Curve::signed(nodes));
+        }
+    }
+    (TriangleMesh::new(positions, faces).unwrap(), source)
+}
+
+#[test]
+fn components_have_their_own_zero() {
+    let (mesh, source) = three_pieces();
+    for level_sets in [LevelSets::Free, LevelSets::Zero, LevelSets::PerComponent, LevelSets::Soft(1e6)] {
+        let solution = solve(&mesh, &source, PAPER_TIME, level_sets);
+        assert_eq!(solution.distance.len(), mesh.vertex_count());
+        for v in mesh.vertices() {
+            let [x, _, z] = mesh.position(v);
+            let d = solution.distance[v];
+            match z {
+                0.0 => assert!((d - (x - 1.0)).abs() < 1e-5, "{level_sets:?}, {v}: {d}"),
+                5.0 => assert!((d - (x - 3.0)).abs() < 1e-5, "{level_sets:?}, {v}: {d}"),
+                _ => assert!(d.is_nan(), "{level_sets:?}, {v} in a component without a source: {d}"),
+            }
+        }
+        let warning = solution.report.all_warnings().find(|w| w.contains("reached by no"));
+        assert!(warning.is_some_and(|w| w.contains("16 faces")), "{warning:?}");
+    }
+}
+
+/// A strip of half units with a fin that stands on its edge at x = 1.5; the fin goes up by one.
+fn strip_with_fin(flip: impl Fn(usize) -> bool) -> TriangleMesh {
+    let strip = shapes::grid(6, 1, 3.0, 0.5, Diagonal::Uniform).unwrap();
+    let (mut positions, mut faces) = (strip.positions().to_vec(), strip.triangles().to_vec());
+    let mut below = [[1.5, 0.0, 0.0], [1.5, 0.5, 0.0]].map(|p| vertex_at(&strip, p).0);
+    for z in [0.5, 1.0] {
+        let above = [positions.len() as u32, positions.len() as u32 + 1];
+        positions.extend([[1.5, 0.0, z], [1.5, 0.5, z]]);
+        faces.push([below[0], below[1], above[1]]);
+        faces.push([below[0], above[1], above[0]]);
+        below = above;
+    }
+    let faces = faces
+        .into_iter()
+        .enumerate()
+        .map(|(i, [a, b, c])| if flip(i) { [a, c, b] } else { [a, b, c] })
+        .collect();
+    TriangleMesh::new(positions, faces).unwrap()
+}
+
+/// The line x = 0, downwards: the strip is on its left, so the distance is -x, and goes on up the fin.
+#[test]
+fn fin_on_a_strip() {
+    let windings: [(&str, fn(usize) -> bool); 4] = [
+        ("as made", |_| false),
+        ("fin reversed", |i| i >= 12),
+        ("one face of the fin reversed", |i| i == 13),
+        ("behind the fin reversed", |i| (6..12).contains(&i)),
+    ];
+    for (name, flip) in windings {
+        let mesh = strip_with_fin(flip);
+        let curve = [[0.0, 0.5, 0.0], [0.0, 0.0, 0.0]].map(|p| vertex_at(&mesh, p));
+        let source = SurfaceCurves::from_curve(Curve::signed(curve));
+        for level_sets in [LevelSets::Free, LevelSets::Zero] {
+            let solution = solve(&mesh, &source, PAPER_TIME, level_sets);
+            assert!(solution.report.preparation.real_form);
+            for v in mesh.vertices() {
+                let [x, _, z] = mesh.position(v);
+                let d = solution.distance[v];
+                assert!((d + (x + z)).abs() < 1e-7, "{name}, {level_sets:?}: {d} at x = {x}, z = {z}");
+            }
+        }
+    }
+}
+
+/// A curve along the nonmanifold edge itself: every sheet has its own side, by its own winding.
+#[test]
+fn curve_along_the_edge_of_the_fin_is_finite() {
+    let mesh = strip_with_fin(|_| false);
+    let curve = [[1.5, 0.0, 0.0], [1.5, 0.5, 0.0]].map(|p| vertex_at(&mesh, p));
+    let solution =
+        solve(&mesh, &SurfaceCurves::from_curve(Curve::signed(curve)), PAPER_TIME, LevelSets::Zero);
+    for v in mesh.vertices() {
+        let [x, _, z] = mesh.position(v);
+        let distance = (x - 1.5).abs() + z;
+        let d = solution.distance[v];
+        assert!(d.is_finite() && d.abs() < distance + 1e-6, "{d} at {distance}");
+    }
+    // Across the strip the sides differ as without the fin.
+    let [left, right] = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]].map(|p| solution.distance[vertex_at(&mesh, p)]);
+    assert!(left < -0.5 && right > 0.5, "{left} {right}");
+}
+
+/// Two squares that share a corner only, with a line in the first: (mesh, source, exact distance as behind a point).
+fn two_squares(direction: f64) -> (TriangleMesh, SurfaceCurves, impl Fn([f64; 3]) -> f64) {
+    let n = 24;
+    let square = shapes::grid(n, n, 1.0, 1.0, Diagonal::Alternating).unwrap();
+    let corner = vertex_at(&square, [1.0, 1.0, 0.0]);
+    let (mut positions, mut faces) = (square.positions().to_vec(), square.triangles().to_vec());
+    let base = positions.len() as u32;
+    // The second square starts at (1, 1); its own first vertex becomes the corner.
+    positions.extend(square.positions()[1..].iter().map(|p| [p[0] + 1.0, p[1] + 1.0, 0.0]));
+    let number = |v: u32| if v == 0 { corner.0 } else { base + v - 1 };
+    faces.extend(square.triangles().iter().map(|f| f.map(number)));
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let mut source = zero_level(&mesh, |p| direction * (p[0] - 0.3));
+    source.curves.retain(|c| c.nodes.len() > n);
+    let exact = move |p: [f64; 3]| {
+        let behind = p[0].max(p[1]) > 1.0;
+        direction * if behind { 0.7 + (p[0] - 1.0).hypot(p[1] - 1.0) } else { p[0] - 0.3 }
+    };
+    (mesh, source, exact)
+}
+
+/// The distance goes on behind the corner with the sign it has there, and grows.
+#[test]
+fn distance_goes_on_through_a_vertex() {
+    for direction in [1.0, -1.0] {
+        let (mesh, source, exact) = two_squares(direction);
+        for level_sets in [LevelSets::Free, LevelSets::Zero] {
+            let solution = solve(&mesh, &source, PAPER_TIME, level_sets);
+            for v in mesh.vertices() {
+                let (d, wanted) = (solution.distance[v], exact(mesh.position(v)));
+                assert!((d - wanted).abs() < 0.25 * wanted.abs() + 0.01, "{v}: {d} for {wanted}");
+            }
+        }
+    }
+}
+
+/// Behind the corner the distance is that from a point.
+#[test]
+fn distance_behind_a_vertex_is_that_from_a_point() {
+    let (mesh, source, exact) = two_squares(1.0);
+    let e = errors(&mesh, &free(&mesh, &source), exact);
+    assert!(e.largest < 0.05, "{e:?}");
+}
+
+#[test]
+fn two_tetrahedra_at_a_vertex() {
+    let positions = vec![
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, -1.0],
+        [-0.5, 0.8, -1.0],
+        [-0.5, -0.8, -1.0],
+        [1.0, 0.0, 1.0],
+        [-0.5, 0.8, 1.0],
+        [-0.5, -0.8, 1.0],
+    ];
+    let faces = vec![
+        [0, 1, 2],
+        [0, 2, 3],
+        [0, 3, 1],
+        [1, 3, 2], // below
+        [0, 5, 4],
+        [0, 6, 5],
+        [0, 4, 6],
+        [4, 5, 6],
+    ];
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let ring = Curve::signed([1, 2, 3, 1].map(Vertex));
+    let there = solve(&mesh, &SurfaceCurves::from_curve(ring.clone()), PAPER_TIME, LevelSets::Zero).distance;
+    let back =
+        solve(&mesh, &SurfaceCurves::from_curve(ring.reversed()), PAPER_TIME, LevelSets::Zero).distance;
+    for v in [0, 4, 5, 6].map(Vertex) {
+        assert!(there[v].abs() > 0.5 && (there[v] + back[v]).abs() < 1e-7, "{v}: {}", there[v]);
+        assert_eq!(there[v] > 0.0, there[Vertex(0)] > 0.0, "{v}: the sign changed behind the vertex");
+    }
+    assert!((4..7).all(|v| there[Vertex(v)].abs() > there[Vertex(0)].abs() + 0.8));
+}
+
+/// The place across a Moebius band: from its core, along the ruling.
+fn across(mesh: &TriangleMesh, nv: usize, width: f64) -> Vec<f64> {
+    let share = |v: Vertex| (v.index() % (nv + 1)) as f64 / nv as f64 - 0.5;
+    mesh.vertices().map(|v| (width * share(v)).abs()).collect()
+}
+
+/// Rulings are geodesics, and the curves at a fixed distance from the core cross them at right angles: so the distance to such a
+/// curve, which goes round twice and has two sides, is known.
+#[test]
+fn two_sided_curve_on_a_moebius_band() {
+    let (nu, nv, width) = (160, 20, 0.8);
+    let mesh = shapes::moebius_band(1.0, width, nu, nv).unwrap();
+    let from_core = across(&mesh, nv, width);
+    let exact: Vec<f64> = from_core.iter().map(|w| w - 0.19).collect();
+    let curves = isolines(&mesh, &exact.clone().into(), &[0.0]).unwrap().remove(0).curves;
+    assert_eq!(curves.len(), 1, "round twice");
+    let source = SurfaceCurves { curves, points: Vec::new() };
+    for level_sets in [LevelSets::Free, LevelSets::Zero] {
+        let solution = solve(&mesh, &source, PAPER_TIME, level_sets);
+        assert!(solution.report.preparation.real_form);
+        assert!(!solution.report.all_warnings().any(|w| w.contains("one-sided")));
+        let worst = largest_difference(solution.distance.as_slice(), &exact);
+        println!("two-sided on a Moebius band, {level_sets:?}: {worst:.2e}");
+        assert!(worst < 0.02, "{level_sets:?}: {worst}");
+    }
+}
+
+#[test]
+fn one_sided_curve_is_warned_of() {
+    let (nu, nv) = (60, 8);
+    let mesh = shapes::moebius_band(1.0, 0.6, nu, nv).unwrap();
+    let middle = |i: usize| Vertex(((i % nu) * (nv + 1) + nv / 2) as u32);
+    let core = Curve::signed((0..=nu).map(middle));
+    let solution = solve(&mesh, &SurfaceCurves::from_curve(core.clone()), PAPER_TIME, LevelSets::Zero);
+    assert!(solution.report.all_warnings().any(|w| w.contains("one-sided")));
+    assert!(solution.distance.as_slice().iter().all(|d| d.is_finite()));
+    for i in 0..nu {
+        assert!(solution.distance[middle(i)].abs() < 1e-6);
+    }
+    // Without sides the same curve is no problem.
+    let source = unsigned(SurfaceCurves::from_curve(core));
+    let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Zero);
+    let worst = largest_difference(solution.distance.as_slice(), &across(&mesh, nv, 0.6));
+    assert!(worst < 0.05, "{worst}");
+}
+
+#[test]
+fn unsigned_curves_are_not_warned_of_sides() {
+    let (nu, nv) = (24, 4);
+    let mesh = shapes::moebius_band(1.0, 0.6, nu, nv).unwrap();
+    let core = Curve::unsigned((0..=nu).map(|i| Vertex(((i % nu) * (nv + 1) + nv / 2) as u32)));
+    let solution = solve(&mesh, &SurfaceCurves::from_curve(core), PAPER_TIME, LevelSets::Zero);
+    assert!(!solution.report.all_warnings().any(|w| w.contains("one-sided")));
+}
+
+/// A short curve across the band with its normal given: the opposite normal negates the distance.
+#[test]
+fn normal_given_on_a_moebius_band() {
+    let (nu, nv) = (60, 8);
+    let mesh = shapes::moebius_band(1.0, 0.6, nu, nv).unwrap();
+    let at = |i: usize, j: usize| Vertex((i * (nv + 1) + j) as u32);
+    // Half a turn on, the band stands upright: its normal points to or from the axis.
+    let near = [29, 31].map(|i| at(i, 4));
+    let arc = |up: [f64; 3]| Curve { up: Some(up), ..Curve::signed((0..=nv).map(|j| at(30, j))) };
+    let solve = |up| solve(&mesh, &SurfaceCurves::from_curve(arc(up)), PAPER_TIME, LevelSets::Zero).distance;
+    let (out, inwards) = (solve([-1.0, 0.0, 0.0]), solve([1.0, 0.0, 0.0]));
+    assert!(
+        largest_difference(out.as_slice(), &inwards.as_slice().iter().map(|x| -x).collect::<Vec<_>>()) < 1e-7
+    );
+    // Upwards along z, seen from outside (x < 0): the left is where y is larger, back on the band.
+    let left = near.into_iter().find(|&v| mesh.position(v)[1] > 0.0).unwrap();
+    let right = near.into_iter().find(|&v| mesh.position(v)[1] < 0.0).unwrap();
+    assert!(mesh.position(at(30, nv))[2] > mesh.position(at(30, 0))[2]);
+    assert!(out[left] < 0.0 && out[right] > 0.0, "{} and {}", out[left], out[right]);
+}
+
+/// On a Klein bottle, the isoline of an even function of the figure eight's parameter bounds: signs are those of the function.
+#[test]
+fn klein_bottle() {
+    let (nu, nv) = (80, 40);
+    let mesh = shapes::klein_bottle(2.5, nu, nv).unwrap();
+    let values: Vec<f64> = mesh
+        .vertices()
+        .map(|v| (std::f64::consts::TAU * ((v.index() % nv) as f64 + 0.5) / nv as f64).cos() - 0.2)
+        .collect();
+    let curves = isolines(&mesh, &values.clone().into(), &[0.0]).unwrap().remove(0).curves;
+    let solution = solve(&mesh, &SurfaceCurves { curves, points: Vec::new() }, PAPER_TIME, LevelSets::Zero);
+    for v in mesh.vertices() {
+        let d = solution.distance[v];
+        assert!(d.is_finite());
+        // The function is negative on the left of its isoline.
+        assert!(values[v.index()].abs() < 0.1 || (d < 0.0) == (values[v.index()] < 0.0), "{v}: {d}");
+    }
+    assert!(largest(solution.distance.as_slice()) > 1.0);
+}
+
+#[test]
+fn unreferenced_vertices_are_nan() {
+    let grid = shapes::grid(6, 3, 6.0, 3.0, Diagonal::Alternating).unwrap();
+    let n = grid.vertex_count();
+    for places in [vec![0], vec![n], vec![0, 7, 20, n]] {
+        let mut positions = Vec::new();
+        let mut number = vec![0u32; n];
+        for v in 0..=n {
+            if places.contains(&v) {
+                positions.push([50.0, 50.0, 50.0]);
+            }
+            if v < n {
+                number[v] = positions.len() as u32;
+                positions.push(grid.positions()[v]);
+            }
+        }
+        let faces = grid.triangles().iter().map(|f| f.map(|v| number[v as usize])).collect();
+        let mesh = TriangleMesh::new(positions, faces).unwrap();
+        let curve = through_vertices(&mesh, |p| p[0] == 2.0, |p| p[1]);
+        for level_sets in [LevelSets::Free, LevelSets::Zero, LevelSets::PerComponent, LevelSets::Soft(1e4)] {
+            let source = SurfaceCurves::from_curve(curve.clone());
+            let solution = solve(&mesh, &source, PAPER_TIME, level_sets);
+            assert_eq!(solution.distance.len(), n + places.len());
+            for v in mesh.vertices() {
+                let [x, ..] = mesh.position(v);
+                let d = solution.distance[v];
+                assert!(if x == 50.0 { d.is_nan() } else { (d - (x - 2.0)).abs() < 1e-6 }, "{v}: {d}");
+            }
+            let said = format!("{} vertices are used by no face", places.len());
+            assert!(solution.report.all_warnings().any(|w| w.contains(&said)));
+        }
+    }
+}
+
+/// The line x = 2 on 6 x 3 squares, whatever has been done to the mesh.
+fn line_on_squares(mesh: &TriangleMesh, level_sets: LevelSets) -> (Solution, f64) {
+    let curve = through_vertices(mesh, |p| p[0] == 2.0, |p| p[1]);
+    let solution = solve(mesh, &SurfaceCurves::from_curve(curve), PAPER_TIME, level_sets);
+    let worst = mesh.vertices().map(|v| (solution.distance[v] - (mesh.position(v)[0] - 2.0)).abs()).fold(
+        0.0,
+        |m, e| {
+            if e.is_nan() { f64::INFINITY } else { f64::max(m, e) }
+        },
+    );
+    (solution, worst)
+}
+
+/// The face on the rising edge from (4, 1) to (5, 2) cut in two, with a face of this height between it and that edge.
+fn with_sliver(grid: &TriangleMesh, height: f64) -> TriangleMesh {
+    let (mut positions, mut faces) = (grid.positions().to_vec(), grid.triangles().to_vec());
+    let [a, b, apex] = [[4.0, 1.0, 0.0], [5.0, 2.0, 0.0], [4.0, 2.0, 0.0]].map(|p| vertex_at(grid, p).0);
+    let cut = faces.iter().position(|f| [a, b, apex].iter().all(|v| f.contains(v))).unwrap();
+    let middle = positions.len() as u32;
+    positions.push([4.5 - height * 0.5f64.sqrt(), 1.5 + height * 0.5f64.sqrt(), 0.0]);
+    faces[cut] = [b, apex, middle];
+    faces.push([apex, a, middle]);
+    faces.push([a, b, middle]);
+    TriangleMesh::new(positions, faces).unwrap()
+}
+
+#[test]
+fn slivers_do_no_harm() {
+    let grid = shapes::grid(6, 3, 6.0, 3.0, Diagonal::Uniform).unwrap();
+    for height in [0.0, 1e-12, 1e-9, 1e-6] {
+        let mesh = with_sliver(&grid, height);
+        for level_sets in [LevelSets::Free, LevelSets::Zero] {
+            let (solution, worst) = line_on_squares(&mesh, level_sets);
+            println!("sliver of height {height:e}, {level_sets:?}: {worst:.1e}");
+            // Sides made longer by 1e-8 give a flat triangle angles of 1e-4, which turn the field by as much.
+            assert!(worst < 1e-4, "height {height:e}, {level_sets:?}: {worst:e}");
+            let warned = solution.report.all_warnings().any(|w| w.contains("no area"));
+            assert!(warned || height > 1e-8, "height {height:e}");
+        }
+    }
+}
+
+/// A height of a millionth is no trouble for double precision: the values keep their digits.
+#[test]
+fn thin_faces_keep_the_digits() {
+    let grid = shapes::grid(6, 3, 6.0, 3.0, Diagonal::Uniform).unwrap();
+    for height in [1e-3, 1e-5, 1e-6] {
+        let mesh = with_sliver(&grid, height);
+        let (_, worst) = line_on_squares(&mesh, LevelSets::Free);
+        assert!(worst < 1e-8, "height {height:e}: {worst:e}");
+    }
+}
+
+/// Two vertices at the same place with the faces between them squeezed to nothing.
+#[test]
+fn coincident_vertices_do_no_harm() {
+    let grid = shapes::grid(7, 3, 7.0, 3.0, Diagonal::Uniform).unwrap();
+    // The column from x = 4 to x = 5 is squeezed to width 0: all its faces have two equal corners.
+    let squeezed = |p: &[f64; 3]| [if p[0] > 4.5 { p[0] - 1.0 } else { p[0] }, p[1], p[2]];
+    let mesh = grid.with_positions(grid.positions().iter().map(squeezed).collect()).unwrap();
+    for level_sets in [LevelSets::Free, LevelSets::Zero] {
+        let (_, worst) = line_on_squares(&mesh, level_sets);
+        println!("coincident vertices, {level_sets:?}: {worst:.1e}");
+        assert!(worst < 1e-5, "{level_sets:?}: {worst:e}");
+    }
+}
+
+/// A line that does not run parallel to the edge that carries the fin: distances go on straight behind the edge, on the plate and on
+/// the fin unfolded into it.
+#[test]
+fn slanted_line_on_a_plate_with_a_fin() {
+    let plate = shapes::grid(20, 20, 2.0, 2.0, Diagonal::Alternating).unwrap();
+    let (mut positions, mut faces) = (plate.positions().to_vec(), plate.triangles().to_vec());
+    let mut below: Vec<u32> = (0..=20).map(|j| vertex_at(&plate, [1.0, 0.1 * j as f64, 0.0]).0).collect();
+    for row in 1..=5 {
+        let above: Vec<u32> = (0..=20).map(|j| positions.len() as u32 + j).collect();
+        positions.extend((0..=20).map(|j| [1.0, 0.1 * j as f64, 0.1 * row as f64]));
+        for j in 0..20 {
+            faces.push([below[j], below[j + 1], above[j + 1]]);
+            faces.push([below[j], above[j + 1], above[j]]);
+        }
+        below = above;
+    }
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    // Unfolded, the fin lies over x > 1; the line stays left of it.
+    let exact = |p: [f64; 3]| 0.8 * (p[0] + p[2]) + 0.6 * p[1] - 0.7;
+    let mut source = zero_level(&mesh, |p| if p[0] < 0.95 { exact(p) } else { 1.0 });
+    source.curves.retain(|c| c.nodes.len() > 10);
+    let e = errors(&mesh, solve(&mesh, &source, PAPER_TIME, LevelSets::Free).distance.as_slice(), exact);
+    println!("slanted line before a fin: {e:?}");
+    assert!(e.largest < 0.02, "{e:?}");
+}

@@ -1,0 +1,207 @@
+//! Sources of every kind, where the distance has a closed formula.
+
+mod exact;
+
+use eikona::signed_heat::{DiffusionTime, LevelSets, SolveOptions};
+use eikona_mesh::{
+    Curve, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex,
+    damage::jitter_with,
+    shapes::{self, Diagonal},
+};
+use exact::*;
+
+fn vertex_at(mesh: &TriangleMesh, x: f64, y: f64) -> Vertex {
+    let near = |v: &Vertex| norm(sub(mesh.position(*v), [x, y, 0.0])) < 1e-9;
+    mesh.vertices().find(near).unwrap()
+}
+
+/// [0, 2] x [0, 2], n squares a side.
+fn plate(n: usize) -> TriangleMesh {
+    shapes::grid(n, n, 2.0, 2.0, Diagonal::Alternating).unwrap()
+}
+
+fn rough_plate(n: usize) -> TriangleMesh {
+    jitter_with(&plate(n), 0.25, 3, &|p| [p[0], p[1], 0.0]).unwrap()
+}
+
+/// The straight line between two points of a flat mesh, as nodes on the edges it crosses.
+fn straight(mesh: &TriangleMesh, a: [f64; 3], b: [f64; 3]) -> Curve {
+    let bvh = eikona::spatial::Bvh::new(mesh);
+    eikona::contour::trace_polyline(mesh, &bvh, &[a, b], false, eikona_mesh::CurveKind::Signed, 1e-6)
+        .unwrap()
+        .curve
+}
+
+#[test]
+fn parts_of_edges_have_a_direction() {
+    let mesh = shapes::grid(10, 4, 10.0, 4.0, Diagonal::Alternating).unwrap();
+    let on_edge = |y: f64, t: f64| SurfacePoint::Edge {
+        vertices: [vertex_at(&mesh, 5.0, y), vertex_at(&mesh, 5.0, y + 1.0)].map(|v| v.0),
+        t,
+    };
+    let ys = [0.0, 1.0, 2.0, 3.0];
+    // Middle halves of the edges, each a curve of its own; and one curve with three nodes an edge.
+    let parts: Vec<Curve> = ys.iter().map(|&y| Curve::signed([on_edge(y, 0.25), on_edge(y, 0.75)])).collect();
+    let parts = SurfaceCurves { curves: parts, points: Vec::new() };
+    let whole = SurfaceCurves::from_curve(Curve::signed(
+        ys.iter().flat_map(|&y| [on_edge(y, 0.0), on_edge(y, 0.4), on_edge(y, 0.9), on_edge(y, 1.0)]),
+    ));
+    for source in [parts, whole] {
+        for (source, sign) in [(reversed(&source), -1.0), (source, 1.0)] {
+            for values in [free(&mesh, &source), zero(&mesh, &source)] {
+                let e = errors(&mesh, &values, |p| sign * (p[0] - 5.0));
+                assert!(e.largest < 1e-9, "{sign}: {e:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn doubled_curves_equal_single_ones() {
+    let mesh = rough_plate(20);
+    let mut source = zero_level(&mesh, |p| (p[0] - 0.9).hypot(p[1] - 1.1) - 0.5);
+    source.curves.push(through_vertices(&plate(20), |p| p[0] == 1.8, |p| p[1]));
+    let mut doubled = source.clone();
+    doubled.curves.extend(source.curves.clone());
+    assert!(largest_difference(&free(&mesh, &source), &free(&mesh, &doubled)) < 1e-12);
+    assert!(largest_difference(&zero(&mesh, &source), &zero(&mesh, &doubled)) < 1e-7);
+}
+
+/// A curve and the same curve backwards say nothing together: their normals cancel. Alone on a surface they leave no distance,
+/// and that is said.
+#[test]
+fn opposite_doubled_curves_cancel() {
+    let mesh = rough_plate(20);
+    let circle = zero_level(&mesh, |p| (p[0] - 0.9).hypot(p[1] - 1.1) - 0.5);
+    let line = straight(&mesh, [0.1, 0.1, 0.0], [1.9, 0.2, 0.0]);
+    let mut source = SurfaceCurves::from_curve(line.clone());
+    source.curves.push(line.clone().reversed());
+    let mut both = circle.clone();
+    both.curves.extend(source.curves.clone());
+    let difference = largest_difference(&free(&mesh, &both), &free(&mesh, &circle));
+    // Not bitwise: the shift counts the cancelled line's length too.
+    let alone = free(&mesh, &circle);
+    let shift = free(&mesh, &both)[0] - alone[0];
+    let moved: Vec<f64> = alone.iter().map(|x| x + shift).collect();
+    assert!(largest_difference(&free(&mesh, &both), &moved) < 1e-9, "{difference}");
+
+    let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Free);
+    assert!(
+        solution.distance.as_slice().iter().all(|d| d.is_nan()),
+        "cancelled normals make a distance out of rounding, up to {}",
+        largest(solution.distance.as_slice())
+    );
+    assert!(solution.report.all_warnings().any(|w| w.contains("800 faces")));
+}
+
+/// Two lines that cross, so that two quadrants are told opposite things: what is symmetric stays so, and between the two
+/// positive sides the zero distance is that to the nearer line.
+#[test]
+fn crossing_lines() {
+    for n in [20, 40] {
+        let mesh = plate(n);
+        let up = through_vertices(&mesh, |p| p[0] == 1.0, |p| p[1]);
+        let leftwards = through_vertices(&mesh, |p| p[1] == 1.0, |p| -p[0]);
+        let source = SurfaceCurves { curves: vec![up, leftwards], points: Vec::new() };
+        for (constrained, values) in [(false, free(&mesh, &source)), (true, zero(&mesh, &source))] {
+            for v in mesh.vertices() {
+                let [x, y, _] = mesh.position(v);
+                let at = |x: f64, y: f64| values[vertex_at(&mesh, x, y).index()];
+                let here = values[v.index()];
+                assert!((here - at(y, x)).abs() < 1e-7 && (here + at(2.0 - y, 2.0 - x)).abs() < 1e-7);
+                if constrained && x > 1.0 && y > 1.0 {
+                    let exact = (x - 1.0).min(y - 1.0);
+                    assert!((here - exact).abs() < 2.0 / n as f64, "({x}, {y}): {here}");
+                }
+            }
+        }
+    }
+}
+
+/// Three curves from one vertex: a signed line and a signed branch. All nodes are zero, no value exceeds the distance.
+#[test]
+fn branching_curves() {
+    let n = 40;
+    let mesh = plate(n);
+    let line = through_vertices(&mesh, |p| p[0] == 1.0, |p| p[1]);
+    let branch = through_vertices(&mesh, |p| p[1] == 1.0 && p[0] >= 1.0, |p| p[0]);
+    let source = SurfaceCurves { curves: vec![line.clone(), branch.clone()], points: Vec::new() };
+    let values = zero(&mesh, &source);
+    for node in line.nodes.iter().chain(&branch.nodes) {
+        let SurfacePoint::Vertex { vertex } = node else { panic!() };
+        assert!(values[*vertex as usize].abs() < 1e-6);
+    }
+    // Left of the line nothing disturbs.
+    for v in mesh.vertices() {
+        let [x, y, _] = mesh.position(v);
+        if x < 0.9 {
+            assert!(
+                (values[v.index()] - (x - 1.0)).abs() < 2.0 / n as f64,
+                "({x}, {y}): {}",
+                values[v.index()]
+            );
+        }
+        let distance = if x > 1.0 { (x - 1.0).min((y - 1.0).abs()) } else { 1.0 - x };
+        assert!(values[v.index()].abs() < distance + 2.0 / n as f64, "({x}, {y}): {}", values[v.index()]);
+    }
+}
+
+fn square_distance(p: [f64; 3]) -> f64 {
+    let (x, y) = ((p[0] - 1.0).abs() - 0.5, (p[1] - 1.0).abs() - 0.5);
+    if x.max(y) < 0.0 { x.max(y) } else { x.max(0.0).hypot(y.max(0.0)) }
+}
+
+/// Long diffusion rounds the corners of a square; keeping the normals of the curve keeps them sharp.
+#[test]
+fn preserved_normals_keep_corners() {
+    let n = 80;
+    let mesh = plate(n);
+    let mut nodes = Vec::new();
+    let corners = [[0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [0.5, 1.5]];
+    for i in 0..4 {
+        let (a, b) = (corners[i], corners[(i + 1) % 4]);
+        for k in 0..n / 2 {
+            let s = k as f64 / (n / 2) as f64;
+            nodes.push(vertex_at(&mesh, a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])));
+        }
+    }
+    nodes.push(nodes[0]);
+    let source = SurfaceCurves::from_curve(Curve::signed(nodes));
+    for coefficient in [10.0, 100.0] {
+        let solver = solver(&mesh, DiffusionTime::Coefficient(coefficient));
+        let error = |preserve_source_normals: bool| {
+            let options = SolveOptions { preserve_source_normals, ..levels(LevelSets::Free) };
+            let values = solver.solve(&source, &options).unwrap().distance;
+            let near: Vec<f64> = mesh
+                .vertices()
+                .filter(|&v| square_distance(mesh.position(v)).abs() < 0.1)
+                .map(|v| values[v] - square_distance(mesh.position(v)))
+                .collect();
+            (near.iter().map(|e| e * e).sum::<f64>() / near.len() as f64).sqrt()
+        };
+        let (rounded, kept) = (error(false), error(true));
+        println!("square, coefficient {coefficient}: rounded {rounded:.2e}, kept {kept:.2e}");
+        assert!(kept < 0.7 * rounded, "{kept} against {rounded}");
+    }
+    // On a straight line there is nothing to keep.
+    let line = SurfaceCurves::from_curve(straight(&mesh, [0.7, 0.0, 0.0], [0.7, 2.0, 0.0]));
+    let options = SolveOptions { preserve_source_normals: true, ..SolveOptions::default() };
+    let values = solver(&mesh, PAPER_TIME).solve(&line, &options).unwrap().distance;
+    assert!(errors(&mesh, values.as_slice(), |p| p[0] - 0.7).largest < 1e-7);
+}
+
+/// Seven tenths of a circle are given, in two arcs; the gaps are completed.
+#[test]
+fn two_arcs_of_a_circle() {
+    let mesh = rough_plate(64);
+    let exact = |p: [f64; 3]| (p[0] - 1.0).hypot(p[1] - 1.0) - 0.5;
+    let arcs = broken(&mesh, &zero_level(&mesh, exact), 0.35, 0.15);
+    assert_eq!(arcs.curves.len(), 2);
+    for coefficient in [1.0, 30.0] {
+        let values = solve(&mesh, &arcs, DiffusionTime::Coefficient(coefficient), LevelSets::Free).distance;
+        let e = errors(&mesh, values.as_slice(), exact);
+        println!("two arcs, coefficient {coefficient}: {e:?}");
+        // The chords over the gaps are 0.054 off the arcs.
+        assert!(e.largest < 0.2 && e.l2 < 0.054, "{e:?}");
+    }
+}
