@@ -48,8 +48,9 @@ impl Case {
             }
             Shape::Torus => {
                 // 2 nu nv faces, triangles about even: the outer circle is 1.4 / 0.4 times the circle of the tube.
-                let around = (faces as f64 / 2.0 / 2.5).sqrt().round().max(3.0);
-                (shapes::torus(1.0, MINOR, (2.5 * around) as usize, around as usize)?, 0.0)
+                // A multiple of 4 puts vertices on the circles and on the kinks of the distance between them.
+                let quarter = (faces as f64 / 2.0 / 2.5 / 16.0).sqrt().round().max(1.0) as usize;
+                (shapes::torus(1.0, MINOR, 10 * quarter, 4 * quarter)?, 0.0)
             }
         };
         let height: Vec<f64> = mesh.positions().iter().map(|p| p[2]).collect();

@@ -136,7 +136,7 @@ fn parse_bytes(text: &str) -> Result<usize, String> {
 /// Runs the verb. Gives the exit code.
 pub fn run(arguments: &SdfArguments, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("sdf", general);
-    let format = check_arguments(arguments, &session, general)?;
+    let format = check_arguments(arguments, general)?;
     let input = MeshInput::read(&arguments.mesh, &mut session)?;
     let (source, _) = read_source(&arguments.source, &input, &mut session)?;
     let solution = solve(arguments, &input, &source, &mut session)?;
@@ -145,11 +145,7 @@ pub fn run(arguments: &SdfArguments, general: &General) -> Result<u8, Failure> {
 }
 
 /// What can be refused before any work is done.
-fn check_arguments(
-    arguments: &SdfArguments,
-    session: &Session,
-    general: &General,
-) -> Result<Option<FieldFormat>, Failure> {
+fn check_arguments(arguments: &SdfArguments, general: &General) -> Result<Option<FieldFormat>, Failure> {
     let outputs = &arguments.outputs;
     let isolines = outputs.isolines.isolines.as_deref();
     let paths = [outputs.output.as_deref(), isolines, outputs.render.as_deref(), general.report.as_deref()];
@@ -160,13 +156,10 @@ fn check_arguments(
         ));
     }
     check_distinct(paths.iter().copied())?;
+    paths.iter().try_for_each(|path| check_output(path))?;
     let given = outputs.out_format.as_deref();
     let format = outputs.output.as_deref().map(|path| field_format(path, given)).transpose()?;
     check_isoline_path(&outputs.isolines)?;
-    for path in paths {
-        check_output(path)?;
-    }
-    session.check_report()?;
     Ok(format)
 }
 
@@ -293,7 +286,6 @@ fn write_outputs(
         fields.push(("distance_to_data", confidence.distance_to_data.as_slice()));
     }
     if let (Some(path), Some(format)) = (&outputs.output, format) {
-        session.unmeasured("write mesh", || ());
         output_fields("distance", path, format, input, &fields, session)?;
     }
     let levels = output_isolines(&outputs.isolines, &input.mesh, &solution.distance, session)?;

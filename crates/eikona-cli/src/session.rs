@@ -147,6 +147,7 @@ impl Session {
         if let Some(bytes) = self.stdout.take() {
             print_bytes(&bytes)?;
         }
+        self.progress = Progress::default(); // the line goes away before the last words
         if self.general.timings {
             for phase in &self.report.phases {
                 self.progress.print(&format!("{:>9.3} s  {}", phase.seconds, phase.name));

@@ -198,3 +198,32 @@ fn create_beside(target: &Path) -> io::Result<(File, Temporary)> {
     }
     Err(last.unwrap_or_else(|| io::Error::other("no temporary file could be made")))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_are_not_all_published_leave_nothing_behind() {
+        let folder = std::env::temp_dir().join(format!("eikona-atomic-test-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let stage = |name: &str| stage_file(folder.join(name), |out| out.write_all(b"new")).unwrap();
+        let names = || fs::read_dir(&folder).unwrap().count();
+
+        drop(stage("dropped"));
+        assert_eq!(names(), 0);
+
+        fs::write(folder.join("old"), "old").unwrap();
+        let files = vec![stage("old"), stage("first"), stage("blocked"), stage("last")];
+        fs::create_dir(folder.join("blocked")).unwrap(); // no file takes the name of a folder
+        assert!(publish_files(files).is_err());
+        assert!(!folder.join("first").exists() && !folder.join("last").exists());
+        assert_eq!(names(), 2, "the old file and the folder");
+
+        fs::remove_dir(folder.join("blocked")).unwrap();
+        publish_files(vec![stage("old"), stage("blocked")]).unwrap();
+        assert_eq!(fs::read(folder.join("old")).unwrap(), b"new");
+        assert!(!unfinished().iter().any(|path| path.starts_with(&folder)));
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}

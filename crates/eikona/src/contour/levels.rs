@@ -23,11 +23,11 @@ pub fn spaced_levels(values: &[f64], spacing: f64) -> Result<Vec<f64>, ContourEr
     }
     let Some([low, high]) = finite_range(values) else { return Ok(Vec::new()) };
     let (first, last) = ((low / spacing).ceil(), (high / spacing).floor());
-    // `!(a <= b)` rather than `a > b`: the count is NaN for a range that overflows.
-    if !(last - first < MAX_LEVELS as f64) {
+    let span = last - first;
+    if !span.is_finite() || span >= MAX_LEVELS as f64 {
         return refuse("it would give more than 10,000 levels; make it larger");
     }
-    let count = (last - first + 1.0).max(0.0) as usize;
+    let count = (span + 1.0).max(0.0) as usize;
     // Adding 0 turns -0 into 0.
     Ok((0..count).map(|k| (first + k as f64) * spacing + 0.0).collect())
 }

@@ -82,15 +82,15 @@ mod tests {
     fn a_wavy_cut_of_a_cylinder_follows_the_wave() {
         let mesh = shapes::cylinder(0.5, 2.0, 200, 200, shapes::Ends::Open).unwrap();
         let wave = Wave { amplitude: 0.2, count: 3 };
-        let curves = wavy_plane_cut(&mesh, [0.0, 0.0, 0.1], [0.0, 0.0, 2.0], wave).unwrap();
+        let curves = wavy_plane_cut(&mesh, [0.0, 0.0, 1.0], [0.0, 0.0, 2.0], wave).unwrap();
         assert_eq!(curves.len(), 1);
         assert!(curves[0].is_closed());
-        let heights: Vec<f64> = curve_points(&mesh, &curves[0]).unwrap().iter().map(|p| p[2] - 0.1).collect();
+        let heights: Vec<f64> = curve_points(&mesh, &curves[0]).unwrap().iter().map(|p| p[2] - 1.0).collect();
         let (low, high) = heights.iter().fold((0.0f64, 0.0f64), |(l, h), &z| (l.min(z), h.max(z)));
         assert!((low + 0.2).abs() < 1e-3 && (high - 0.2).abs() < 1e-3, "{low} {high}");
         let ups = heights.windows(2).filter(|z| z[0] < 0.0 && z[1] >= 0.0).count();
         assert_eq!(ups, 3);
-        let flat = wavy_plane_cut(&mesh, [0.0, 0.0, 0.1], [0.0, 0.0, 2.0], Wave { amplitude: 0.0, count: 3 });
-        assert_eq!(flat.unwrap(), plane_cut(&mesh, [0.0, 0.0, 0.1], [0.0, 0.0, 2.0]).unwrap());
+        let flat = wavy_plane_cut(&mesh, [0.0, 0.0, 1.0], [0.0, 0.0, 2.0], Wave { amplitude: 0.0, count: 3 });
+        assert_eq!(flat.unwrap(), plane_cut(&mesh, [0.0, 0.0, 1.0], [0.0, 0.0, 2.0]).unwrap());
     }
 }

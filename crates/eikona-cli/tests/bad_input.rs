@@ -1,0 +1,337 @@
+//! What the public solvers fail on (rows of a table of their behaviour), and what people type wrongly: the right answer, or
+//! the right exit code with the element in the message and no file left behind.
+
+mod run;
+
+use run::{Folder, LINE, grid_obj};
+
+fn grid() -> Folder {
+    let folder = Folder::new();
+    folder.write("grid.obj", &grid_obj());
+    folder.write("line.json", LINE);
+    folder
+}
+
+/// A mesh as text with more vertices and faces at its end; `line.json` still fits.
+fn with_mesh(more: &str) -> Folder {
+    let folder = grid();
+    folder.write("mesh.obj", &(grid_obj() + more));
+    folder
+}
+
+#[track_caller]
+fn assert_line_distance(distance: &[f64]) {
+    for (i, d) in distance.iter().enumerate().take(33) {
+        let expected = (i / 3) as f64 - 5.0;
+        assert!((d - expected).abs() < 1e-6, "vertex {i}: {d}, not {expected}");
+    }
+}
+
+const SECOND_SQUARE: &str = "v 20 0 0\nv 21 0 0\nv 21 1 0\nv 20 1 0\nf 34 35 36\nf 34 36 37\n";
+
+#[test]
+fn a_component_without_a_source_is_nan_with_a_warning() {
+    let folder = with_mesh(SECOND_SQUARE);
+    for level_sets in ["free", "zero", "per-component"] {
+        let outcome =
+            folder.done(&format!("sdf mesh.obj --curve line.json -o out.csv --level-sets {level_sets}"));
+        let distance = folder.column("out.csv", "distance");
+        assert_line_distance(&distance);
+        assert!(distance[33..].iter().all(|d| d.is_nan()));
+        assert!(outcome.stderr.contains("component 1 (2 faces)"), "{}", outcome.stderr);
+    }
+    let strict = folder.run("sdf mesh.obj --curve line.json -o out.csv --strict");
+    assert_eq!(strict.code, Some(4));
+    assert_eq!(folder.column("out.csv", "distance").len(), 37, "outputs are written all the same");
+    for name in ["out.ply", "out.obj", "out.glb", "out.vtp", "out.off"] {
+        folder.done(&format!("sdf mesh.obj --curve line.json -o {name} --render out.png --size 200x150"));
+        folder.done(&format!("inspect {name}"));
+    }
+}
+
+#[test]
+fn two_components_with_a_source_each_have_a_zero_each() {
+    let folder = with_mesh(SECOND_SQUARE);
+    folder.write(
+        "two.json",
+        &LINE.replace(
+            r#"}]}]}"#,
+            r#"}]},{"nodes":[{"edge":[33,34],"t":0.5},{"edge":[33,35],"t":0.5},{"edge":[35,36],"t":0.5}]}]}"#,
+        ),
+    );
+    for level_sets in ["free", "per-component", "zero"] {
+        folder.done(&format!("sdf mesh.obj --curve two.json -o out.csv --level-sets {level_sets}"));
+        let distance = folder.column("out.csv", "distance");
+        assert_line_distance(&distance);
+        for (v, expected) in [(33, -0.5), (34, 0.5), (35, 0.5), (36, -0.5)] {
+            assert!((distance[v] - expected).abs() < 1e-6, "vertex {v}: {}", distance[v]);
+        }
+    }
+}
+
+#[test]
+fn a_face_without_area_does_no_harm() {
+    // Vertex 33 lies on the edge from vertex 0 to vertex 3, with a face between.
+    let folder = with_mesh("v 0.5 0 0\nf 1 4 34\n");
+    let outcome = folder.done("sdf mesh.obj --curve line.json -o out.csv");
+    let distance = folder.column("out.csv", "distance");
+    assert_line_distance(&distance);
+    assert!((distance[33] + 4.5).abs() < 1e-3, "{}", distance[33]);
+    assert!(outcome.stderr.contains("face 40"), "{}", outcome.stderr);
+    let dropped = folder.done("sdf mesh.obj --curve line.json -o out.csv --drop-degenerate");
+    assert!(dropped.stderr.contains("dropped 1 triangles"), "{}", dropped.stderr);
+    assert_eq!(folder.column("out.csv", "distance").len(), 34);
+}
+
+#[test]
+fn a_face_that_names_a_vertex_twice_is_refused_or_dropped() {
+    let folder = with_mesh("f 1 4 4\n");
+    folder.refused(
+        "sdf mesh.obj --curve line.json -o out.csv",
+        3,
+        &["mesh.obj", "face 40", "vertex 3", "--drop-degenerate"],
+    );
+    folder.refused("inspect mesh.obj", 3, &["face 40", "vertex 3"]);
+    folder.done("sdf mesh.obj --curve line.json -o out.csv --drop-degenerate");
+    assert_line_distance(&folder.column("out.csv", "distance"));
+}
+
+#[test]
+fn a_sliver_is_solved() {
+    let folder = with_mesh("v 0.5 -1e-12 0\nf 1 34 4\n");
+    folder.done("sdf mesh.obj --curve line.json -o out.csv");
+    assert_line_distance(&folder.column("out.csv", "distance"));
+}
+
+#[test]
+fn vertices_that_no_face_uses_keep_their_place() {
+    let folder = with_mesh("v 7 7 7\n");
+    let outcome = folder.done("sdf mesh.obj --curve line.json -o out.csv");
+    let distance = folder.column("out.csv", "distance");
+    assert_line_distance(&distance);
+    assert!(distance.len() == 34 && distance[33].is_nan());
+    assert!(outcome.stderr.contains("used by no face"), "{}", outcome.stderr);
+    // One in front of all others: every index in the file moves up by one.
+    let moved = |line: &str| {
+        let words = line.split(' ').map(|w| w.parse::<u32>().map_or(w.to_string(), |i| (i + 1).to_string()));
+        words.collect::<Vec<_>>().join(" ")
+    };
+    let lines: Vec<String> =
+        grid_obj().lines().map(|l| if l.starts_with('f') { moved(l) } else { l.to_string() }).collect();
+    folder.write("front.obj", &format!("v 7 7 7\n{}\n", lines.join("\n")));
+    folder.write("space.obj", "v 5 0 0\nv 5 2 0\nl 1 2\n");
+    folder.done("sdf front.obj --curve space.obj -o out.csv");
+    let distance = folder.column("out.csv", "distance");
+    assert!(distance.len() == 34 && distance[0].is_nan());
+    assert_line_distance(&distance[1..]);
+}
+
+#[test]
+fn an_index_that_no_vertex_has_is_refused() {
+    let folder = with_mesh("f 1 4 99\n");
+    folder.refused("sdf mesh.obj --curve line.json -o out.ply --report r.json", 3, &["mesh.obj", "99"]);
+    folder.write("mesh.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n");
+    folder.refused("sdf mesh.off --points 0 -o out.ply", 3, &["face 0", "vertex 7", "3 vertices"]);
+    folder.write("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.refused("sdf nan.obj --points 0 -o out.ply", 3, &["vertex 0"]);
+}
+
+#[test]
+fn curves_that_do_not_fit_the_mesh_are_refused() {
+    let folder = grid();
+    folder.write("out_of_range.json", &LINE.replace("17", "99"));
+    folder.refused(
+        "sdf grid.obj --curve out_of_range.json -o out.ply",
+        3,
+        &["out_of_range.json", "vertex 99", "33"],
+    );
+    folder.refused("sdf grid.obj --points 3,99 -o out.ply", 3, &["vertex 99", "0 to 32"]);
+    folder.write("one.json", r#"{"eikona":"curves","version":1,"curves":[{"nodes":[{"vertex":15}]}]}"#);
+    folder.refused("sdf grid.obj --curve one.json -o out.ply", 3, &["one.json", "curve 0"]);
+    folder.write("still.txt", "signed_curve\nv 15\nv 15\n");
+    folder.refused("sdf grid.obj --curve still.txt -o out.ply", 3, &["curve 0"]);
+    folder.write("wide.json", &LINE.replace(r#"{"vertex":16},"#, ""));
+    folder.refused(
+        "sdf grid.obj --curve wide.json -o out.ply --no-trace",
+        3,
+        &["wide.json", "curve 0, node 0", "--trace"],
+    );
+    folder.write("space.obj", "v 5 0 0\nv 5 2 0\nl 1 2\n");
+    folder.refused("sdf grid.obj --curve space.obj -o out.ply --no-trace", 3, &["space.obj", "polyline 0"]);
+    folder.write("edge.json", &LINE.replace(r#"{"vertex":16}"#, r#"{"edge":[15,29],"t":0.5}"#));
+    folder.refused("sdf grid.obj --curve edge.json -o out.ply", 3, &["15 and 29"]);
+    folder.write("bad.json", "{");
+    folder.refused("sdf grid.obj --curve bad.json -o out.ply", 3, &["bad.json", "line 1"]);
+    folder.write("empty.json", r#"{"eikona":"curves","version":1}"#);
+    folder.refused("sdf grid.obj --curve empty.json -o out.ply", 3, &["empty.json", "no curve"]);
+    folder.refused("sdf grid.obj -o out.ply", 2, &["--curve", "--points"]);
+    // Numbers of edges mean nothing once polygons are cut into triangles.
+    folder.write("quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+    folder.write("edges.txt", "signed_curve\ne 0 0.5\ne 2 0.5\n");
+    folder.refused("sdf quad.obj --curve edges.txt -o out.ply", 3, &["edges.txt", "line 2", "polygons"]);
+}
+
+#[test]
+fn a_segment_inside_an_edge_has_the_sign_of_its_own_direction() {
+    let folder = grid();
+    // Edge nodes only: pieces of the two edges of the line x = 5, upwards and downwards.
+    let up = r#"{"eikona":"curves","version":1,"curves":[{"nodes":[{"edge":[15,16],"t":0.2},{"edge":[15,16],"t":0.8}]}]}"#;
+    folder.write("up.json", up);
+    folder.write("down.json", &up.replace("0.2", "0.9").replace("0.8", "0.3"));
+    for (curve, sign) in [("up.json", 1.0), ("down.json", -1.0)] {
+        folder.done(&format!("sdf grid.obj --curve {curve} -o out.csv"));
+        let distance = folder.column("out.csv", "distance");
+        assert!(
+            distance[31] * sign > 3.0 && distance[1] * sign < -3.0,
+            "{curve}: {} {}",
+            distance[1],
+            distance[31]
+        );
+    }
+}
+
+#[test]
+fn unsigned_distance_is_nowhere_negative() {
+    let folder = Folder::new();
+    folder.done("make grid nx=40 ny=20 width=2 height=1 -o g.ply");
+    folder.write("line.obj", "v 0.51 0.3 0\nv 1.33 0.71 0\nl 1 2\n");
+    folder.done("sdf g.ply --curve line.obj --unsigned -o out.csv");
+    let distance = folder.column("out.csv", "distance");
+    // Between the nodes of the curve the value may dip by a share of an edge, whose length is 0.05.
+    let lowest = distance.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+    assert!(lowest > -0.01, "{lowest}");
+}
+
+#[test]
+fn a_point_in_a_square_has_round_distances() {
+    let folder = Folder::new();
+    folder.done("make grid nx=40 ny=20 width=2 height=1 -o g.obj");
+    let text = folder.read("g.obj");
+    let positions: Vec<Vec<f64>> = text
+        .lines()
+        .filter_map(|l| Some(l.strip_prefix("v ")?.split(' ').map(|x| x.parse().unwrap()).collect()))
+        .collect();
+    let middle =
+        positions.iter().position(|p| (p[0] - 1.0).abs() < 1e-9 && (p[1] - 0.5).abs() < 1e-9).unwrap();
+    folder.done(&format!("sdf g.obj --points {middle} -o out.csv"));
+    for (p, d) in positions.iter().zip(folder.column("out.csv", "distance")) {
+        let expected = (p[0] - 1.0).hypot(p[1] - 0.5);
+        assert!((d - expected).abs() < 0.05, "at {p:?}: {d}, not {expected}");
+    }
+}
+
+#[test]
+fn what_people_type_wrongly_is_told_with_exit_code_2() {
+    let folder = grid();
+    folder.refused("sfd grid.obj", 2, &["sfd", "sdf"]);
+    folder.refused("sdf grid.obj --curv line.json -o out.ply", 2, &["--curve"]);
+    folder.refused("sdf grid.obj --curve line.json -o out.xyz", 2, &["out.xyz", ".ply"]);
+    folder.refused("sdf grid.obj --curve line.json -o out.stl", 2, &["STL", ".ply"]);
+    folder.refused("sdf grid.obj --curve line.json", 2, &["-o OUT.ply"]);
+    folder.refused("sdf grid.obj --curve line.json -o out.ply --time 0", 2, &["auto or a number above 0"]);
+    folder.refused("sdf grid.obj --curve line.json -o out.ply --level-sets hard", 2, &["per-component"]);
+    folder.refused("sdf grid.obj --curve line.json -o out.ply --isolines out.txt", 2, &[".svg", ".json"]);
+    folder.refused("sdf grid.obj --curve line.json -o out.ply --isolines i.obj --spacing -1", 2, &[]);
+    folder.refused(
+        "sdf grid.obj --curve line.json -o out.ply --isolines i.obj --spacing 1e-9",
+        2,
+        &["spacing", "10,000"],
+    );
+    folder.refused("sdf grid.obj --curve line.json -o x.csv --report x.csv", 2, &["x.csv", "two outputs"]);
+    folder.refused("sdf grid.obj --curve line.json -o out.ply --render o.png --size 0x0", 2, &["0 x 0"]);
+    folder.refused("sdf grid.obj --curve line.json -o out.ply --render o.png --map jet", 2, &["viridis"]);
+    folder.refused("sdf grid.obj --curve line.json -o no/such/folder/out.ply", 2, &["no/such/folder"]);
+    folder.refused("sdf grid.obj --curve line.json -o .", 2, &["folder"]);
+    folder.refused("make tours -o t.ply", 2, &["tours", "torus"]);
+    folder.refused("make torus nw=3 -o t.ply", 2, &["nw", "nu"]);
+    folder.refused("make torus", 2, &["-o torus.ply"]);
+    folder.refused("make torus -o t.ply --cut axis=z,at=9 --curve-out c.json", 2, &["does not meet"]);
+    folder.refused("render grid.obj -o out.jpg", 2, &["png"]);
+    folder.refused("completions tcsh", 2, &["bash"]);
+    folder.refused("", 2, &["Usage"]);
+}
+
+#[test]
+fn missing_and_senseless_files_have_exit_code_3() {
+    let folder = grid();
+    folder.refused("sdf nothing.obj --curve line.json -o out.ply", 3, &["nothing.obj", "no such file"]);
+    folder.refused("nothing.obj", 3, &["nothing.obj", "no such file"]);
+    folder.refused("sdf grid.obj --curve nothing.json -o out.ply", 3, &["nothing.json", "no such file"]);
+    folder.refused("inspect .", 3, &["folder"]);
+    folder.write("text.ply", "hello");
+    folder.refused("inspect text.ply", 3, &["text.ply"]);
+    folder.write("empty.obj", "");
+    folder.refused("inspect empty.obj", 3, &["empty.obj"]);
+    folder.write("points.obj", "v 0 0 0\nv 1 0 0\n");
+    folder.refused("sdf points.obj --points 0 -o out.ply", 3, &["no faces"]);
+    folder.refused("render grid.obj -o out.png --field heat", 3, &["heat"]);
+}
+
+#[test]
+fn failures_of_the_machine_have_exit_code_1() {
+    let folder = grid();
+    folder.refused("sdf grid.obj --curve line.json -o out.ply --memory-limit 1kB", 1, &["limit"]);
+    folder.refused(
+        "bench sdf --faces 100 --peer potpourri3d --python no-such-python",
+        1,
+        &["pip install potpourri3d"],
+    );
+    // A later output that can not be written takes the earlier ones with it: no folder can have a file below a file.
+    folder.write("file", "");
+    folder.refused("sdf grid.obj --curve line.json -o out.ply --render file/out.png", 2, &["file"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_can_not_be_written_to_leaves_nothing_behind() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = grid();
+    let locked = folder.0.join("locked");
+    std::fs::create_dir(&locked).unwrap();
+    std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o555)).unwrap();
+    // Nothing is locked for the superuser: there, the kernel's own folder serves.
+    let target =
+        if std::fs::write(locked.join("probe"), "").is_ok() { "/proc/out.png" } else { "locked/out.png" };
+    let _ = std::fs::remove_file(locked.join("probe"));
+    folder.refused(
+        &format!("sdf grid.obj --curve line.json -o out.ply --render {target}"),
+        1,
+        &["out.png", "no output"],
+    );
+    std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interruption_ends_with_130_and_leaves_nothing_behind() {
+    use std::process::{Command, Stdio};
+    let folder = Folder::new();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_eikona"))
+        .args([
+            "make",
+            "geodesic_sphere",
+            "frequency=350",
+            "-o",
+            "big.ply",
+            "--curve-out",
+            "c.json",
+            "--cut",
+            "axis=z",
+        ])
+        .current_dir(&folder.0)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(250));
+    let running = child.try_wait().unwrap().is_none();
+    assert!(
+        Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success() || !running
+    );
+    let status = child.wait().unwrap();
+    if running && status.code() != Some(0) {
+        assert_eq!(status.code(), Some(130));
+        assert!(folder.files().is_empty(), "{:?}", folder.files());
+    } else {
+        println!("the command was done before it could be interrupted");
+    }
+}

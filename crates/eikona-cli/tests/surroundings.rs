@@ -1,0 +1,211 @@
+//! Help, completions, reports, pictures, inspection, made damage, the benchmark.
+
+mod run;
+
+use run::{Folder, data, png_size};
+
+/// The lines of a help text that are commands.
+fn examples(help: &str) -> Vec<String> {
+    let lines = help.lines().map(str::trim).filter_map(|l| l.strip_prefix("eikona "));
+    // What follows several spaces is an explanation; what goes into a file is left to the shell.
+    lines
+        .map(|l| l.split("   ").next().unwrap_or(l).split(" > ").next().unwrap_or(l).trim().to_string())
+        .collect()
+}
+
+#[test]
+fn the_examples_of_every_help_text_work() {
+    let mut ran = 0;
+    for verb in ["sdf", "inspect", "make", "render", "demo", "bench", ""] {
+        let folder = Folder::new();
+        folder.write("distance.ply", ""); // written anew by the examples
+        let help = folder.done(&format!("{verb} --help"));
+        let examples = examples(&help.text());
+        assert!(!examples.is_empty(), "the help of {verb:?} has no example");
+        for example in examples {
+            // The large sizes and the other program are for a quiet machine.
+            if example.contains("--peer") {
+                continue;
+            }
+            folder.done(&example);
+            ran += 1;
+        }
+    }
+    println!("{ran} examples ran");
+    assert!(ran >= 12);
+}
+
+#[test]
+fn completions_and_version_are_printed() {
+    let folder = Folder::new();
+    for shell in ["bash", "zsh", "fish"] {
+        let text = folder.done(&format!("completions {shell}")).text();
+        assert!(text.contains("level-sets") && text.contains("inspect"), "{shell}");
+    }
+    assert_eq!(folder.done("--version").text().trim(), concat!("eikona ", env!("CARGO_PKG_VERSION")));
+    assert!(folder.files().is_empty());
+}
+
+#[test]
+fn every_verb_writes_a_report() {
+    let folder = Folder::new();
+    for (verb, command) in [
+        ("make", "make torus nu=20 nv=10 -o t.ply --seed 3 --jitter 0.1"),
+        ("inspect", "inspect t.ply"),
+        ("sdf", "sdf t.ply --points 0 -o d.ply"),
+        ("render", "render d.ply -o d.png --size 200x150"),
+        ("bench", "bench sdf --faces 300 --repeats 1"),
+    ] {
+        folder.done(&format!("{command} --report r.json"));
+        let report = folder.json("r.json");
+        assert_eq!(report["verb"], verb);
+        assert_eq!(report["version"], 1);
+        assert!(report["seconds"].as_f64().unwrap() > 0.0);
+        assert!(!report["phases"].as_array().unwrap().is_empty(), "{verb}");
+        let last = report["outputs"].as_array().unwrap().last().unwrap();
+        assert_eq!(last["kind"], "report");
+    }
+}
+
+#[test]
+fn the_same_command_gives_the_same_bytes_on_any_number_of_threads() {
+    let folder = Folder::new();
+    folder.done(
+        "make bumpy_sphere frequency=12 -o s.ply --jitter 0.2 --seed 5 --broken-curve c.json --cut axis=z",
+    );
+    folder.done("make bumpy_sphere frequency=12 -o again.ply --jitter 0.2 --seed 5");
+    assert_eq!(folder.bytes("s.ply"), folder.bytes("again.ply"));
+    for threads in [1, 2, 5] {
+        folder.done(&format!(
+            "sdf s.ply --curve c.json -o d{threads}.ply --render d{threads}.png --size 300x200 --threads {threads}"
+        ));
+        assert_eq!(folder.bytes("d1.ply"), folder.bytes(&format!("d{threads}.ply")));
+        assert_eq!(folder.bytes("d1.png"), folder.bytes(&format!("d{threads}.png")));
+    }
+    folder.done("make bumpy_sphere frequency=12 -o other.ply --jitter 0.2 --seed 6");
+    assert_ne!(folder.bytes("s.ply"), folder.bytes("other.ply"));
+}
+
+#[test]
+fn pictures_have_the_size_asked_for() {
+    let folder = Folder::new();
+    folder.done("make torus nu=20 nv=10 -o t.ply --curve-out c.json --cut axis=z");
+    folder.done("sdf t.ply --curve c.json -o d.ply");
+    for flags in [
+        "",
+        "--field quality --isolines 5",
+        "--field none",
+        "--isolines 0 --map gray --range -1,1",
+        "--spacing 0.1 --curve c.json",
+        "--azimuth -30 --elevation 80 --zoom 2 --up z --ortho --transparent --no-bar --wireframe",
+    ] {
+        folder.done(&format!("render d.ply -o d.png --size 161x97 {flags}"));
+        assert_eq!(png_size(&folder.bytes("d.png")), (161, 97), "{flags}");
+    }
+    let outcome = folder.done("render t.ply -o - --size 64x48");
+    assert_eq!(png_size(&outcome.stdout), (64, 48));
+}
+
+#[test]
+fn inspection_counts_what_is_there() {
+    let folder = Folder::new();
+    folder.done("make torus nu=20 nv=10 -o t.ply --flip-faces 0.1 --broken-curve c.json --cut axis=x,at=20% --keep 0.2 --drop 0.1");
+    let outcome = folder.done("inspect t.ply --curve c.json --json");
+    let facts: serde_json::Value = serde_json::from_slice(&outcome.stdout).unwrap();
+    assert_eq!(facts["topology"]["components"][0]["genus"], 1);
+    assert_eq!(facts["topology"]["euler_characteristic"], 0);
+    assert_eq!(facts["topology"]["consistently_wound"], false);
+    assert_eq!(facts["topology"]["faces_to_turn"], 40);
+    let flipped = &facts["faults"]["inconsistent_edges"];
+    assert!(flipped["count"].as_u64().unwrap() > 50);
+    assert_eq!(flipped["first"].as_array().unwrap().len(), 5);
+    assert!(flipped["advice"].as_str().unwrap().contains("40 faces"));
+    let pieces = facts["curves"]["curves"].as_array().unwrap();
+    assert_eq!(facts["curves"]["open_ends"].as_array().unwrap().len(), 2 * pieces.len());
+    let all = folder.done("inspect t.ply --json --all");
+    let facts: serde_json::Value = serde_json::from_slice(&all.stdout).unwrap();
+    let count = facts["faults"]["inconsistent_edges"]["count"].as_u64().unwrap() as usize;
+    assert_eq!(facts["faults"]["inconsistent_edges"]["first"].as_array().unwrap().len(), count);
+    assert_eq!(folder.done("t.ply").stdout, folder.done("inspect t.ply").stdout);
+}
+
+#[test]
+fn every_shape_is_made_inspected_and_solved() {
+    let folder = Folder::new();
+    let list = folder.done("make").text();
+    let names: Vec<&str> = list
+        .lines()
+        .skip(2)
+        .filter(|l| !l.starts_with(' '))
+        .filter_map(|l| l.split_once(':'))
+        .map(|l| l.0)
+        .collect();
+    assert!(names.len() >= 20, "{names:?}");
+    for name in &names {
+        folder.done(&format!("make {name} -o s.obj -q"));
+        folder.done("inspect s.obj");
+        folder.done("sdf s.obj --points 0 -o d.csv -q");
+        assert!(folder.column("d.csv", "distance").iter().filter(|d| d.is_finite()).count() > 0, "{name}");
+    }
+    println!("{} shapes", names.len());
+}
+
+#[test]
+fn curves_are_made_whole_and_broken() {
+    let folder = Folder::new();
+    folder.done("make torus -o t.ply --curve-out k.json --curve torus-knot,p=2,q=3");
+    folder.done("sdf t.ply --curve k.json --unsigned -o d.csv");
+    let broken = |flags: &str| {
+        folder.done(&format!("make torus -o t.ply --broken-curve b.json --cut axis=z,at=0.1 {flags}"));
+        folder.read("b.json")
+    };
+    let even = broken("");
+    assert_eq!(even, broken(""));
+    assert_ne!(even, broken("--seed 1"));
+    assert_eq!(broken("--seed 1"), broken("--seed 1"));
+    let facts = folder.done("inspect t.ply --curve b.json --json");
+    let facts: serde_json::Value = serde_json::from_slice(&facts.stdout).unwrap();
+    let kept = facts["curves"]["length"].as_f64().unwrap();
+    folder.done("make torus -o t.ply --curve-out w.json --cut axis=z,at=0.1");
+    let facts = folder.done("inspect t.ply --curve w.json --json");
+    let facts: serde_json::Value = serde_json::from_slice(&facts.stdout).unwrap();
+    let share = kept / facts["curves"]["length"].as_f64().unwrap();
+    assert!((0.5..0.8).contains(&share), "{share}"); // 10 % kept for every 5 % dropped
+}
+
+#[test]
+fn the_benchmark_measures_every_mode() {
+    let folder = Folder::new();
+    for shape in ["sphere", "torus"] {
+        let text =
+            folder.done(&format!("bench sdf --faces 2000,4000 --shape {shape} --repeats 1 --json")).text();
+        let bench: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let runs = bench["runs"].as_array().unwrap();
+        assert_eq!(runs.len(), 2);
+        for run in runs {
+            let modes: Vec<&str> =
+                run["modes"].as_array().unwrap().iter().map(|m| m["mode"].as_str().unwrap()).collect();
+            assert_eq!(modes, ["free", "zero", "per-component", "soft"]);
+            for mode in run["modes"].as_array().unwrap() {
+                assert!(mode["l2_error"].as_f64().unwrap() < 5e-3, "{mode}");
+            }
+        }
+    }
+}
+
+#[test]
+fn wild_meshes_are_inspected_or_refused() {
+    let mut ran = 0;
+    if let Some(data) = data() {
+        let folder = Folder::new();
+        for part in ["badquality", "nonmanifold", "nonorientable", "soup"] {
+            for entry in std::fs::read_dir(data.join(part)).unwrap() {
+                let path = entry.unwrap().path().display().to_string();
+                let outcome = folder.run_words([path.as_str()], &[]);
+                assert!(matches!(outcome.code, Some(0 | 3)), "{path}: {}", outcome.stderr);
+                ran += 1;
+            }
+        }
+    }
+    println!("{ran} files ran");
+}
