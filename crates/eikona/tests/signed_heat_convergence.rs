@@ -56,14 +56,14 @@ fn sphere(frequency: usize) -> Case {
 
 #[test]
 fn circle_of_latitude_on_the_sphere() {
-    falls("sphere", sphere, &[12, 24, 48, 71, 96, 140], 4e-5);
+    falls("sphere", sphere, &[12, 24, 48, 71, 96], 1e-5);
 }
 
-/// With t = h^2 the error on the sphere stops falling near 2e-4: the method of the paper, not a fault of this program.
+/// With t = h^2 the error on the sphere stops falling near 1e-4: the method of the paper, not a fault of this program.
 #[test]
 fn paper_time_stalls_on_the_sphere() {
     let stalled = table("sphere, paper's time", PAPER_TIME, [16, 32, 71].into_iter().map(sphere));
-    assert!(stalled[2].1 < 3e-4 && stalled[2].1 > 2e-5, "{stalled:?}");
+    assert!(stalled[2].1 < 1e-4 && stalled[2].1 > 5e-5, "{stalled:?}");
 }
 
 /// Two parallels of a torus, at these angles of the tube; meridians are geodesics and cross both at right angles.
@@ -180,7 +180,8 @@ fn error_of_geodesic_bridges(latitude: f64, gaps: &[f64]) -> f64 {
             sum += (bridge - latitude).powi(2) * gap / 1000.0;
         }
     }
-    (sum / (2.0 * PI)).sqrt()
+    // Over the range of distances on the sphere, from pole to pole.
+    (sum / (2.0 * PI)).sqrt() / PI
 }
 
 fn longitudes(mesh: &TriangleMesh, curve: &Curve) -> [f64; 2] {
@@ -198,7 +199,7 @@ fn gaps_of_a_broken_circle_are_bridged_by_geodesics() {
     let Case { mesh, exact } = sphere(71);
     let whole = zero_level(&mesh, &exact);
     let unbroken = errors(&mesh, &free(&mesh, &whole), &exact).l2;
-    for (keep, drop, pieces, most) in [(0.10, 0.05, 7, 2e-3), (0.04, 0.02, 17, 7e-4)] {
+    for (keep, drop, pieces, most) in [(0.10, 0.05, 7, 7e-4), (0.04, 0.02, 17, 3e-4)] {
         let source = broken(&mesh, &whole, keep, drop);
         assert_eq!(source.curves.len(), pieces);
         let gaps: Vec<f64> = (0..source.curves.len())

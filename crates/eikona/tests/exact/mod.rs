@@ -37,7 +37,7 @@ pub fn zero(mesh: &TriangleMesh, source: &SurfaceCurves) -> Vec<f64> {
 /// The errors of vertex values against a function of the position.
 #[derive(Clone, Copy, Debug)]
 pub struct Errors {
-    /// Root mean square over the area.
+    /// Root mean square over the area, divided by the range of the exact values (SHM section 9.1).
     pub l2: f64,
     pub largest: f64,
 }
@@ -45,14 +45,17 @@ pub struct Errors {
 pub fn errors(mesh: &TriangleMesh, values: &[f64], exact: impl Fn([f64; 3]) -> f64) -> Errors {
     let areas = vertex_areas(mesh);
     let (mut sum, mut total, mut largest) = (0.0, 0.0, 0.0f64);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for v in mesh.vertices() {
-        let error = (values[v.index()] - exact(mesh.position(v))).abs();
+        let truth = exact(mesh.position(v));
+        (low, high) = (low.min(truth), high.max(truth));
+        let error = (values[v.index()] - truth).abs();
         assert!(error.is_finite(), "{v} at {:?}: {}", mesh.position(v), values[v.index()]);
         sum += areas[v.index()] * error * error;
         total += areas[v.index()];
         largest = largest.max(error);
     }
-    Errors { l2: (sum / total).sqrt(), largest }
+    Errors { l2: (sum / total).sqrt() / (high - low), largest }
 }
 
 /// A third of the area of the faces around each vertex.
