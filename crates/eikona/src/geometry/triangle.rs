@@ -1,15 +1,15 @@
 //! One triangle laid out in its own plane: everything intrinsic about it.
 
-use crate::geometry::vector::distance;
+use crate::geometry::vector::{cross, distance, norm, sub};
 use eikona_mesh::{Face, TriangleMesh};
 use eikona_numeric::Complex;
 
 /// A triangle in the plane of complex numbers, counter-clockwise: corner 0 at the origin, corner 1 on the positive real axis.
 /// Made from edge lengths only, so that it is the same for every way in which the surface may be bent.
 ///
-/// A triangle that is flat to rounding (two sides as long as the third, or a side of length zero) is mollified: all its sides
-/// are made longer by 1e-8 of the longest, which gives it angles at a relative error in length of 1e-8.
-/// (Sharp and Crane 2020, section 4.5, there with one amount for the whole mesh.)
+/// A flat triangle (of a height below 1e-8 of its longest side) is mollified: no side is left shorter than 1e-7 of the longest,
+/// and all are made longer by 1e-14 of it, so that it has angles while no length changes in the first seven digits.
+/// (After Sharp and Crane 2020, section 4.5, who use one amount for the whole mesh.)
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle {
     /// Length of each side, side `k` from corner `k` to corner `k + 1`.
@@ -22,33 +22,42 @@ pub struct Triangle {
     pub mollified: bool,
 }
 
-/// Share of the longest side by which the sides of a flat triangle are made longer.
-const MOLLIFICATION: f64 = 1e-8;
+/// Triangles of a smaller height, in units of the longest side, are mollified.
+const FLAT: f64 = 1e-8;
+/// What the sides of a flat triangle are at least, and what is added to them, in units of the longest side.
+const SHORTEST_SIDE: f64 = 1e-7;
+const SLACK: f64 = 1e-14;
 
 impl Triangle {
-    /// The triangle of a face of a mesh.
+    /// The triangle of a face of a mesh. The area comes from the coordinates, which keep more digits of it than lengths do.
     pub fn of_face(mesh: &TriangleMesh, face: Face) -> Triangle {
         let [a, b, c] = mesh.face_positions(face);
-        Triangle::from_lengths([distance(a, b), distance(b, c), distance(c, a)])
+        let lengths = [distance(a, b), distance(b, c), distance(c, a)];
+        let area = 0.5 * norm(cross(sub(b, a), sub(c, a)));
+        Triangle::with_area(lengths, area)
     }
 
     /// The triangle with these side lengths. Lengths that violate the triangle inequality are mollified.
-    pub fn from_lengths(mut lengths: [f64; 3]) -> Triangle {
+    pub fn from_lengths(lengths: [f64; 3]) -> Triangle {
+        Triangle::with_area(lengths, area_from_lengths(lengths))
+    }
+
+    fn with_area(mut lengths: [f64; 3], mut area: f64) -> Triangle {
         let longest = lengths.iter().fold(0.0f64, |m, &l| m.max(l));
-        let slack = (0..3)
-            .map(|k| lengths[(k + 1) % 3] + lengths[(k + 2) % 3] - lengths[k])
-            .fold(f64::INFINITY, f64::min);
-        let eps = if longest > 0.0 { MOLLIFICATION * longest } else { 1e-100 };
-        let mollified = slack < eps;
+        let solid = 2.0 * area >= FLAT * longest * longest && area > 0.0;
+        let mollified = !solid; // also for areas that are NaN
         if mollified {
-            let add = eps - slack.min(0.0);
+            let unit = if longest > 0.0 { longest } else { 1e-60 };
+            lengths = lengths.map(|l| l.max(SHORTEST_SIDE * unit));
+            let slack = |k: usize| lengths[(k + 1) % 3] + lengths[(k + 2) % 3] - lengths[k];
+            let add = SLACK * unit - slack(0).min(slack(1)).min(slack(2)).min(0.0);
             lengths = lengths.map(|l| l + add);
+            area = area_from_lengths(lengths);
         }
-        let area = area_from_lengths(lengths);
         let angles = [0, 1, 2].map(|k| {
             // Between side k and side k - 1, opposite side k + 1.
             let (b, c, a) = (lengths[k], lengths[(k + 2) % 3], lengths[(k + 1) % 3]);
-            let cos = (b * b + c * c - a * a) / (2.0 * b * c);
+            let cos = ((b - a) * (b + a) + c * c) / (2.0 * b * c);
             let sin = 2.0 * area / (b * c);
             let norm = (cos * cos + sin * sin).sqrt();
             Complex { re: cos / norm, im: sin / norm }

@@ -10,7 +10,7 @@
 //! | `M`, `L` (nabla) | [`ConnectionLaplacian`](crate::operators::ConnectionLaplacian) | E x E complex, or real | 7, 9 |
 //! | `C`, `b` | [`CotanLaplacian`](crate::operators::CotanLaplacian), [`divergence`](crate::operators::divergence) | V x V real, V | 10, sec 5.5 |
 //! | `t` | [`ChosenTime`], [`DiffusionTime`] | length^2 | 12, sec 6 |
-//! | `X_0` | `source.rs` | E | 11, 19, A.2 |
+//! | `X_0` | `source.rs` | E | 11; for points and unsigned curves not A.1, A.2 |
 //! | `X`, `Y` | `diffusion.rs`; [`Solution::gradient`] | E; F unit vectors | 12, sec 6 |
 //! | `phi` | [`Solution::distance`] | V, length | 13, 14 |
 //! | `A` | [`LevelSets`], `integration.rs` | rows of constraints | 14, sec 7.1 |
@@ -21,7 +21,7 @@
 //! **Any triangle mesh.** With boundary, in several components (each with its own shift; NaN and a warning where no source
 //! reaches), nonmanifold, inconsistently oriented (faces are turned over where that helps, and otherwise it does not
 //! matter), nonorientable (the side is carried along the curve; [`Curve::up`](eikona_mesh::Curve::up) chooses it), with
-//! zero-area faces (given angles by lengthening their sides by 1e-8).
+//! zero-area faces (given angles, see [`Triangle`](crate::geometry::Triangle)).
 //!
 //! **Limits.** First order in the edge length near corners and gaps of curves, better on smooth ones with
 //! [`DiffusionTime::Automatic`]. What a gap is filled with is an extrapolation: ask for [`Confidence`]. Where curves bound no

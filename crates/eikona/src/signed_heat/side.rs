@@ -1,7 +1,7 @@
 //! Which side of a segment is left: by the winding of a reference face, carried along each curve.
 
 use crate::geometry::Triangle;
-use eikona_mesh::{Face, Located, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex};
+use eikona_mesh::{CurveKind, Face, Located, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex};
 
 /// For each segment a face that it touches, and +1 or -1: whether left is left in the winding of that face.
 pub(crate) struct SideOfSegments {
@@ -33,7 +33,8 @@ impl SideOfSegments {
             if last && segment.ends[1] == segments[first_of_curve].ends[0] {
                 let (first_face, first_side) = sides[first_of_curve];
                 let back = relative_winding(mesh, face, first_face, segment.ends[1]).unwrap_or(1.0);
-                if side * turn * back != first_side {
+                let signed = input.curves[segment.curve].kind == CurveKind::Signed;
+                if signed && side * turn * back != first_side {
                     warnings.push(format!(
                         "curve {} is one-sided: going once round it, left becomes right; the sides change at its first node",
                         segment.curve

@@ -10,9 +10,9 @@ use crate::signed_heat::options::{LevelSets, SolveOptions, SolverOptions};
 use crate::signed_heat::report::{Phases, Preparation, Report};
 use crate::signed_heat::side::lay_out;
 use crate::signed_heat::solution::Solution;
-use crate::signed_heat::source::Source;
+use crate::signed_heat::source::{Source, outward_at_vertex};
 use crate::signed_heat::time::{ChosenTime, choose_time};
-use eikona_mesh::{Components, FaceField, Orientation, SurfaceCurves, TriangleMesh, VertexField};
+use eikona_mesh::{Components, Face, FaceField, Orientation, SurfaceCurves, TriangleMesh, VertexField};
 use eikona_numeric::Complex;
 
 /// The signed heat method on one triangle mesh, at one diffusion time: both systems factored, any number of sources.
@@ -116,22 +116,17 @@ impl Solver {
     pub fn solve(&self, source: &SurfaceCurves, options: &SolveOptions) -> Result<Solution, SignedHeatError> {
         let mut phases = Phases::start();
         if let LevelSets::Soft(weight) = options.level_sets
-            && !(weight > 0.0 && weight.is_finite())
+            && !SOFT_WEIGHTS.contains(&weight)
         {
             return Err(SignedHeatError::Option {
                 name: "soft weight",
                 value: weight,
-                bound: "positive and finite",
+                bound: "from 1e-6 to 1e12",
             });
         }
         let source = Source::new(&self.mesh, source)?;
-        let values = source.values(
-            &self.mesh,
-            &self.diffusion.frames,
-            &self.triangles,
-            options.sign,
-            self.time.edge_spacing,
-        );
+        let values =
+            source.values(&self.mesh, &self.diffusion.frames, &self.triangles, options.sign, self.time.time);
         phases.end("source");
 
         // Step I and II: diffuse the normals, normalise a face.
@@ -218,22 +213,10 @@ impl Solver {
             for v in bridges {
                 let component = self.integration.component_of_vertex()[v.index()].unwrap_or(0) as usize;
                 let sign = if phi[v.index()] >= zero[component] { 1.0 } else { -1.0 };
-                for corner in self.mesh.vertex_corners(v).iter().filter(|c| !field.reached[c.face().index()])
-                {
-                    let t = &self.triangles[corner.face().index()];
-                    let k = corner.halfedge().side();
-                    let (from, to) = (t.directions()[k].arg(), t.directions()[k].arg() + t.angles[k].arg());
-                    let radial = Complex { re: to.sin() - from.sin(), im: from.cos() - to.cos() } * sign;
-                    for side in 0..3 {
-                        let seen = t.directions()[side].conj() * radial;
-                        self.diffusion.frames.add(
-                            &self.mesh,
-                            &mut values,
-                            corner.face().halfedge(side),
-                            seen,
-                        );
-                    }
-                }
+                let unreached = |face: Face| !field.reached[face.index()];
+                outward_at_vertex(&self.mesh, &self.triangles, v, sign, unreached, |h, vector| {
+                    self.diffusion.frames.add(&self.mesh, &mut values, h, vector);
+                });
             }
             let before = field.reached.iter().filter(|r| **r).count();
             self.diffusion.continue_field(&self.mesh, &self.triangles, values, field, None)?;
@@ -325,7 +308,7 @@ fn note_mollified(triangles: &[Triangle], warnings: &mut Vec<String>) {
     let count = triangles.iter().filter(|t| t.mollified).count();
     if let Some(first) = triangles.iter().position(|t| t.mollified) {
         warnings.push(format!(
-            "{count} faces (the first is face {first}) have no area to speak of; their sides were made longer by 1e-8 of their length"
+            "{count} faces (the first is face {first}) have no area to speak of; they were given angles without changing their lengths by more than 1e-7"
         ));
     }
 }

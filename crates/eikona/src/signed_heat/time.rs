@@ -28,7 +28,9 @@ pub(crate) fn choose_time(
 ) -> Result<ChosenTime, SignedHeatError> {
     let edge_spacing = 0.5 * mean_edge_length(mesh, triangles);
     let (coefficient, reason) = match wanted {
-        DiffusionTime::Coefficient(c) if COEFFICIENTS.contains(&c) => (c, "the coefficient given".to_string()),
+        DiffusionTime::Coefficient(c) if COEFFICIENTS.contains(&c) => {
+            (c, "the coefficient given".to_string())
+        }
         DiffusionTime::Coefficient(value) => {
             return Err(SignedHeatError::Option {
                 name: "time coefficient",
