@@ -153,10 +153,10 @@ impl Row {
 /// The penalty of the augmented Lagrangian. Rows and operator have no unit and entries of order 1. Larger values need fewer
 /// iterations and lose as many of the sixteen digits.
 const PENALTY: f64 = 1e6;
-/// Constrained values count as equal below this share of the largest value. Rows that nearly depend on each other (a curve
-/// that crosses edges close to a vertex) converge slowly beyond it.
-const CONSTRAINT_TOLERANCE: f64 = 1e-8;
-const CONSTRAINT_ITERATIONS: usize = 6;
+/// Constrained values count as equal below this share of the largest value.
+const CONSTRAINT_TOLERANCE: f64 = 1e-10;
+/// Each costs a back-substitution.
+const CONSTRAINT_ITERATIONS: usize = 8;
 
 impl Integration {
     pub fn component_of_vertex(&self) -> &[Option<u32>] {
@@ -268,7 +268,8 @@ impl Integration {
     /// Augmented Lagrangian: the rows `A` of the constraints touch only vertices of one face each, so `C + w A^T A` has the
     /// pattern of `C`; its factor costs one numeric factorisation with the kept analysis, needs no grounding where there is a
     /// row, and does not mind rows that depend on each other (several nodes in one face, doubled curves), which make the
-    /// saddle system of eq. 14 singular. Multipliers then converge by a factor of about `w` an iteration.
+    /// saddle system of eq. 14 singular. The multipliers are found by conjugate gradients: with the penalty inside, all but the
+    /// nearly dependent rows have eigenvalues close to `1 / w`, so a handful of iterations suffices.
     fn constrained(
         &self,
         mesh: &TriangleMesh,
@@ -290,34 +291,51 @@ impl Integration {
         } else {
             None
         };
-        let mut multipliers = vec![0.0; rows.len()];
-        let mut level = vec![0.0; groups];
-        let mut phi = Vec::new();
-        let (mut violation, mut previous) = (f64::INFINITY, f64::INFINITY);
-        for _ in 0..CONSTRAINT_ITERATIONS {
+        // The fit for given right-hand side and multipliers, with its levels, and by how much it misses the constraints.
+        let fit = |b: &[f64], multipliers: &[f64]| -> Result<_, SignedHeatError> {
             let mut rhs = b.to_vec();
-            for (row, &m) in rows.iter().zip(&multipliers) {
+            for (row, &m) in rows.iter().zip(multipliers) {
                 for &(v, w) in row.weights() {
                     rhs[v as usize] -= w * m;
                 }
             }
-            phi = factor.solve(&rhs).map_err(at_vertex)?;
-            if let Some(levels) = &levels {
-                level = levels.solve(&rows, &multipliers, &mut phi)?;
-            }
-            let scale = phi.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-            violation = 0.0;
-            for (row, m) in rows.iter().zip(&mut multipliers) {
-                let error = row.value(&phi) - level[row.group as usize];
-                *m += PENALTY * error;
-                violation = f64::max(violation, error.abs());
-            }
-            // Rows that nearly depend on each other improve slowly, and are right to that share already.
-            if violation <= CONSTRAINT_TOLERANCE * scale || violation > 0.5 * previous {
+            let mut phi = factor.solve(&rhs).map_err(at_vertex)?;
+            let level = match &levels {
+                Some(levels) => levels.solve(&rows, multipliers, &mut phi)?,
+                None => vec![0.0; groups],
+            };
+            let misses: Vec<f64> = rows.iter().map(|r| r.value(&phi) - level[r.group as usize]).collect();
+            Ok((phi, level, misses))
+        };
+        let mut multipliers = vec![0.0; rows.len()];
+        let (mut phi, mut level, mut misses) = fit(b, &multipliers)?;
+        let scale = phi.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let target = CONSTRAINT_TOLERANCE * scale;
+        let nothing = vec![0.0; b.len()];
+        let mut direction = misses.clone();
+        for _ in 0..CONSTRAINT_ITERATIONS {
+            if misses.iter().all(|m| m.abs() <= target) {
                 break;
             }
-            previous = violation;
+            let (phi_change, level_change, change) = fit(&nothing, &direction)?;
+            let norm = dot(&misses, &misses);
+            let step = -norm / dot(&direction, &change);
+            if !step.is_finite() || step <= 0.0 {
+                break; // only by rounding: what is left can not be told from zero
+            }
+            add_multiple(&mut multipliers, step, &direction);
+            add_multiple(&mut phi, step, &phi_change);
+            add_multiple(&mut level, step, &level_change);
+            add_multiple(&mut misses, step, &change);
+            let growth = dot(&misses, &misses) / norm;
+            for (d, m) in direction.iter_mut().zip(&misses) {
+                *d = m + growth * *d;
+            }
         }
+        // The penalty's own force belongs to the multipliers.
+        add_multiple(&mut multipliers, PENALTY, &misses);
+        let violation =
+            rows.iter().map(|r| (r.value(&phi) - level[r.group as usize]).abs()).fold(0.0, f64::max);
         let residual = self.multiplier_residual(&phi, b, &rows, &multipliers);
         let mut result =
             Integrated { values: phi, residual, constraint_violation: violation, levels: Vec::new() };
@@ -529,6 +547,15 @@ impl Levels {
         }
         Ok(levels)
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `a <- a + factor b`
+fn add_multiple(a: &mut [f64], factor: f64, b: &[f64]) {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += factor * b);
 }
 
 fn row_of(mesh: &TriangleMesh, point: Located, group: u32) -> Row {

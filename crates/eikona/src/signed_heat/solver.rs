@@ -121,7 +121,7 @@ impl Solver {
             return Err(SignedHeatError::Option {
                 name: "soft weight",
                 value: weight,
-                bound: "from 1e-6 to 1e12",
+                bound: "from 1e-9 to 1e12",
             });
         }
         let source = Source::new(&self.mesh, source)?;
@@ -286,7 +286,7 @@ fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> Triang
 }
 
 /// Outside, the weight drowns in rounding, or everything else does.
-const SOFT_WEIGHTS: std::ops::RangeInclusive<f64> = 1e-6..=1e12;
+const SOFT_WEIGHTS: std::ops::RangeInclusive<f64> = 1e-9..=1e12;
 
 /// Lengths whose fourth powers are still normal numbers.
 const LENGTHS: std::ops::RangeInclusive<f64> = 1e-70..=1e70;

@@ -19,7 +19,7 @@ pub struct ChosenTime {
 }
 
 /// Below, nothing leaves the edges of the source; above, the mass matrix drowns in the rounding of the Laplacian.
-const COEFFICIENTS: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
+const COEFFICIENTS: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
 pub(crate) fn choose_time(
     mesh: &TriangleMesh,
@@ -35,7 +35,7 @@ pub(crate) fn choose_time(
             return Err(SignedHeatError::Option {
                 name: "time coefficient",
                 value,
-                bound: "positive and finite",
+                bound: "from 1e-9 to 1e9",
             });
         }
         DiffusionTime::Automatic => automatic(triangles, edge_spacing),
