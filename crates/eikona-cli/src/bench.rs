@@ -195,7 +195,7 @@ fn this_program(faces: usize, arguments: &BenchArguments) -> Result<Command, Fai
     let program = std::env::current_exe()
         .map_err(|e| Failure::Failed(format!("this program can not find itself to start again: {e}")))?;
     let time = match arguments.time {
-        DiffusionTime::Automatic => "auto".to_string(),
+        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps => "auto".to_string(),
         DiffusionTime::Coefficient(c) => c.to_string(),
     };
     let mut command = Command::new(program);
@@ -279,7 +279,7 @@ fn run_peer(folder: &Path, faces: usize, ours: &Run, arguments: &BenchArguments)
     // The other program has no automatic time; the paper's is its default.
     let time = match arguments.time {
         DiffusionTime::Coefficient(c) => c,
-        DiffusionTime::Automatic => 1.0,
+        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps => 1.0,
     };
     let mut command = Command::new(&arguments.python);
     command.args(["-c", include_str!("peer_potpourri3d.py")]).arg(folder);

@@ -170,8 +170,11 @@ fn solve(
     session: &mut Session,
 ) -> Result<Solution, Failure> {
     let method = &arguments.method;
-    let solver_options =
-        SolverOptions { time: method.time, threads: session.threads(), memory_limit: method.memory_limit };
+    let solver_options = SolverOptions {
+        time: method.time.for_source(source),
+        threads: session.threads(),
+        memory_limit: method.memory_limit,
+    };
     let solve_options = SolveOptions {
         level_sets: method.level_sets,
         preserve_source_normals: method.preserve_normals,
@@ -240,7 +243,7 @@ fn record_options(
 ) {
     let time = match solver.time {
         DiffusionTime::Coefficient(c) => json!(c),
-        DiffusionTime::Automatic => json!("auto"),
+        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps => json!("auto"),
     };
     let (level_sets, weight) = match solve.level_sets {
         LevelSets::Free => ("free", Value::Null),

@@ -294,7 +294,8 @@ const LENGTHS: std::ops::RangeInclusive<f64> = 1e-70..=1e70;
 fn check_scale(triangles: &[Triangle]) -> Result<(), SignedHeatError> {
     for (i, t) in triangles.iter().enumerate() {
         let longest = t.lengths.iter().fold(0.0f64, |m, l| m.max(*l));
-        if !LENGTHS.contains(&longest) && !(t.mollified && longest < *LENGTHS.start()) {
+        let collapsed = t.mollified && longest < *LENGTHS.start();
+        if !collapsed && !LENGTHS.contains(&longest) {
             return Err(SignedHeatError::Scale { face: eikona_mesh::Face(i as u32), lengths: t.lengths });
         }
     }

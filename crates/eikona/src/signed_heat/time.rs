@@ -39,6 +39,7 @@ pub(crate) fn choose_time(
             });
         }
         DiffusionTime::Automatic => automatic(triangles, edge_spacing),
+        DiffusionTime::AutomaticForGaps => (GAPS_COEFFICIENT, "automatic, for curves with gaps".to_string()),
     };
     Ok(ChosenTime { time: coefficient * edge_spacing * edge_spacing, coefficient, edge_spacing, reason })
 }
@@ -53,6 +54,9 @@ fn mean_edge_length(mesh: &TriangleMesh, triangles: &[Triangle]) -> f64 {
         .sum();
     sum / mesh.edge_count().max(1) as f64
 }
+
+/// See [`DiffusionTime::AutomaticForGaps`].
+const GAPS_COEFFICIENT: f64 = 3.0;
 
 /// Share of the size of the surface in the automatic time; measured on spheres, tori, disks, cones and cylinders, where twice
 /// and half of it do as well.
