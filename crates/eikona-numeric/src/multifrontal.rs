@@ -179,26 +179,50 @@ fn eliminate_columns<T: Scalar>(
     negligible: f64,
 ) -> Result<(), usize> {
     for j in begin..end {
-        let (done, rest) = panel.split_at_mut((j + 1) * height);
-        let column = &mut done[j * height..];
-        let pivot = column[j].real_part();
+        let (done, rest) = panel.split_at_mut(j * height);
+        let column = &mut rest[j..height];
+        subtract_columns(column, done, begin..j, height, j);
+        let pivot = column[0].real_part();
         if pivot.is_nan() || pivot <= 0.0 {
             return Err(j);
         }
         let root = pivot.sqrt();
         let inverse = 1.0 / root;
-        column[j] = T::real(root);
-        column[j + 1..].iter_mut().for_each(|x| *x = x.scale(inverse));
-        flush(&mut column[j + 1..], negligible);
-        for k in j + 1..end {
-            let factor = column[k].conj();
-            if factor != T::ZERO {
-                let target = &mut rest[(k - j - 1) * height + k..(k - j) * height];
-                subtract_multiple(target, &column[k..], factor);
-            }
-        }
+        column[0] = T::real(root);
+        column[1..].iter_mut().for_each(|x| *x = x.scale(inverse));
+        flush(&mut column[1..], negligible);
     }
     Ok(())
+}
+
+/// `target <- target - sum of conj(c[0]) c` over the given columns of a panel, each from `row` on. Four at a time, so that the
+/// target is read and written less often.
+#[inline(always)]
+fn subtract_columns<T: Scalar>(
+    target: &mut [T],
+    panel: &[T],
+    columns: std::ops::Range<usize>,
+    height: usize,
+    row: usize,
+) {
+    let n = target.len();
+    let column = |k: usize| &panel[k * height + row..][..n];
+    let mut k = columns.start;
+    while k + 4 <= columns.end {
+        let (a, b, c, d) = (column(k), column(k + 1), column(k + 2), column(k + 3));
+        let (fa, fb, fc, fd) = (a[0].conj(), b[0].conj(), c[0].conj(), d[0].conj());
+        for i in 0..n {
+            target[i] -= (a[i] * fa + b[i] * fb) + (c[i] * fc + d[i] * fd);
+        }
+        k += 4;
+    }
+    for k in k..columns.end {
+        let a = column(k);
+        let factor = a[0].conj();
+        for i in 0..n {
+            target[i] -= a[i] * factor;
+        }
+    }
 }
 
 /// Subtracts what columns `begin..end` contribute to columns `end..width`.
@@ -225,14 +249,6 @@ fn update_columns<T: Scalar>(panel: &mut [T], begin: usize, end: usize, width: u
     matmul(below, Accum::Add, done_below, done_top.adjoint(), minus_one, Par::Seq);
 }
 
-/// `target <- target - factor * column`
-#[inline(always)]
-fn subtract_multiple<T: Scalar>(target: &mut [T], column: &[T], factor: T) {
-    for (t, &c) in target.iter_mut().zip(column) {
-        *t -= c * factor;
-    }
-}
-
 /// `update <- update - L L^H` in the lower triangle, for the rows `L` of the panel below its columns.
 #[inline(always)]
 fn subtract_outer_product<T: Scalar>(panel: &[T], width: usize, height: usize, update: &mut [T]) {
@@ -240,13 +256,7 @@ fn subtract_outer_product<T: Scalar>(panel: &[T], width: usize, height: usize, u
     if width * size * size < SMALL_UPDATE {
         for j in 0..size {
             let target = &mut update[j * size + j..(j + 1) * size];
-            for k in 0..width {
-                let column = &panel[k * height + width + j..(k + 1) * height];
-                let factor = column[0].conj();
-                if factor != T::ZERO {
-                    subtract_multiple(target, column, factor);
-                }
-            }
+            subtract_columns(target, panel, 0..width, height, width + j);
         }
         return;
     }
