@@ -179,22 +179,20 @@ impl<T: Scalar> Cholesky<T> {
     /// The largest entry of `A x - b`, relative to the largest entry of `b` (absolute if `b` is zero).
     pub fn residual(&self, x: &[T], rhs: &[T]) -> f64 {
         let s = &*self.symbolic;
-        let mut product = vec![T::ZERO; s.unknowns];
-        for column in 0..s.unknowns {
-            let j = s.order[column] as usize;
-            for k in s.col_ptr[column] as usize..s.col_ptr[column + 1] as usize {
-                let i = s.order[s.row_idx[k] as usize] as usize;
-                product[i] += self.matrix[k] * x[j];
-                if i != j {
-                    product[j] += self.matrix[k].conj() * x[i];
-                }
+        // In the order of elimination neighbours lie near each other in memory.
+        let x: Vec<T> = s.order.iter().map(|&i| x[i as usize]).collect();
+        let mut miss: Vec<T> = s.order.iter().map(|&i| rhs[i as usize]).collect();
+        let scale = miss.iter().fold(0.0f64, |m, b| m.max(b.max_part()));
+        for j in 0..s.unknowns {
+            let (begin, end) = (s.col_ptr[j] as usize, s.col_ptr[j + 1] as usize);
+            let mut sum = self.matrix[begin] * x[j];
+            for (&i, &value) in s.row_idx[begin + 1..end].iter().zip(&self.matrix[begin + 1..end]) {
+                miss[i as usize] -= value * x[j];
+                sum += value.conj() * x[i as usize];
             }
+            miss[j] -= sum;
         }
-        let (mut error, mut scale) = (0.0f64, 0.0f64);
-        for i in 0..s.unknowns {
-            error = error.max((product[i] - rhs[i]).max_part());
-            scale = scale.max(rhs[i].max_part());
-        }
+        let error = miss.iter().fold(0.0f64, |m, e| m.max(e.max_part()));
         if scale > 0.0 { error / scale } else { error }
     }
 
