@@ -49,7 +49,8 @@ pub fn wavy_plane_cut(
     // Any two directions that span the plane will do: take the axis that is farthest from the normal.
     let farthest = (0..3).fold(0, |a, b| if unit[b].abs() < unit[a].abs() { b } else { a });
     let axis: Vec3 = [0, 1, 2].map(|k| if k == farthest { 1.0 } else { 0.0 });
-    let across = normalize(cross(unit, axis)).ok_or(ContourError::BadPlane { name: "normal", value: normal })?;
+    let across =
+        normalize(cross(unit, axis)).ok_or(ContourError::BadPlane { name: "normal", value: normal })?;
     let along = cross(across, unit);
     cut(mesh, |p| {
         let from_point = sub(p, point);
