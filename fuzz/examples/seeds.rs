@@ -53,7 +53,28 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
     }
+    write_solve_seeds(&root.join("solve"))?;
     write_curve_seeds(&root.join("curves"))
+}
+
+/// Bytes enough for a mesh with curves; the choices they stand for are any (SplitMix64).
+fn write_solve_seeds(folder: &Path) -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all(folder)?;
+    let mut state = 0u64;
+    for i in 0..12 {
+        let bytes: Vec<u8> = std::iter::repeat_with(|| {
+            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mut z = state;
+            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            (z ^ (z >> 31)).to_le_bytes()
+        })
+        .take(50)
+        .flatten()
+        .collect();
+        fs::write(folder.join(format!("choices-{i}")), bytes)?;
+    }
+    Ok(())
 }
 
 /// Curves on the bent sheet of the target `curves`: vertices 0 to 11 in rows of four.
