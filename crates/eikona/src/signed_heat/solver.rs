@@ -12,7 +12,7 @@ use crate::signed_heat::side::lay_out;
 use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
-use eikona_mesh::{Components, FaceField, Orientation, SurfaceCurves, TriangleMesh, VertexField};
+use eikona_mesh::{Components, Face, FaceField, Orientation, SurfaceCurves, TriangleMesh, VertexField};
 use eikona_numeric::Complex;
 
 /// The signed heat method on one triangle mesh, at one diffusion time: both systems factored, any number of sources.
@@ -303,14 +303,22 @@ fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> Triang
 }
 
 fn check_scale(triangles: &[Triangle]) -> Result<(), SignedHeatError> {
+    let scale = |i: usize| SignedHeatError::Scale { face: Face(i as u32), lengths: triangles[i].lengths };
+    let (mut longest, mut its_face) = (0.0, 0);
     for (i, t) in triangles.iter().enumerate() {
-        let longest = t.lengths.iter().fold(0.0f64, |m, l| m.max(*l));
-        if !(longest < 1e100) {
-            return Err(SignedHeatError::Scale { face: eikona_mesh::Face(i as u32), lengths: t.lengths });
+        let side = t.lengths.iter().fold(0.0f64, |m, l| m.max(*l));
+        if !(side < 1e100) {
+            return Err(scale(i));
+        }
+        if side > longest {
+            (longest, its_face) = (side, i);
         }
     }
     if triangles.iter().all(|t| t.mollified) {
         return Err(SignedHeatError::NoArea);
+    }
+    if longest < 1e-100 {
+        return Err(scale(its_face));
     }
     Ok(())
 }
