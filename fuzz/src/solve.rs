@@ -1,10 +1,12 @@
 //! The signed heat solver on small meshes of any shape, with any curves and options.
 
 use crate::choices::Choices;
+use eikona::contour::{CurveReport, isolines, straighten_curve, trace_curve};
 use eikona::signed_heat::{
     DiffusionTime, LevelSets, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
 };
 use eikona_mesh::{Curve, CurveKind, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex};
+use std::hint::black_box;
 
 const MOST_VERTICES: usize = 40;
 const MOST_FACES: usize = 60;
@@ -20,15 +22,38 @@ pub fn check(bytes: &[u8]) {
     let weight =
         if choices.below(4) == 3 { choices.wild_float() } else { 10f64.powi(choices.below(13) as i32 - 6) };
     let Ok(mesh) = mesh(&mut choices) else { return };
-    let source = source(&mut choices, &mesh);
+    let mut source = source(&mut choices, &mesh);
+    check_contours(&mesh, &mut source, choices.of([false, true]));
     let solver = match Solver::new(&mesh, &solver_options) {
         Ok(solver) => solver,
         Err(fault) => return assert!(!fault.to_string().is_empty()),
     };
     for level_sets in [LevelSets::Free, LevelSets::Zero, LevelSets::PerComponent, LevelSets::Soft(weight)] {
         match solver.solve(&source, &SolveOptions { level_sets, ..solve_options }) {
-            Ok(solution) => check_solution(&mesh, &solution),
+            Ok(solution) => {
+                check_solution(&mesh, &solution);
+                black_box(isolines(&mesh, &solution.distance, &[0.0, 0.5]).ok());
+            }
             Err(fault) => assert!(!fault.to_string().is_empty()),
+        }
+    }
+}
+
+/// Looks curves over and traces them, on meshes that are as bad as can be; keeps the traced ones if asked to.
+fn check_contours(mesh: &TriangleMesh, source: &mut SurfaceCurves, keep: bool) {
+    if let Ok(report) = CurveReport::of(mesh, source) {
+        black_box(report.warnings(source));
+    }
+    for curve in &mut source.curves {
+        if let Ok(traced) = trace_curve(mesh, curve) {
+            black_box(straighten_curve(mesh, &traced.curve).ok());
+            let traced = SurfaceCurves::from_curve(traced.curve);
+            if let Err(fault) = traced.segments(mesh) {
+                panic!("a traced curve is refused: {fault}\n{traced:?}");
+            }
+            if keep && let Some(traced) = traced.curves.into_iter().next() {
+                *curve = traced;
+            }
         }
     }
 }
@@ -190,7 +215,10 @@ fn source(choices: &mut Choices, mesh: &TriangleMesh) -> SurfaceCurves {
         for _ in 0..choices.of([2, 3, 4, 5, 6, 8, 10, 12, 16, 3, 4, 5, 6, 8, 1, 0]) {
             let next = point(choices, mesh, face);
             nodes.push(next);
-            face = next_face(choices, mesh, face, next);
+            face = match choices.below(10) {
+                9 => choices.below(mesh.face_count()),
+                _ => next_face(choices, mesh, face, next),
+            };
         }
         if closed {
             nodes.extend(nodes.first().copied());
