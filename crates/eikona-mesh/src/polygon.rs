@@ -67,6 +67,8 @@ impl PolygonMesh {
         let mut triangles = Vec::with_capacity(self.face_count());
         let mut parent = Vec::with_capacity(self.face_count());
         let mut faults = Vec::new();
+        // The polygon that named each vertex last: finds repeated corners in time linear in the corners.
+        let mut last_named = vec![None; self.positions.len()];
         for (f, corners) in self.faces().enumerate() {
             let face = Face(f as u32);
             if corners.len() < 3 {
@@ -74,15 +76,17 @@ impl PolygonMesh {
                 continue;
             }
             let before = faults.len();
-            for (k, &v) in corners.iter().enumerate() {
-                if v as usize >= self.positions.len() {
-                    faults.push(Fault::IndexOutOfRange {
+            for &v in corners {
+                match last_named.get_mut(v as usize) {
+                    None => faults.push(Fault::IndexOutOfRange {
                         face,
                         index: v as i64,
                         vertices: self.positions.len(),
-                    });
-                } else if corners[..k].contains(&v) {
-                    faults.push(Fault::RepeatedVertex { face, vertex: Vertex(v) });
+                    }),
+                    Some(last) if *last == Some(face) => {
+                        faults.push(Fault::RepeatedVertex { face, vertex: Vertex(v) });
+                    }
+                    Some(last) => *last = Some(face),
                 }
             }
             if faults.len() > before {
@@ -97,5 +101,19 @@ impl PolygonMesh {
             return Err(MeshError::Invalid(faults));
         }
         Ok((TriangleMesh::new(self.positions.clone(), triangles)?, parent))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_polygon_of_all_vertices_is_checked_in_linear_time() {
+        const CORNERS: u32 = 500_000;
+        let mut mesh = PolygonMesh::new(vec![[0.0; 3]; CORNERS as usize]);
+        mesh.push_face((0..CORNERS).chain([7]));
+        let repeated = Fault::RepeatedVertex { face: Face(0), vertex: Vertex(7) };
+        assert_eq!(mesh.triangulate().unwrap_err(), MeshError::Invalid(vec![repeated]));
     }
 }

@@ -97,6 +97,20 @@ fn obj_lines_are_polylines_in_space_or_curves_of_the_mesh_itself() {
 }
 
 #[test]
+fn a_closing_point_given_several_times_is_dropped_at_once() {
+    // Found by fuzzing: each writing and reading took one more point away.
+    let loop_of_obj = b"v 0 0 9\nv 2 1 9\nv 1 1 9\nl 1 2 3 1 1\nl 2 2 2\n";
+    let read = read_curves_bytes(loop_of_obj, CurveFormat::Obj, &square()).unwrap();
+    assert_eq!(read.polylines[0].points, [[0., 0., 9.], [2., 1., 9.], [1., 1., 9.]]);
+    assert!(read.polylines[0].closed);
+    for format in [CurveFormat::Json, CurveFormat::Obj] {
+        let text = format_curves(&read, format, &square()).unwrap();
+        let again = read_curves_bytes(text.as_bytes(), format, &square()).unwrap();
+        assert_eq!(again.polylines, read.polylines, "{text}");
+    }
+}
+
+#[test]
 fn swn_segments_are_joined_by_place_and_commented_ones_are_gaps() {
     let text = "#offset 0\nv 0\nv 1\nv 1\nv 2\nl 0 1\n#l 9 9\nn\nl 2 3\nv 3\nl 4 0\n";
     let file = read_curves_bytes(text.as_bytes(), CurveFormat::SurfaceWinding, &square()).unwrap();

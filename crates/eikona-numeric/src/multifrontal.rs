@@ -14,7 +14,7 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatMut, MatRef, Par};
 
-/// Fill-in below this share of the largest diagonal entry is set to zero. The product of two larger numbers is no denormal. A
+/// Fill-in below this share of the root of the largest diagonal entry is set to zero. The product of two larger numbers is no denormal. A
 /// vector that diffuses so far has gone through entries nearby by then, which are kept; what is smaller in a solution has
 /// lost its accuracy ([`Cholesky::solve`](crate::Cholesky::solve)).
 const NEGLIGIBLE: f64 = 1e-150;
@@ -62,7 +62,7 @@ fn factor_fronts<T: Scalar>(
     let (row_ptr, val_ptr) = (shape.col_ptr_for_row_idx(), shape.col_ptr_for_val());
     let (col_ptr, row_idx) = symbolic.lower_triangle();
     let largest = (0..n).fold(0.0f64, |m, j| m.max(entries[col_ptr[j] as usize].max_part()));
-    let negligible = NEGLIGIBLE * largest;
+    let negligible = NEGLIGIBLE * largest.sqrt();
     let mut local = vec![0u32; n];
     let mut child_local: Vec<u32> = Vec::new();
     let mut pending: Vec<Update<T>> = Vec::new();

@@ -104,9 +104,7 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
     }
     file.polylines = document.polylines;
     for (i, line) in file.polylines.iter_mut().enumerate() {
-        if line.closed && line.points.len() > 1 && line.points.first() == line.points.last() {
-            line.points.pop();
-        }
+        line.drop_repeated_end();
         if line.points.len() < 2 {
             let problem = format!("{} different point(s), at least 2 are needed", line.points.len());
             return Err(FileError::syntax(FORMAT, format!("polyline {i}"), problem));

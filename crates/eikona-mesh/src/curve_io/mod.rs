@@ -36,12 +36,18 @@ pub struct SpacePolyline {
 
 impl SpacePolyline {
     /// A polyline whose last point may repeat the first, which closes it.
-    pub(crate) fn from_points(kind: CurveKind, mut points: Vec<[f64; 3]>) -> Self {
+    pub(crate) fn from_points(kind: CurveKind, points: Vec<[f64; 3]>) -> Self {
         let closed = points.len() > 2 && points.first() == points.last();
-        if closed {
-            points.pop();
+        let mut polyline = SpacePolyline { kind, closed, points };
+        polyline.drop_repeated_end();
+        polyline
+    }
+
+    /// Takes from the end of a closed polyline all points that repeat the first, so that reading what was written takes no more.
+    fn drop_repeated_end(&mut self) {
+        while self.closed && self.points.len() > 2 && self.points.first() == self.points.last() {
+            self.points.pop();
         }
-        SpacePolyline { kind, closed, points }
     }
 }
 

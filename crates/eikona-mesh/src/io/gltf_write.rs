@@ -10,6 +10,7 @@ const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+const POINTS: u32 = 0;
 const LINES: u32 = 1;
 const TRIANGLES: u32 = 4;
 
@@ -85,9 +86,13 @@ impl Parts {
             attributes.insert("COLOR_0".into(), accessor.into());
         }
         let corners = mesh.faces().flatten().copied();
-        parts.add_primitive(&attributes, corners, TRIANGLES, mesh.face_count() == 0 && mesh.lines.is_empty());
+        parts.add_primitive(&attributes, corners, TRIANGLES);
         let segments = mesh.lines.iter().flat_map(|line| line.windows(2)).flatten().copied();
-        parts.add_primitive(&attributes, segments, LINES, false);
+        parts.add_primitive(&attributes, segments, LINES);
+        // Without this, vertices that nothing joins would be lost. Lines of one node join nothing.
+        if parts.primitives.is_empty() {
+            parts.primitives.push(json!({ "attributes": attributes, "mode": POINTS }));
+        }
         parts
     }
 
@@ -117,19 +122,15 @@ impl Parts {
         self.accessors.len() - 1
     }
 
-    /// Appends a primitive; without indices only if it is to hold bare points.
+    /// Appends a primitive, if it has any indices.
     fn add_primitive(
         &mut self,
         attributes: &serde_json::Map<String, Value>,
         indices: impl Iterator<Item = u32>,
         mode: u32,
-        points: bool,
     ) {
         let indices: Vec<u32> = indices.collect();
         if indices.is_empty() {
-            if points {
-                self.primitives.push(json!({ "attributes": attributes, "mode": 0 }));
-            }
             return;
         }
         let count = indices.len();

@@ -1,6 +1,7 @@
 //! Unsigned distance along a surface from seed vertices, by fast marching.
 
 use super::Triangle;
+use super::triangle::power_of_two_near;
 use eikona_mesh::{TriangleMesh, Vertex};
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
@@ -59,6 +60,9 @@ pub fn fast_marching(mesh: &TriangleMesh, triangles: &[Triangle], seeds: &[(Vert
 /// Arrival at the corner between sides `a` and `b` (of angle cosine `cos`) of the straight front that reaches their other ends
 /// at `da` and `db`; `None` if it does not come through the triangle.
 fn plane_front(da: f64, db: f64, a: f64, b: f64, cos: f64) -> Option<f64> {
+    // Products of four lengths are taken below.
+    let unit = power_of_two_near(a.max(b));
+    let [da, db, a, b] = [da, db, a, b].map(|x| x / unit);
     // Gradient g with |g| = 1, g.A = d - da, g.B = d - db for the vectors A, B from the ends to the corner.
     let gram = [a * a, a * b * cos, b * b];
     let det = gram[0] * gram[2] - gram[1] * gram[1];
@@ -80,7 +84,7 @@ fn plane_front(da: f64, db: f64, a: f64, b: f64, cos: f64) -> Option<f64> {
     // g is a combination of A and B with these coefficients; it must point out of the cone between them.
     let coefficients =
         [inverse[0] * rise[0] + inverse[1] * rise[1], inverse[1] * rise[0] + inverse[2] * rise[1]];
-    (coefficients[0] >= 0.0 && coefficients[1] >= 0.0).then_some(d)
+    (coefficients[0] >= 0.0 && coefficients[1] >= 0.0).then_some(d * unit)
 }
 
 /// A vertex waiting to be settled; ties go to the smaller index.

@@ -140,16 +140,11 @@ fn visit_real(mesh: &TriangleMesh, first: &[u32], h: Halfedge, mut visit: impl F
         1 => visit(start + 1, Complex { re: 0.0, im: 1.0 }),
         2 => visit(start + 1, Complex { re: 0.0, im: if place == 0 { 1.0 } else { -1.0 } }),
         _ => {
-            // Helmert's orthonormal basis of the vectors whose entries add up to zero: the j-th one is
-            // (1, ..., 1, -j, 0, ...) / sqrt(j (j + 1)) with j ones.
-            for j in 1..k {
-                let entry = match place.cmp(&j) {
-                    std::cmp::Ordering::Less => 1.0,
-                    std::cmp::Ordering::Equal => -(j as f64),
-                    std::cmp::Ordering::Greater => continue,
-                };
-                let entry = entry / ((j * (j + 1)) as f64).sqrt();
-                visit(start + j, Complex { re: 0.0, im: entry });
+            // The parts into the faces 1, 2, ...; that into face 0 is minus their sum. Only face 0 meets all unknowns.
+            if place == 0 {
+                (1..k).for_each(|j| visit(start + j, Complex { re: 0.0, im: -1.0 }));
+            } else {
+                visit(start + place, Complex { re: 0.0, im: 1.0 });
             }
         }
     }

@@ -37,7 +37,8 @@ impl DiffusionTime {
 pub enum LevelSets {
     /// Nothing is imposed: the fit is free, then shifted so that the curves have mean zero. Right for noisy curves.
     Free,
-    /// The distance is zero at every node of every curve and at every point.
+    /// The distance is zero along every curve and at every point: exactly at vertices and isolated points, and to the square of
+    /// the edge length where curves cross edges and faces.
     Zero,
     /// The distance is constant along each connected piece of the curves, at a value that comes out of the fit.
     PerComponent,

@@ -9,10 +9,11 @@ pub(crate) struct SideOfSegments {
 }
 
 impl SideOfSegments {
-    /// Carries the side from the first segment of each curve to its last. Where two consecutive segments see no chain of
+    /// On a mesh of `consistent` winding left is left. Else carries the side from the first segment of each curve to its last. Where two consecutive segments see no chain of
     /// faces between them, or on a closed curve that comes back reversed, a warning says so.
     pub fn of(
         mesh: &TriangleMesh,
+        consistent: bool,
         input: &SurfaceCurves,
         segments: &[Segment],
         warnings: &mut Vec<String>,
@@ -27,9 +28,13 @@ impl SideOfSegments {
                 continue;
             }
             let (before, side) = sides[i - 1];
-            let turn = relative_winding(mesh, before, face, segment.ends[0]).unwrap_or(1.0);
+            let turn = if consistent {
+                1.0
+            } else {
+                relative_winding(mesh, before, face, segment.ends[0]).unwrap_or(1.0)
+            };
             sides.push((face, side * turn));
-            let last = segments.get(i + 1).is_none_or(|next| next.curve != segment.curve);
+            let last = !consistent && segments.get(i + 1).is_none_or(|next| next.curve != segment.curve);
             if last && segment.ends[1] == segments[first_of_curve].ends[0] {
                 let (first_face, first_side) = sides[first_of_curve];
                 let back = relative_winding(mesh, face, first_face, segment.ends[1]).unwrap_or(1.0);

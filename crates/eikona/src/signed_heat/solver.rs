@@ -124,7 +124,8 @@ impl Solver {
                 bound: "from 1e-9 to 1e12",
             });
         }
-        let source = Source::new(&self.mesh, source)?;
+        let consistent = matches!(self.diffusion.frames, EdgeFrames::Complex);
+        let source = Source::new(&self.mesh, consistent, source)?;
         let values =
             source.values(&self.mesh, &self.diffusion.frames, &self.triangles, options.sign, self.time.time);
         phases.end("source");
@@ -288,19 +289,26 @@ fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> Triang
 /// Outside, the weight drowns in rounding, or everything else does.
 const SOFT_WEIGHTS: std::ops::RangeInclusive<f64> = 1e-9..=1e12;
 
-/// Lengths whose fourth powers are still normal numbers.
-const LENGTHS: std::ops::RangeInclusive<f64> = 1e-70..=1e70;
+/// Lengths of the longest sides whose squares, and quotients of these, are normal numbers.
+const LENGTHS: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
 
 fn check_scale(triangles: &[Triangle]) -> Result<(), SignedHeatError> {
+    let scale = |i: usize| SignedHeatError::Scale { face: Face(i as u32), lengths: triangles[i].lengths };
+    let (mut longest, mut its_face) = (0.0, 0);
     for (i, t) in triangles.iter().enumerate() {
-        let longest = t.lengths.iter().fold(0.0f64, |m, l| m.max(*l));
-        let collapsed = t.mollified && longest < *LENGTHS.start();
-        if !collapsed && !LENGTHS.contains(&longest) {
-            return Err(SignedHeatError::Scale { face: eikona_mesh::Face(i as u32), lengths: t.lengths });
+        let side = t.lengths.iter().fold(0.0f64, |m, l| m.max(*l));
+        if side.is_nan() || side > *LENGTHS.end() {
+            return Err(scale(i));
+        }
+        if side > longest {
+            (longest, its_face) = (side, i);
         }
     }
     if triangles.iter().all(|t| t.mollified) {
         return Err(SignedHeatError::NoArea);
+    }
+    if longest < *LENGTHS.start() {
+        return Err(scale(its_face));
     }
     Ok(())
 }
@@ -309,7 +317,7 @@ fn note_mollified(triangles: &[Triangle], warnings: &mut Vec<String>) {
     let count = triangles.iter().filter(|t| t.mollified).count();
     if let Some(first) = triangles.iter().position(|t| t.mollified) {
         warnings.push(format!(
-            "{count} faces (the first is face {first}) have no area to speak of; they were given angles without changing their lengths by more than 1e-7"
+            "{count} faces (the first is face {first}) have no area to speak of; they were given angles without changing a length by more than 1e-7 of their longest side"
         ));
     }
 }

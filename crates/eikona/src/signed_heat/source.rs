@@ -22,8 +22,8 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    /// Looks up every node.
-    pub fn new(mesh: &TriangleMesh, input: &SurfaceCurves) -> Result<Source, CurveError> {
+    /// Looks up every node. `consistent`: the faces of the mesh are wound alike.
+    pub fn new(mesh: &TriangleMesh, consistent: bool, input: &SurfaceCurves) -> Result<Source, CurveError> {
         if input.is_empty() {
             return Err(CurveError::Empty);
         }
@@ -31,7 +31,7 @@ impl Source {
         let points = input.located_points(mesh)?;
         let kinds: Vec<CurveKind> = segments.iter().map(|s| input.curves[s.curve].kind).collect();
         let mut warnings = Vec::new();
-        let sides = SideOfSegments::of(mesh, input, &segments, &mut warnings);
+        let sides = SideOfSegments::of(mesh, consistent, input, &segments, &mut warnings);
         Ok(Source { segments, points, kinds, warnings, sides })
     }
 

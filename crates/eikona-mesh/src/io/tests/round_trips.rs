@@ -119,6 +119,18 @@ fn gltf_keeps_scalars_and_lines_over_the_same_vertices() {
 }
 
 #[test]
+fn gltf_keeps_vertices_beside_lines_that_join_nothing() {
+    // Found by fuzzing: a line of no or one node counted as something to hang the vertices on.
+    let points = PolygonMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0]]);
+    for lines in [vec![], vec![vec![]], vec![vec![1]]] {
+        let mut out = MeshOut::from(&points);
+        out.lines = &lines;
+        let file = read_mesh_bytes(&written(MeshFormat::Glb, &out), MeshFormat::Glb).unwrap();
+        assert_eq!(file.mesh.positions, points.positions);
+    }
+}
+
+#[test]
 fn colours_are_written_as_each_format_has_them() {
     let mesh = polygon_cube();
     let colours: Vec<[u8; 3]> = (0..9).map(|i| [i * 28, 255 - i, 7]).collect();

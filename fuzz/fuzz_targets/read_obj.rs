@@ -1,0 +1,6 @@
+//! Any bytes as OBJ.
+#![no_main]
+
+use eikona_mesh::io::MeshFormat;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| eikona_fuzz::readers::check(bytes, MeshFormat::Obj));
