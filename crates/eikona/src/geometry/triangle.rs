@@ -33,7 +33,10 @@ impl Triangle {
     pub fn of_face(mesh: &TriangleMesh, face: Face) -> Triangle {
         let [a, b, c] = mesh.face_positions(face);
         let lengths = [distance(a, b), distance(b, c), distance(c, a)];
-        let area = 0.5 * norm(cross(sub(b, a), sub(c, a)));
+        let longest = lengths.iter().fold(0.0f64, |m, &l| m.max(l));
+        let unit = power_of_two_near(longest);
+        let [u, v] = [sub(b, a), sub(c, a)].map(|x| x.map(|x| x / unit));
+        let area = 0.5 * norm(cross(u, v)) * unit * unit;
         Triangle::with_area(lengths, area)
     }
 

@@ -140,11 +140,24 @@ fn visit_real(mesh: &TriangleMesh, first: &[u32], h: Halfedge, mut visit: impl F
         1 => visit(start + 1, Complex { re: 0.0, im: 1.0 }),
         2 => visit(start + 1, Complex { re: 0.0, im: if place == 0 { 1.0 } else { -1.0 } }),
         _ => {
-            // The parts into the faces 1, 2, ...; that into face 0 is minus their sum. Only face 0 meets all unknowns.
-            if place == 0 {
-                (1..k).for_each(|j| visit(start + j, Complex { re: 0.0, im: -1.0 }));
-            } else {
-                visit(start + place, Complex { re: 0.0, im: 1.0 });
+            // Haar's orthonormal basis of the vectors whose entries add up to zero: the faces are halved again and again,
+            // and each cut has a vector that is positive on one half and negative on the other. A face meets only the
+            // log k cuts that it lies in, and the cut before face `middle` is unknown `middle`.
+            let (mut low, mut high) = (0, k);
+            while high - low > 1 {
+                let middle = (low + high) / 2;
+                let (left, right) = ((middle - low) as f64, (high - middle) as f64);
+                let entry = if place < middle {
+                    (right / (left * (left + right))).sqrt()
+                } else {
+                    -(left / (right * (left + right))).sqrt()
+                };
+                visit(start + middle, Complex { re: 0.0, im: entry });
+                if place < middle {
+                    high = middle;
+                } else {
+                    low = middle;
+                }
             }
         }
     }

@@ -7,12 +7,12 @@ use crate::operators::{CotanLaplacian, divergence};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::options::LevelSets;
 use crate::signed_heat::source::{Source, key};
-use eikona_mesh::{CurveKind, Located, TriangleMesh};
+use eikona_mesh::{CurveKind, Located, Segment, SegmentHost, TriangleMesh};
 use eikona_numeric::{
     Cholesky, Complex, NumericError, Ordering, Symbolic, SymmetricMatrix, nested_dissection_order,
     solve_dense,
 };
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 /// The cotan Laplacian, grounded and factored.
@@ -136,8 +136,8 @@ fn at_vertex(fault: NumericError) -> SignedHeatError {
 
 /// A place whose value is constrained: a combination of vertex values.
 ///
-/// Vertices and isolated points are held exactly, at the weight of the penalty and with a multiplier. Nodes of curves inside
-/// edges and faces are held by weight only: [`ALONG_CURVES`] times the length of curve at the node over the size of its edge or face.
+/// Vertices and isolated points are held exactly, at the weight of the penalty and with a multiplier. Curves inside edges and
+/// faces are held by weight only: [`ALONG_CURVES`] times the integral of the square along the curve, over the size of the edge or face.
 ///
 /// Deviation: section 7.1 holds all nodes exactly. A curve that crosses `n` edges touches only about `n` vertices, so that
 /// exact rows leave the function no freedom there: unless the curve happens to be an isoline of a function that is linear in
@@ -164,7 +164,7 @@ impl Row {
 /// The penalty of the augmented Lagrangian. Rows and operator have no unit and entries of order 1. Larger values need fewer
 /// iterations and lose as many of the sixteen digits.
 const PENALTY: f64 = 1e6;
-/// How strongly nodes inside edges and faces are held, without unit: the fit then leaves the curve by the square of the edge
+/// How strongly curves inside edges and faces are held, without unit: the fit then leaves the curve by the square of the edge
 /// length, as interpolation does. Measured: 3 to 30 give the same errors.
 const ALONG_CURVES: f64 = 10.0;
 /// Constrained values count as equal below this share of the largest value.
@@ -463,25 +463,31 @@ impl Integration {
         };
         let links: Vec<[u32; 2]> = source.segments.iter().map(|s| s.ends.map(&mut number)).collect();
         let points: Vec<u32> = source.points.iter().map(|p| number(*p)).collect();
-        let mut length = vec![0.0; places.len()];
-        for (segment, ends) in source.segments.iter().zip(&links) {
-            let [p, q] = segment.ends.map(|p| p.position(mesh));
-            ends.iter().for_each(|&i| length[i as usize] += 0.5 * distance(p, q));
-        }
         let mut exact: Vec<bool> = places.iter().map(|p| matches!(p, Located::Vertex(_))).collect();
         points.iter().for_each(|&i| exact[i as usize] = true);
         let group = connected_pieces(places.len(), &links);
         let groups = group.iter().max().map_or(0, |g| *g as usize + 1);
-        let rows = (0..places.len())
-            .map(|i| {
-                let weight = if exact[i] {
-                    PENALTY
-                } else {
-                    (ALONG_CURVES * length[i] / host_size(mesh, triangles, places[i])).min(PENALTY)
-                };
-                Row { weight, exact: exact[i], ..row_of(mesh, places[i], group[i]) }
-            })
-            .collect();
+        let mut rows: Vec<Row> =
+            places.iter().zip(&group).map(|(place, group)| row_of(mesh, *place, *group)).collect();
+        for (row, exact) in rows.iter_mut().zip(&exact) {
+            row.exact = *exact;
+            row.weight = if *exact { PENALTY } else { 0.0 };
+        }
+        // Simpson's rule, exact for the square of a linear function, so that cutting a segment in two changes nothing; and
+        // every segment once, so that doubling it does not either.
+        let mut seen = HashSet::new();
+        for (segment, &[a, b]) in source.segments.iter().zip(&links) {
+            if (exact[a as usize] && exact[b as usize]) || !seen.insert((a.min(b), a.max(b))) {
+                continue;
+            }
+            let [p, q] = segment.ends.map(|p| p.position(mesh));
+            let weight = ALONG_CURVES * distance(p, q) / host_size(mesh, triangles, segment);
+            for i in [a, b].into_iter().filter(|&i| !exact[i as usize]) {
+                rows[i as usize].weight += weight / 6.0;
+            }
+            let middle = row_of(mesh, middle(mesh, segment), group[a as usize]);
+            rows.push(Row { weight: weight * 4.0 / 6.0, exact: false, ..middle });
+        }
         (rows, groups)
     }
 
@@ -593,15 +599,14 @@ fn add_multiple(a: &mut [f64], factor: f64, b: &[f64]) {
     a.iter_mut().zip(b).for_each(|(a, b)| *a += factor * b);
 }
 
-/// The length of the edge that a point lies in, or the longest of its face; of no meaning at a vertex.
-fn host_size(mesh: &TriangleMesh, triangles: &[Triangle], point: Located) -> f64 {
-    match point {
-        Located::Vertex(_) => f64::INFINITY,
-        Located::Edge(edge, _) => {
+/// The length of the edge that a segment lies in, or the longest of its face.
+fn host_size(mesh: &TriangleMesh, triangles: &[Triangle], segment: &Segment) -> f64 {
+    match segment.host {
+        SegmentHost::Edge(edge, _) => {
             let h = mesh.edge_halfedges(edge)[0];
             triangles[h.face().index()].lengths[h.side()]
         }
-        Located::Face(face, _) => triangles[face.index()].lengths.iter().fold(0.0, |m, &l| m.max(l)),
+        SegmentHost::Face(face, _) => triangles[face.index()].lengths.iter().fold(0.0, |m, &l| m.max(l)),
     }
 }
 
@@ -615,10 +620,10 @@ fn row_of(mesh: &TriangleMesh, point: Located, group: u32) -> Row {
     Row { weight: PENALTY, exact: true, weights, count, group }
 }
 
-fn middle(mesh: &TriangleMesh, segment: &eikona_mesh::Segment) -> Located {
+fn middle(mesh: &TriangleMesh, segment: &Segment) -> Located {
     match segment.host {
-        eikona_mesh::SegmentHost::Edge(edge, [s, t]) => Located::Edge(edge, 0.5 * (s + t)),
-        eikona_mesh::SegmentHost::Face(face, [a, b]) => {
+        SegmentHost::Edge(edge, [s, t]) => Located::Edge(edge, 0.5 * (s + t)),
+        SegmentHost::Face(face, [a, b]) => {
             Located::in_face(mesh, face, [0, 1, 2].map(|k| 0.5 * (a[k] + b[k])))
         }
     }
