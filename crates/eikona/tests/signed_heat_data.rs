@@ -124,6 +124,11 @@ fn every_curve_file() {
                 .chain(&source.points)
                 .map(|p| p.locate(&mesh).unwrap().interpolate(&mesh, values))
                 .collect();
+            let at_vertices = source
+                .curves
+                .iter()
+                .flat_map(|c| &c.nodes)
+                .all(|n| matches!(n, eikona_mesh::SurfacePoint::Vertex { .. }));
             let share = unit_share(&mesh, values);
             let on_curve = largest(&at_nodes) / size;
             println!(
@@ -135,7 +140,8 @@ fn every_curve_file() {
                 start.elapsed()
             );
             assert!(size > 0.0, "{curve}: flat");
-            assert!(level_sets != LevelSets::Zero || on_curve < 1e-6, "{curve}: {on_curve:e} on the curve");
+            let held = if at_vertices { 1e-6 } else { 5e-3 };
+            assert!(level_sets != LevelSets::Zero || on_curve < held, "{curve}: {on_curve:e} on the curve");
             // Loops around a handle and curves that contradict each other bound nothing: no function has a unit gradient then.
             let contradictory =
                 ["bumpy-sphere", "asymmetric-torus", "block-points"].iter().any(|n| curve.contains(n));

@@ -39,25 +39,67 @@ fn dependent_rows(mesh: &TriangleMesh) -> SurfaceCurves {
     source
 }
 
+/// Exactly at vertices and isolated points, whatever else pulls there; along curves that cross faces and contradict nothing,
+/// to a small share of the square of the edge length.
 #[test]
-fn zero_is_zero_at_every_node() {
+fn zero_is_zero_along_the_curves() {
     let grid = shapes::grid(36, 24, 1.8, 1.2, Diagonal::Alternating).unwrap();
     let rough = damage::jitter(&grid, 0.25, 5).unwrap();
     let sphere = damage::jitter(&shapes::geodesic_sphere(16).unwrap(), 0.2, 6).unwrap();
     let on_sphere = zero_level(&sphere, |p| p[2] - 0.3 + 0.4 * p[0] * p[1]);
-    for (name, mesh, source) in [
-        ("plate", &grid, dependent_rows(&grid)),
-        ("rough plate", &rough, dependent_rows(&rough)),
-        ("sphere", &sphere, on_sphere.clone()),
-        ("broken on sphere", &sphere, broken(&sphere, &on_sphere, 0.1, 0.05)),
+    let with_vertices = |mesh: &TriangleMesh| {
+        let mut source = dependent_rows(mesh);
+        let edge = mesh.edge_vertices(mesh.face_edges(mesh.faces().nth(300).unwrap())[0]);
+        source.curves.push(Curve::signed(edge));
+        source
+    };
+    for (name, mesh, source, contradictory) in [
+        ("plate", &grid, with_vertices(&grid), true),
+        ("rough plate", &rough, with_vertices(&rough), true),
+        ("sphere", &sphere, on_sphere.clone(), false),
+        ("broken on sphere", &sphere, broken(&sphere, &on_sphere, 0.1, 0.05), false),
     ] {
         let solution = solve(mesh, &source, PAPER_TIME, LevelSets::Zero);
-        let at_nodes = values_at_nodes(mesh, &source, solution.distance.as_slice());
-        let share = largest(&at_nodes) / largest(solution.distance.as_slice());
-        println!("{name}: {} nodes, zero to {share:.1e}", at_nodes.len());
-        assert!(share < 1e-6, "{name}: {share:e}");
-        assert!(solution.report.constraint_violation >= largest(&at_nodes) * 0.999);
-        assert!(largest(solution.distance.as_slice()) > 0.3, "{name}: pressed flat");
+        let distance = solution.distance.as_slice();
+        let exact = source
+            .curves
+            .iter()
+            .flat_map(|c| &c.nodes)
+            .filter(|p| matches!(p, SurfacePoint::Vertex { .. }))
+            .chain(&source.points)
+            .map(|p| p.locate(mesh).unwrap().interpolate(mesh, distance).abs())
+            .fold(0.0, f64::max);
+        let at_nodes = largest(&values_at_nodes(mesh, &source, distance));
+        let edge = mean_edge_length(mesh);
+        println!("{name}: held to {exact:.1e}, along the curves {:.1e} edges", at_nodes / edge);
+        assert!(exact < 1e-6 * largest(distance), "{name}: {exact:e}");
+        assert!(contradictory || at_nodes < 0.5 * edge * edge, "{name}: {at_nodes} for edges of {edge}");
+        assert!(solution.report.constraint_violation >= at_nodes * 0.999);
+        assert!(largest(distance) > 0.3, "{name}: pressed flat");
+    }
+}
+
+/// A polyline in space, traced over the faces, is no isoline of a function that is linear in every face: held exactly at every
+/// node, the distance would be flat along the strip of faces that it crosses.
+#[test]
+fn zero_does_not_lock_on_a_polyline() {
+    for frequency in [20, 40] {
+        let mesh = shapes::geodesic_sphere(frequency).unwrap();
+        let points = shapes::latitude_circle(0.3f64.asin(), 200).unwrap();
+        let bvh = eikona::spatial::Bvh::new(&mesh);
+        let kind = eikona_mesh::CurveKind::Signed;
+        let curve = eikona::contour::trace_polyline(&mesh, &bvh, &points, true, kind, 1e-6).unwrap().curve;
+        let source = SurfaceCurves::from_curve(curve.reversed());
+        let exact = |p: [f64; 3]| 0.3f64.asin() - p[2].clamp(-1.0, 1.0).asin();
+        let error = |level_sets| {
+            errors(&mesh, solve(&mesh, &source, PAPER_TIME, level_sets).distance.as_slice(), exact).l2
+        };
+        let free = error(LevelSets::Free);
+        for level_sets in [LevelSets::Zero, LevelSets::PerComponent] {
+            let held = error(level_sets);
+            println!("frequency {frequency}, {level_sets:?}: {held:.2e}, free {free:.2e}");
+            assert!(held < 1.5 * free, "{level_sets:?}: {held:e}, free {free:e}");
+        }
     }
 }
 
@@ -78,7 +120,7 @@ fn per_component_finds_the_level_of_each_curve() {
     for (curve, level) in source.curves.iter().zip(&report.levels) {
         let own = SurfaceCurves::from_curve(curve.clone());
         for value in values_at_nodes(&mesh, &own, solution.distance.as_slice()) {
-            assert!((value - level).abs() < 1e-6, "{value} on the curve of level {level}");
+            assert!((value - level).abs() < 1e-4, "{value} on the curve of level {level}");
         }
     }
     // The shift: the mean over both curves, by length, is zero.
@@ -115,12 +157,12 @@ fn soft_lies_between_free_and_zero() {
     let weights = [1e-7, 1e-3, 1.0, 30.0, 1e3, 1e12];
     let soft: Vec<Vec<f64>> = weights.iter().map(|&w| with(LevelSets::Soft(w))).collect();
     assert!(largest_difference(&free, &zero) > 1e-3, "the curve must be noisy enough to tell");
+    let at_zero = spread(&mesh, &source, &zero);
     assert!(largest_difference(&soft[0], &free) < 1e-6, "{}", largest_difference(&soft[0], &free));
-    // Nodes close to a vertex pull against each other, so that the end is reached only at absurd weights.
-    assert!(largest_difference(&soft[5], &zero) < 1e-4, "{}", largest_difference(&soft[5], &zero));
     let spreads: Vec<f64> = soft.iter().map(|s| spread(&mesh, &source, s)).collect();
     println!("soft: free {:.2e}, by weight {spreads:?}", spread(&mesh, &source, &free));
     assert!(spreads.windows(2).all(|s| s[1] <= s[0]), "{spreads:?}");
+    assert!(spreads[1] > at_zero && at_zero > spreads[5], "{at_zero:e} when held, {spreads:?} by weight");
 }
 
 /// Two lines a distance d apart that both want the zero level, on a rectangle: the values on them are -a and a with
