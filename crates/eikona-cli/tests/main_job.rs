@@ -79,9 +79,9 @@ fn signs_follow_the_curve_and_the_convention() {
         assert_grid(&folder, "out.csv", sign);
     }
     folder.done("sdf grid.obj --curve line.json -o out.csv --unsigned");
-    // The ends of the line have half-discs of their own, which a coarse grid feels.
+    // Unsigned distance is of first order: within a quarter of an edge on this coarse grid.
     for (i, d) in folder.column("out.csv", "distance").iter().enumerate() {
-        assert!((d - expected(i).abs()).abs() < 0.2 && *d > -1e-9, "vertex {i}: {d}");
+        assert!((d - expected(i).abs()).abs() < 0.25 && *d > -1e-9, "vertex {i}: {d}");
     }
 }
 

@@ -188,8 +188,7 @@ fn distance_goes_on_through_a_vertex() {
     }
 }
 
-/// Behind the corner the distance is that from a point; within a tenth, as for every point on a boundary: the natural boundary
-/// condition of vector diffusion lets the field lean into the boundary there, where a radial field runs along it.
+/// Behind the corner the distance is that from a point.
 #[test]
 fn distance_behind_a_vertex_is_that_from_a_point() {
     let (mesh, source, exact) = two_squares(1.0);

@@ -1,4 +1,4 @@
-//! Discrete operators: the only place where mesh and matrix meet. Laplacians are positive semidefinite.
+//! Discrete operators: where mesh and matrix meet. Laplacians are positive semidefinite.
 
 mod cotan;
 mod crouzeix_raviart;

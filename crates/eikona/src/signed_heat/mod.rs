@@ -24,9 +24,7 @@
 //! zero-area faces (given angles, see [`Triangle`](crate::geometry::Triangle)).
 //!
 //! **Limits.** First order in the edge length near corners and gaps of curves, better on smooth ones with
-//! [`DiffusionTime::Automatic`]. Near a point source that lies on the boundary
-//! directions are off by up to a tenth (the natural boundary condition of vector diffusion is not that of a radial field).
-//! What a gap is filled with is an extrapolation: ask for [`Confidence`]. Where curves bound no
+//! [`DiffusionTime::Automatic`]. What a gap is filled with is an extrapolation: ask for [`Confidence`]. Where curves bound no
 //! region the fit of section 7.1 is smooth across the jump that the distance would have; the L1 form (7.2) is not in this version.
 //!
 //! **Reference.** Nicole Feng and Keenan Crane, *A Heat Method for Generalized Signed Distance*, ACM Trans. Graph. 43 (4), 2024.

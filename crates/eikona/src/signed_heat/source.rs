@@ -6,7 +6,7 @@ use crate::operators::{EdgeFrames, EdgeVector};
 use crate::signed_heat::options::SignConvention;
 use crate::signed_heat::side::SideOfSegments;
 use eikona_mesh::{
-    Corner, CurveError, CurveKind, Face, Halfedge, Located, Segment, SegmentHost, SurfaceCurves,
+    Corner, CurveError, CurveKind, Face, Halfedge, Located, Neighbour, Segment, SegmentHost, SurfaceCurves,
     TriangleMesh, Vertex,
 };
 use eikona_numeric::{Complex, Scalar};
@@ -147,13 +147,11 @@ impl Deposit<'_> {
         }
     }
 
-    /// The directions away from a point on all sides: minus the gradient of a unit mass there.
+    /// The directions away from a point on all sides: minus the gradient of a unit mass there, spread by barycentric weights to
+    /// the corners of its face as multiples of their hat functions, and tested with the fields of the sides after integrating by
+    /// parts face by face: inside by their divergence, and along the boundary of the surface.
     ///
-    /// Tested with the Crouzeix-Raviart field of an edge, minus the gradient of a delta function gives the divergence of that
-    /// field: on each side of the face the outward normal, times the length of the side over the area. That is the same
-    /// for all points of a face, so the mass is first spread to the face's corners by barycentric weights, and at each corner
-    /// to the faces around it by their angles. Diffusion of a gradient is the gradient of diffusion (on flat ground), so the
-    /// field is that of the unsigned heat method.
+    /// Diffusion of a gradient is the gradient of diffusion (on flat ground), so the field is that of the unsigned heat method.
     ///
     /// Deviation: eq. 19 and appendix A.2 integrate unit normals over small circles and offset curves. Their first moments are
     /// not isotropic on a given mesh, and the distances they lead to do not converge (tests `points_anywhere`,
@@ -175,7 +173,7 @@ impl Deposit<'_> {
     }
 }
 
-/// Minus the gradient of a mass at a vertex: calls back with halfedges of the faces around it (those that `wanted` lets
+/// Minus the gradient of the hat function of a vertex, of this integral: calls back with halfedges of the faces around it (those that `wanted` lets
 /// through) and vectors seen from them.
 pub(crate) fn outward_at_vertex(
     mesh: &TriangleMesh,
@@ -186,15 +184,33 @@ pub(crate) fn outward_at_vertex(
     mut add: impl FnMut(Halfedge, Complex),
 ) {
     let corners = || mesh.vertex_corners(v).iter().filter(|c| wanted(c.face()));
-    let angle = |c: &Corner| triangles[c.face().index()].angles[c.halfedge().side()].arg();
-    let total: f64 = corners().map(angle).sum();
+    let mass: f64 = corners().map(|c| triangles[c.face().index()].area / 3.0).sum();
     for corner in corners() {
-        let t = &triangles[corner.face().index()];
-        let share = weight * angle(corner) / total;
+        let (face, k) = (corner.face(), corner.halfedge().side());
+        let t = &triangles[face.index()];
+        let share = weight / mass;
         for side in 0..3 {
-            // Seen from the halfedge the outward normal is -i.
-            let outward = Complex { re: 0.0, im: -share * t.lengths[side] / t.area };
-            add(corner.face().halfedge(side), outward);
+            // The divergence of the side's field is its outward normal (-i seen from it) times length / area.
+            add(face.halfedge(side), Complex { re: 0.0, im: -share / 3.0 * t.lengths[side] });
+        }
+        // What would leave the surface through its boundary stays: the integral of the two functions along it.
+        let directions = t.directions();
+        for boundary in [k, (k + 2) % 3] {
+            if mesh.neighbour(face.halfedge(boundary)) != Neighbour::Boundary {
+                continue;
+            }
+            let inward = Complex { re: -directions[boundary].im, im: directions[boundary].re };
+            for side in 0..3 {
+                let integral = if side == boundary {
+                    0.5
+                } else if (side + 2) % 3 == k {
+                    -1.0 / 6.0 // the vertex is opposite this side
+                } else {
+                    1.0 / 6.0
+                };
+                let vector = inward.scale(share * integral * t.lengths[boundary]);
+                add(face.halfedge(side), directions[side].conj() * vector);
+            }
         }
     }
 }
