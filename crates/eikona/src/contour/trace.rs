@@ -108,7 +108,9 @@ pub fn trace_polyline(
         largest = largest.max(distance);
         nodes.push(place);
     }
-    let mut traced = tracer.trace(&nodes, closed)?;
+    // Ends that differ by rounding only are one point.
+    let returns = nodes.len() > 3 && tracer.coincide(nodes[0], nodes[nodes.len() - 1]);
+    let mut traced = tracer.trace(&nodes, closed || returns)?;
     traced.largest_projection_distance = largest;
     traced.curve.kind = kind;
     Ok(traced)

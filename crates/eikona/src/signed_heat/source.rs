@@ -6,7 +6,7 @@ use crate::operators::{EdgeFrames, EdgeVector};
 use crate::signed_heat::options::SignConvention;
 use crate::signed_heat::side::SideOfSegments;
 use eikona_mesh::{
-    Corner, CurveError, CurveKind, Face, Halfedge, Located, Neighbour, Segment, SegmentHost, SurfaceCurves,
+    CurveError, CurveKind, Face, Halfedge, Located, Neighbour, Segment, SegmentHost, SurfaceCurves,
     TriangleMesh, Vertex,
 };
 use eikona_numeric::{Complex, Scalar};
