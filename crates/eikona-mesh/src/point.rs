@@ -139,6 +139,15 @@ impl Located {
         }
     }
 
+    /// Equal for equal points, and ordered: kind of element, its index, and the bits of the weights.
+    pub fn key(&self) -> (u8, u32, [u64; 3]) {
+        match *self {
+            Located::Vertex(v) => (0, v.0, [0; 3]),
+            Located::Edge(e, t) => (1, e.0, [t.to_bits(), 0, 0]),
+            Located::Face(f, w) => (2, f.0, w.map(f64::to_bits)),
+        }
+    }
+
     /// Where the point lies in space.
     pub fn position(&self, mesh: &TriangleMesh) -> [f64; 3] {
         match *self {

@@ -4,33 +4,10 @@ mod exact;
 
 use eikona::signed_heat::{DiffusionTime, LevelSets, SolveOptions};
 use eikona_mesh::{
-    Curve, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex,
-    damage::jitter_with,
+    Curve, SurfaceCurves, SurfacePoint,
     shapes::{self, Diagonal},
 };
 use exact::*;
-
-fn vertex_at(mesh: &TriangleMesh, x: f64, y: f64) -> Vertex {
-    let near = |v: &Vertex| norm(sub(mesh.position(*v), [x, y, 0.0])) < 1e-9;
-    mesh.vertices().find(near).unwrap()
-}
-
-/// [0, 2] x [0, 2], n squares a side.
-fn plate(n: usize) -> TriangleMesh {
-    shapes::grid(n, n, 2.0, 2.0, Diagonal::Alternating).unwrap()
-}
-
-fn rough_plate(n: usize) -> TriangleMesh {
-    jitter_with(&plate(n), 0.25, 3, &|p| [p[0], p[1], 0.0]).unwrap()
-}
-
-/// The straight line between two points of a flat mesh, as nodes on the edges it crosses.
-fn straight(mesh: &TriangleMesh, a: [f64; 3], b: [f64; 3]) -> Curve {
-    let bvh = eikona::spatial::Bvh::new(mesh);
-    eikona::contour::trace_polyline(mesh, &bvh, &[a, b], false, eikona_mesh::CurveKind::Signed, 1e-6)
-        .unwrap()
-        .curve
-}
 
 #[test]
 fn parts_of_edges_have_a_direction() {

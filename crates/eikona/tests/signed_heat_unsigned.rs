@@ -4,34 +4,8 @@
 mod exact;
 
 use eikona::signed_heat::{DiffusionTime, LevelSets};
-use eikona_mesh::{
-    Curve, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex,
-    damage::jitter_with,
-    shapes::{self, Diagonal},
-};
+use eikona_mesh::{Curve, SurfaceCurves, SurfacePoint, TriangleMesh};
 use exact::*;
-
-fn vertex_at(mesh: &TriangleMesh, x: f64, y: f64) -> Vertex {
-    let near = |v: &Vertex| norm(sub(mesh.position(*v), [x, y, 0.0])) < 1e-9;
-    mesh.vertices().find(near).unwrap()
-}
-
-/// [0, 2] x [0, 2], n squares a side.
-fn plate(n: usize) -> TriangleMesh {
-    shapes::grid(n, n, 2.0, 2.0, Diagonal::Alternating).unwrap()
-}
-
-fn rough_plate(n: usize) -> TriangleMesh {
-    jitter_with(&plate(n), 0.25, 3, &|p| [p[0], p[1], 0.0]).unwrap()
-}
-
-/// The straight line between two points of a flat mesh, as nodes on the edges it crosses.
-fn straight(mesh: &TriangleMesh, a: [f64; 3], b: [f64; 3]) -> Curve {
-    let bvh = eikona::spatial::Bvh::new(mesh);
-    eikona::contour::trace_polyline(mesh, &bvh, &[a, b], false, eikona_mesh::CurveKind::Signed, 1e-6)
-        .unwrap()
-        .curve
-}
 
 /// The distance at one resolution for a diffusion time, with the exact one.
 type Case = (TriangleMesh, SurfaceCurves, Box<dyn Fn([f64; 3]) -> f64>);

@@ -1,6 +1,6 @@
 //! Repairs do what they say, and their index maps lead from old to new elements.
 
-use crate::shapes::{Random, Seam, cube, glued_grid, grid, mesh, moebius, two_tetrahedra};
+use crate::shapes::{Random, cube, grid, mesh, moebius, two_tetrahedra};
 use eikona_mesh::{
     Face, IndexMaps, MeshError, Orientation, PolygonMesh, Repaired, Topology, TriangleMesh, Vertex,
     drop_degenerate_faces, drop_duplicate_faces, drop_unreferenced_vertices, orient,
@@ -175,32 +175,4 @@ fn splitting_fans_gives_manifold_vertices() {
     assert_eq!((topology.components.len(), topology.euler_characteristic), (2, 4));
     let (same, _) = split_nonmanifold_vertices(&cube()).expect("small enough");
     assert_eq!(same.mesh.triangles(), cube().triangles());
-}
-
-/// Times of a million triangles, for the figures in the docstrings: `cargo test --release -- --ignored --nocapture`.
-#[test]
-#[ignore = "measures time"]
-fn times_of_a_million_triangles() {
-    fn timed<T>(what: &str, work: impl FnOnce() -> T) -> T {
-        let start = std::time::Instant::now();
-        let result = work();
-        println!("{what}: {:.2} s", start.elapsed().as_secs_f64());
-        result
-    }
-    let surface = glued_grid(1000, 500, [Seam::Joined, Seam::Joined]);
-    let positions = (0..500_000u32).map(|k| [(k / 500) as f64, (k % 500) as f64, (k as f64).sin()]).collect();
-    let surface = surface.with_positions(positions).expect("finite");
-    let soup = soup(&surface);
-    let welded = timed("weld", || weld(&soup, 0.0)).expect("tolerance");
-    assert_eq!(welded.mesh.vertex_count(), 500_000);
-    let near = timed("weld with a tolerance", || weld(&soup, 1e-6)).expect("tolerance");
-    assert_eq!(near.mesh.vertex_count(), 500_000);
-    timed("mesh", || mesh(surface.positions().to_vec(), surface.triangles().to_vec()));
-    timed("topology", || Topology::of(&welded.mesh));
-    timed("topology of the soup", || Topology::of(&soup));
-    timed("orientation", || Orientation::of(&welded.mesh));
-    timed("quality", || eikona_mesh::Quality::of(&welded.mesh));
-    timed("validate", || validate(&welded.mesh));
-    timed("drop duplicate faces", || drop_duplicate_faces(&welded.mesh));
-    timed("split", || split_nonmanifold_vertices(&welded.mesh)).expect("small enough").1.len();
 }

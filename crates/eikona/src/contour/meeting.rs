@@ -25,14 +25,6 @@ pub(super) struct Visit {
 /// A place as a key: element and bits of the weights.
 type Key = (u8, u32, [u64; 3]);
 
-fn key(place: Located) -> Key {
-    match place {
-        Located::Vertex(v) => (0, v.0, [0; 3]),
-        Located::Edge(e, t) => (1, e.0, [t.to_bits(), 0, 0]),
-        Located::Face(f, w) => (2, f.0, w.map(f64::to_bits)),
-    }
-}
-
 /// Fills in meetings and doubled pieces.
 pub(super) fn find(mesh: &TriangleMesh, segments: &[Hosted], visits: &[Visit], report: &mut CurveReport) {
     at_nodes(mesh, visits, report);
@@ -89,7 +81,7 @@ fn list_doubled(report: &mut CurveReport, mut segments: [SegmentId; 2], same_dir
 fn at_nodes(mesh: &TriangleMesh, visits: &[Visit], report: &mut CurveReport) {
     let mut first: BTreeMap<Key, &Visit> = BTreeMap::new();
     for visit in visits {
-        let other = first.entry(key(visit.place)).or_insert(visit);
+        let other = first.entry(visit.place.key()).or_insert(visit);
         if std::ptr::eq(*other, visit) || (other.end && visit.end) {
             continue;
         }

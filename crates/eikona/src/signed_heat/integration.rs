@@ -6,7 +6,7 @@ use crate::geometry::vector::distance;
 use crate::operators::{CotanLaplacian, divergence};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::options::LevelSets;
-use crate::signed_heat::source::{Source, key};
+use crate::signed_heat::source::Source;
 use eikona_mesh::{CurveKind, Located, Segment, SegmentHost, TriangleMesh};
 use eikona_numeric::{
     Cholesky, Complex, NumericError, Ordering, Symbolic, SymmetricMatrix, nested_dissection_order,
@@ -456,7 +456,7 @@ impl Integration {
         let mut index: HashMap<_, u32> = HashMap::new();
         let mut places: Vec<Located> = Vec::new();
         let mut number = |point: Located| {
-            *index.entry(key(point)).or_insert_with(|| {
+            *index.entry(point.key()).or_insert_with(|| {
                 places.push(point);
                 places.len() as u32 - 1
             })

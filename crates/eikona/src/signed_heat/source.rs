@@ -63,17 +63,6 @@ impl Source {
     }
 }
 
-type PointKey = (u8, u32, [u64; 3]);
-
-/// Equal for equal points.
-pub(crate) fn key(point: Located) -> PointKey {
-    match point {
-        Located::Vertex(v) => (0, v.0, [0; 3]),
-        Located::Edge(e, t) => (1, e.0, [t.to_bits(), 0, 0]),
-        Located::Face(f, w) => (2, f.0, w.map(f64::to_bits)),
-    }
-}
-
 struct Deposit<'a> {
     mesh: &'a TriangleMesh,
     frames: &'a EdgeFrames,

@@ -3,6 +3,8 @@
 
 use eikona::contour::isolines;
 use eikona::signed_heat::{DiffusionTime, LevelSets, Solution, SolveOptions, Solver, SolverOptions};
+use eikona_mesh::damage::jitter_with;
+use eikona_mesh::shapes::{self, Diagonal};
 use eikona_mesh::{Curve, CurveKind, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex};
 
 pub const PAPER_TIME: DiffusionTime = DiffusionTime::Coefficient(1.0);
@@ -173,4 +175,26 @@ pub fn norm(a: [f64; 3]) -> f64 {
 }
 pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
+}
+
+pub fn vertex_at(mesh: &TriangleMesh, x: f64, y: f64) -> Vertex {
+    let near = |v: &Vertex| norm(sub(mesh.position(*v), [x, y, 0.0])) < 1e-9;
+    mesh.vertices().find(near).unwrap()
+}
+
+/// [0, 2] x [0, 2], n squares a side.
+pub fn plate(n: usize) -> TriangleMesh {
+    shapes::grid(n, n, 2.0, 2.0, Diagonal::Alternating).unwrap()
+}
+
+pub fn rough_plate(n: usize) -> TriangleMesh {
+    jitter_with(&plate(n), 0.25, 3, &|p| [p[0], p[1], 0.0]).unwrap()
+}
+
+/// The straight line between two points of a flat mesh, as nodes on the edges it crosses.
+pub fn straight(mesh: &TriangleMesh, a: [f64; 3], b: [f64; 3]) -> Curve {
+    let bvh = eikona::spatial::Bvh::new(mesh);
+    eikona::contour::trace_polyline(mesh, &bvh, &[a, b], false, eikona_mesh::CurveKind::Signed, 1e-6)
+        .unwrap()
+        .curve
 }

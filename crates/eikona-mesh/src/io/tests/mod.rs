@@ -4,7 +4,6 @@ mod data_folder;
 mod features;
 mod malformed;
 mod round_trips;
-mod speed;
 
 use super::{MeshFormat, MeshOut, write_mesh_bytes};
 use crate::mesh::TriangleMesh;
