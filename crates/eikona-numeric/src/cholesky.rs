@@ -2,7 +2,9 @@
 
 use crate::error::NumericError;
 use crate::graph::{Adjacency, Graph};
-use crate::multifrontal;
+use crate::kernels::{self, Vectorized, dispatch};
+use crate::memory::Zeroed;
+use crate::multifrontal::{self, Stacks};
 use crate::ordering::Ordering;
 use crate::scalar::Scalar;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -30,7 +32,9 @@ pub struct Symbolic {
     slots: Vec<u32>,
     factor: supernodal::SymbolicSupernodalCholesky<u32>,
     /// Memory that the numeric factorisation needs besides the factor.
-    largest_update: usize,
+    pub(crate) stacks: Stacks,
+    /// Rows of the highest panel.
+    largest_height: usize,
 }
 
 impl Symbolic {
@@ -71,8 +75,11 @@ impl Symbolic {
             Default::default(),
         )
         .map_err(|_| too_large)?;
-        let largest_update = factor.nnz_per_super().iter().map(|&r| r as usize).max().unwrap_or(0);
-        Ok(Symbolic { unknowns: n, order, place, col_ptr, row_idx, slots, factor, largest_update })
+        let stacks = Stacks::new(&factor);
+        let heights = (0..factor.n_supernodes())
+            .map(|s| factor.supernode_end()[s] - factor.supernode_begin()[s] + factor.nnz_per_super()[s]);
+        let largest_height = heights.max().unwrap_or(0) as usize;
+        Ok(Symbolic { unknowns: n, order, place, col_ptr, row_idx, slots, factor, stacks, largest_height })
     }
 
     /// Number of unknowns.
@@ -83,9 +90,13 @@ impl Symbolic {
     pub fn factor_entries(&self) -> usize {
         self.factor.len_val()
     }
-    /// Bytes that the factor and the permuted matrix will take, known before factoring.
-    pub fn predicted_bytes<T: Scalar>(&self) -> usize {
+    /// Bytes that a [`Cholesky`] of this pattern keeps.
+    pub fn factor_bytes<T: Scalar>(&self) -> usize {
         (self.factor.len_val() + self.row_idx.len()) * size_of::<T>()
+    }
+    /// Bytes that the factor, the permuted matrix and the fronts in work will take, known before factoring.
+    pub fn predicted_bytes<T: Scalar>(&self) -> usize {
+        self.factor_bytes::<T>() + self.stacks.entries() * size_of::<T>()
     }
 }
 
@@ -115,7 +126,7 @@ pub struct Cholesky<T> {
     symbolic: Arc<Symbolic>,
     /// The permuted lower triangle of A, for residuals.
     matrix: Vec<T>,
-    values: Vec<T>,
+    values: Zeroed<T>,
 }
 
 impl<T: Scalar> Cholesky<T> {
@@ -134,11 +145,7 @@ impl<T: Scalar> Cholesky<T> {
             }
         }
         let entries = symbolic.permute(matrix)?;
-        let out_of_memory =
-            || NumericError::OutOfMemory { unknowns: n, needed_bytes: symbolic.predicted_bytes::<T>() };
-        // Zeroed by the operating system as it is touched.
-        let mut values: Vec<T> =
-            bytemuck::allocation::try_zeroed_vec(symbolic.factor.len_val()).map_err(|()| out_of_memory())?;
+        let mut values = Zeroed::new(symbolic.factor.len_val()).ok_or(symbolic.out_of_memory::<T>())?;
         multifrontal::factor(&symbolic, &entries, &mut values)?;
         Ok(Cholesky { symbolic, matrix: entries, values })
     }
@@ -167,8 +174,7 @@ impl<T: Scalar> Cholesky<T> {
             return Err(NumericError::NonFinite { what: "the right-hand side", unknown });
         }
         let mut x: Vec<T> = s.order.iter().map(|&i| rhs[i as usize]).collect();
-        let mut update = vec![T::ZERO; s.largest_update];
-        pulp::Arch::new().dispatch(Sweeps { factor: self, x: &mut x, update: &mut update });
+        dispatch(Sweeps { factor: self, x: &mut x });
         let solution: Vec<T> = s.place.iter().map(|&p| x[p as usize]).collect();
         match solution.iter().position(|x| !x.finite()) {
             Some(unknown) => Err(NumericError::NonFinite { what: "the solution", unknown }),
@@ -198,45 +204,34 @@ impl<T: Scalar> Cholesky<T> {
 
     /// `x <- L^-1 x`
     #[inline(always)]
-    fn forward(&self, x: &mut [T], update: &mut [T]) {
+    fn forward<S: pulp::Simd>(&self, simd: S, x: &mut [T], gathered: &mut [T]) {
         let factor = &self.symbolic.factor;
         let (begin, end) = (factor.supernode_begin(), factor.supernode_end());
         let (row_ptr, val_ptr) = (factor.col_ptr_for_row_idx(), factor.col_ptr_for_val());
         for s in 0..factor.n_supernodes() {
             let (first, last) = (begin[s] as usize, end[s] as usize);
             let width = last - first;
-            for value in &mut x[first..last] {
-                flush(value);
-            }
-            if x[first..last].iter().all(|v| *v == T::ZERO) {
+            let top = &mut x[first..last];
+            top.iter_mut().for_each(flush);
+            if top.iter().all(|v| *v == T::ZERO) {
                 continue;
             }
             let rows = &factor.row_idx()[row_ptr[s] as usize..][..factor.nnz_per_super()[s] as usize];
-            let block = &self.values[val_ptr[s] as usize..val_ptr[s + 1] as usize];
-            let height = width + rows.len();
-            let below = &mut update[..rows.len()];
-            below.fill(T::ZERO);
-            let top = &mut x[first..last];
-            for j in 0..width {
-                let column = &block[j * height..(j + 1) * height];
-                let xj = divide_by_pivot(top[j], column[j]);
-                top[j] = xj;
-                for (xi, &l) in top[j + 1..].iter_mut().zip(&column[j + 1..width]) {
-                    *xi -= l * xj;
-                }
-                for (b, &l) in below.iter_mut().zip(&column[width..]) {
-                    *b += l * xj;
-                }
-            }
-            for (&row, &b) in rows.iter().zip(below.iter()) {
-                x[row as usize] -= b;
+            let panel = &self.values[val_ptr[s] as usize..val_ptr[s + 1] as usize];
+            let gathered = &mut gathered[..width + rows.len()];
+            gathered[..width].copy_from_slice(top);
+            gathered[width..].fill(T::ZERO);
+            kernels::forward(simd, panel, width, gathered);
+            top.copy_from_slice(&gathered[..width]);
+            for (&row, &change) in rows.iter().zip(&gathered[width..]) {
+                x[row as usize] += change;
             }
         }
     }
 
     /// `x <- L^-H x`
     #[inline(always)]
-    fn backward(&self, x: &mut [T], gathered: &mut [T]) {
+    fn backward<S: pulp::Simd>(&self, simd: S, x: &mut [T], gathered: &mut [T]) {
         let factor = &self.symbolic.factor;
         let (begin, end) = (factor.supernode_begin(), factor.supernode_end());
         let (row_ptr, val_ptr) = (factor.col_ptr_for_row_idx(), factor.col_ptr_for_val());
@@ -244,38 +239,32 @@ impl<T: Scalar> Cholesky<T> {
             let (first, last) = (begin[s] as usize, end[s] as usize);
             let width = last - first;
             let rows = &factor.row_idx()[row_ptr[s] as usize..][..factor.nnz_per_super()[s] as usize];
-            let block = &self.values[val_ptr[s] as usize..val_ptr[s + 1] as usize];
-            let height = width + rows.len();
-            let below = &mut gathered[..rows.len()];
-            for (b, &row) in below.iter_mut().zip(rows) {
-                *b = x[row as usize];
+            let panel = &self.values[val_ptr[s] as usize..val_ptr[s + 1] as usize];
+            let gathered = &mut gathered[..width + rows.len()];
+            gathered[..width].copy_from_slice(&x[first..last]);
+            for (value, &row) in gathered[width..].iter_mut().zip(rows) {
+                *value = x[row as usize];
             }
-            for j in (0..width).rev() {
-                let column = &block[j * height..(j + 1) * height];
-                let known = &x[first + j + 1..last];
-                let sum =
-                    conjugate_dot(&column[j + 1..width], known) + conjugate_dot(&column[width..], below);
-                let mut xj = divide_by_pivot(x[first + j] - sum, column[j]);
-                flush(&mut xj);
-                x[first + j] = xj;
-            }
+            kernels::backward(simd, panel, width, gathered);
+            gathered[..width].iter_mut().for_each(flush);
+            x[first..last].copy_from_slice(&gathered[..width]);
         }
     }
 }
 
-/// Both sweeps of a solve, compiled once for each vector width of processors.
+/// Both sweeps of a solve.
 struct Sweeps<'a, T> {
     factor: &'a Cholesky<T>,
     x: &'a mut [T],
-    update: &'a mut [T],
 }
 
-impl<T: Scalar> pulp::WithSimd for Sweeps<'_, T> {
+impl<T: Scalar> Vectorized for Sweeps<'_, T> {
     type Output = ();
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        self.factor.forward(self.x, self.update);
-        self.factor.backward(self.x, self.update);
+    fn run<S: pulp::Simd>(self, simd: S) {
+        let mut gathered = vec![T::ZERO; self.factor.symbolic.largest_height];
+        self.factor.forward(simd, self.x, &mut gathered);
+        self.factor.backward(simd, self.x, &mut gathered);
     }
 }
 
@@ -289,29 +278,6 @@ fn flush<T: Scalar>(x: &mut T) {
     }
 }
 
-/// Pivots of a Cholesky factor are real and positive.
-#[inline(always)]
-fn divide_by_pivot<T: Scalar>(x: T, pivot: T) -> T {
-    x.scale(1.0 / pivot.max_part())
-}
-
-/// The sum of `conj(a) b`, in four interleaved partial sums so that the additions can overlap.
-#[inline(always)]
-fn conjugate_dot<T: Scalar>(a: &[T], b: &[T]) -> T {
-    let mut sums = [T::ZERO; 4];
-    let mut chunks_a = a.chunks_exact(4);
-    let mut chunks_b = b.chunks_exact(4);
-    for (ca, cb) in (&mut chunks_a).zip(&mut chunks_b) {
-        for k in 0..4 {
-            sums[k] += ca[k].conj() * cb[k];
-        }
-    }
-    for (&x, &y) in chunks_a.remainder().iter().zip(chunks_b.remainder()) {
-        sums[0] += x.conj() * y;
-    }
-    (sums[0] + sums[1]) + (sums[2] + sums[3])
-}
-
 impl Symbolic {
     /// The shape of the factor.
     pub(crate) fn factor(&self) -> &supernodal::SymbolicSupernodalCholesky<u32> {
@@ -320,6 +286,9 @@ impl Symbolic {
     /// Columns and rows of the permuted lower triangle.
     pub(crate) fn lower_triangle(&self) -> (&[u32], &[u32]) {
         (&self.col_ptr, &self.row_idx)
+    }
+    pub(crate) fn out_of_memory<T: Scalar>(&self) -> NumericError {
+        NumericError::OutOfMemory { unknowns: self.unknowns, needed_bytes: self.predicted_bytes::<T>() }
     }
     /// The error for a pivot at this place of the elimination order.
     pub(crate) fn not_positive(&self, place: usize) -> NumericError {

@@ -10,6 +10,8 @@ mod dense;
 mod dissection;
 mod error;
 mod graph;
+mod kernels;
+mod memory;
 mod multifrontal;
 mod ordering;
 mod scalar;

@@ -9,9 +9,12 @@
 
 use crate::cholesky::Symbolic;
 use crate::error::NumericError;
+use crate::kernels::{self, Vectorized, dispatch};
+use crate::memory::Zeroed;
 use crate::scalar::Scalar;
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use faer::{Accum, MatMut, MatRef, Par};
 
 /// Fill-in below this share of the root of the largest diagonal entry is set to zero. The product of two larger numbers is no denormal. A
@@ -19,11 +22,11 @@ use faer::{Accum, MatMut, MatRef, Par};
 /// lost its accuracy ([`Cholesky::solve`](crate::Cholesky::solve)).
 const NEGLIGIBLE: f64 = 1e-150;
 
-/// Columns eliminated by plain loops before the rest of the front is updated by a blocked kernel.
-const BLOCK: usize = 16;
+/// Columns eliminated by our own kernels before the rest of the panel is updated by the backend's matrix product.
+const BLOCK: usize = 32;
 
-/// Updates with less work than this (multiplications) are done by plain loops: calling a blocked kernel would cost more.
-const SMALL_UPDATE: usize = 4096;
+/// Products with fewer multiplications than this are done by our own kernels: calling the backend's would cost more.
+const SMALL_PRODUCT: usize = 1 << 16;
 
 /// Factors the permuted lower triangle `entries` into `values`, laid out as the symbolic factor says.
 pub(crate) fn factor<T: Scalar>(
@@ -31,9 +34,7 @@ pub(crate) fn factor<T: Scalar>(
     entries: &[T],
     values: &mut [T],
 ) -> Result<(), NumericError> {
-    // Compiled once for each vector width; the widest that the processor has is taken at run time. The operations and their
-    // order are the same in all, and so are the digits.
-    pulp::Arch::new().dispatch(Fronts { symbolic, entries, values })
+    dispatch(Fronts { symbolic, entries, values })
 }
 
 struct Fronts<'a, T> {
@@ -42,16 +43,17 @@ struct Fronts<'a, T> {
     values: &'a mut [T],
 }
 
-impl<T: Scalar> pulp::WithSimd for Fronts<'_, T> {
+impl<T: Scalar> Vectorized for Fronts<'_, T> {
     type Output = Result<(), NumericError>;
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Self::Output {
-        factor_fronts(self.symbolic, self.entries, self.values)
+    fn run<S: pulp::Simd>(self, simd: S) -> Self::Output {
+        factor_fronts(simd, self.symbolic, self.entries, self.values)
     }
 }
 
 #[inline(always)]
-fn factor_fronts<T: Scalar>(
+fn factor_fronts<S: pulp::Simd, T: Scalar>(
+    simd: S,
     symbolic: &Symbolic,
     entries: &[T],
     values: &mut [T],
@@ -63,14 +65,15 @@ fn factor_fronts<T: Scalar>(
     let (col_ptr, row_idx) = symbolic.lower_triangle();
     let largest = (0..n).fold(0.0f64, |m, j| m.max(entries[col_ptr[j] as usize].max_part()));
     let negligible = NEGLIGIBLE * largest.sqrt();
+    let rows_of = |s: usize| &shape.row_idx()[row_ptr[s] as usize..][..shape.nnz_per_super()[s] as usize];
     let mut local = vec![0u32; n];
-    let mut child_local: Vec<u32> = Vec::new();
-    let mut pending: Vec<Update<T>> = Vec::new();
-    let mut spare: Vec<Vec<T>> = Vec::new();
+    let stack = |parity: usize| Stack::new(symbolic.stacks.0[parity]).ok_or(symbolic.out_of_memory::<T>());
+    let mut stacks = [stack(0)?, stack(1)?];
+    let mut children: Vec<Child> = Vec::new();
     for s in 0..shape.n_supernodes() {
         let (first, last) = (begin[s] as usize, end[s] as usize);
         let width = last - first;
-        let rows = &shape.row_idx()[row_ptr[s] as usize..][..shape.nnz_per_super()[s] as usize];
+        let rows = rows_of(s);
         let height = width + rows.len();
         let panel = &mut values[val_ptr[s] as usize..val_ptr[s + 1] as usize];
         for (i, &row) in rows.iter().enumerate() {
@@ -85,72 +88,132 @@ fn factor_fronts<T: Scalar>(
                 target[local[row_idx[k] as usize] as usize] = entries[k];
             }
         }
-        let mut update = spare.pop().unwrap_or_default();
-        update.clear();
-        update.resize(rows.len() * rows.len(), T::ZERO);
-        // The children are the last updates left, as the columns are in postorder.
-        while pending.last().is_some_and(|child| (child.parent_column as usize) < last) {
-            let Some(child) = pending.pop() else { break };
-            let child_rows = &shape.row_idx()[row_ptr[child.supernode] as usize..][..child.size];
-            child_local.clear();
-            child_local.extend(child_rows.iter().map(|&row| local[row as usize]));
-            add_child(&child, &child_local, panel, &mut update, width, height);
-            spare.push(child.values);
+        let [even, odd] = &mut stacks;
+        let (own, below) = if symbolic.stacks.is_odd(s) { (odd, even) } else { (even, odd) };
+        children.clear();
+        while let Some(update) = below.waiting.pop_if(|update| (update.parent_column as usize) < last) {
+            let child_rows = rows_of(update.supernode);
+            let inside = child_rows.partition_point(|&row| (row as usize) < last);
+            children.push(Child { start: update.start, size: child_rows.len(), inside, supernode: update.supernode });
         }
-        eliminate(panel, width, height, negligible)
+        for child in &children {
+            let rows = rows_of(child.supernode);
+            let update = &below.values[child.start..][..child.size * child.size];
+            for (j, &column) in rows[..child.inside].iter().enumerate() {
+                let target = &mut panel[local[column as usize] as usize * height..][..height];
+                add_rows(target, &update[j * child.size + j..(j + 1) * child.size], &rows[j..], &local, 0);
+            }
+        }
+        eliminate(simd, panel, width, height, negligible)
             .map_err(|column| symbolic.not_positive(first + column))?;
-        if rows.is_empty() {
-            spare.push(update);
-        } else {
-            subtract_outer_product(panel, width, height, &mut update);
-            pending.push(Update { supernode: s, parent_column: rows[0], size: rows.len(), values: update });
+        if !rows.is_empty() {
+            let size = rows.len();
+            let start = own.push(s, rows);
+            let update = &mut own.values[start..start + size * size];
+            minus_outer_product(simd, panel, width, height, update);
+            for child in &children {
+                let rows = rows_of(child.supernode);
+                let child_update = &below.values[child.start..][..child.size * child.size];
+                for (j, &column) in rows.iter().enumerate().skip(child.inside) {
+                    let target = &mut update[(local[column as usize] as usize - width) * size..][..size];
+                    let source = &child_update[j * child.size + j..(j + 1) * child.size];
+                    add_rows(target, source, &rows[j..], &local, width as u32);
+                }
+            }
         }
     }
     Ok(())
 }
 
-/// What a supernode leaves to its parent: the lower triangle of a dense matrix on its rows.
-struct Update<T> {
-    supernode: usize,
-    /// Its first row, which is a column of the parent.
-    parent_column: u32,
-    size: usize,
-    values: Vec<T>,
-}
-
+/// Adds a column of a child's update to a column of its parent. Rows come in the same order in the parent, so the lower
+/// triangle stays below the diagonal.
 #[inline(always)]
-fn add_child<T: Scalar>(
-    child: &Update<T>,
-    local: &[u32],
-    panel: &mut [T],
-    update: &mut [T],
-    width: usize,
-    height: usize,
-) {
-    let size = child.size;
-    for j in 0..size {
-        let column = local[j] as usize;
-        let source = &child.values[j * size + j..(j + 1) * size];
-        // Rows come in the same order in the parent, so the lower triangle stays below the diagonal.
-        let target = if column < width {
-            &mut panel[column * height..(column + 1) * height]
-        } else {
-            let below = height - width;
-            &mut update[(column - width) * below..(column - width + 1) * below]
-        };
-        let offset = if column < width { 0 } else { width as u32 };
-        for (&value, &row) in source.iter().zip(&local[j..]) {
-            target[(row - offset) as usize] += value;
-        }
+fn add_rows<T: Scalar>(target: &mut [T], source: &[T], rows: &[u32], local: &[u32], offset: u32) {
+    for (&value, &row) in source.iter().zip(rows) {
+        target[(local[row as usize] - offset) as usize] += value;
     }
 }
 
-#[inline(always)]
-fn flush<T: Scalar>(values: &mut [T], negligible: f64) {
-    for value in values {
-        if value.max_part() < negligible {
-            *value = T::ZERO;
+/// A child whose update is being added to the front.
+struct Child {
+    supernode: usize,
+    start: usize,
+    size: usize,
+    /// How many of its rows are columns of the front.
+    inside: usize,
+}
+
+/// Updates that wait for their parents: dense matrices on the rows of a supernode, of which the lower triangle counts.
+///
+/// There are two stacks, for supernodes at even and at odd depth in the elimination tree: the children of a front lie on top
+/// of one while its own update is made on top of the other.
+struct Stack<T> {
+    values: Zeroed<T>,
+    waiting: Vec<Waiting>,
+}
+
+struct Waiting {
+    supernode: usize,
+    start: usize,
+    end: usize,
+    /// Its first row, which is a column of the parent.
+    parent_column: u32,
+}
+
+impl<T: Scalar> Stack<T> {
+    fn new(entries: usize) -> Option<Self> {
+        Zeroed::new(entries).map(|values| Stack { values, waiting: Vec::new() })
+    }
+
+    fn push(&mut self, supernode: usize, rows: &[u32]) -> usize {
+        let start = self.waiting.last().map_or(0, |top| top.end);
+        let end = start + rows.len() * rows.len();
+        self.waiting.push(Waiting { supernode, start, end, parent_column: rows[0] });
+        start
+    }
+}
+
+/// Which stack each supernode's update goes to, and how large they get.
+#[derive(Debug)]
+pub(crate) struct Stacks([usize; 2], Vec<bool>);
+
+impl Stacks {
+    pub(crate) fn new(shape: &SymbolicSupernodalCholesky<u32>) -> Stacks {
+        let (begin, end) = (shape.supernode_begin(), shape.supernode_end());
+        let rows_of = |s: usize| {
+            &shape.row_idx()[shape.col_ptr_for_row_idx()[s] as usize..][..shape.nnz_per_super()[s] as usize]
+        };
+        let count = shape.n_supernodes();
+        let mut odd = vec![false; count];
+        for s in (0..count).rev() {
+            if let Some(&row) = rows_of(s).first() {
+                let parent = end[..count].partition_point(|&e| e <= row);
+                odd[s] = !odd[parent];
+            }
         }
+        let _ = begin;
+        let mut waiting: [Vec<(u32, usize)>; 2] = [Vec::new(), Vec::new()];
+        let mut largest = [0; 2];
+        for s in 0..count {
+            let rows = rows_of(s);
+            let own = usize::from(odd[s]);
+            if let Some(&row) = rows.first() {
+                let top = waiting[own].last().map_or(0, |top| top.1) + rows.len() * rows.len();
+                waiting[own].push((row, top));
+                largest[own] = largest[own].max(top);
+            }
+            while waiting[1 - own].pop_if(|update| update.0 < end[s]).is_some() {}
+        }
+        Stacks(largest, odd)
+    }
+
+    fn is_odd(&self, supernode: usize) -> bool {
+        self.1[supernode]
+    }
+
+    /// Entries of both stacks.
+    pub(crate) fn entries(&self) -> usize {
+        self.0[0] + self.0[1]
     }
 }
 
@@ -158,71 +221,21 @@ fn flush<T: Scalar>(values: &mut [T], negligible: f64) {
 ///
 /// Columns are flushed as they are done, so that no product of denormal size is ever formed.
 #[inline(always)]
-fn eliminate<T: Scalar>(panel: &mut [T], width: usize, height: usize, negligible: f64) -> Result<(), usize> {
+fn eliminate<S: pulp::Simd, T: Scalar>(
+    simd: S,
+    panel: &mut [T],
+    width: usize,
+    height: usize,
+    negligible: f64,
+) -> Result<(), usize> {
     for begin in (0..width).step_by(BLOCK) {
         let end = (begin + BLOCK).min(width);
-        eliminate_columns(panel, begin, end, height, negligible)?;
+        kernels::eliminate_columns(simd, panel, begin..end, height, negligible)?;
         if end < width {
             update_columns(panel, begin, end, width, height);
         }
     }
     Ok(())
-}
-
-/// Eliminates columns `begin..end` by plain loops.
-#[inline(always)]
-fn eliminate_columns<T: Scalar>(
-    panel: &mut [T],
-    begin: usize,
-    end: usize,
-    height: usize,
-    negligible: f64,
-) -> Result<(), usize> {
-    for j in begin..end {
-        let (done, rest) = panel.split_at_mut(j * height);
-        let column = &mut rest[j..height];
-        subtract_columns(column, done, begin..j, height, j);
-        let pivot = column[0].real_part();
-        if pivot.is_nan() || pivot <= 0.0 {
-            return Err(j);
-        }
-        let root = pivot.sqrt();
-        let inverse = 1.0 / root;
-        column[0] = T::real(root);
-        column[1..].iter_mut().for_each(|x| *x = x.scale(inverse));
-        flush(&mut column[1..], negligible);
-    }
-    Ok(())
-}
-
-/// `target <- target - sum of conj(c[0]) c` over the given columns of a panel, each from `row` on. Four at a time, so that the
-/// target is read and written less often.
-#[inline(always)]
-fn subtract_columns<T: Scalar>(
-    target: &mut [T],
-    panel: &[T],
-    columns: std::ops::Range<usize>,
-    height: usize,
-    row: usize,
-) {
-    let n = target.len();
-    let column = |k: usize| &panel[k * height + row..][..n];
-    let mut k = columns.start;
-    while k + 4 <= columns.end {
-        let (a, b, c, d) = (column(k), column(k + 1), column(k + 2), column(k + 3));
-        let (fa, fb, fc, fd) = (a[0].conj(), b[0].conj(), c[0].conj(), d[0].conj());
-        for i in 0..n {
-            target[i] -= (a[i] * fa + b[i] * fb) + (c[i] * fc + d[i] * fd);
-        }
-        k += 4;
-    }
-    for k in k..columns.end {
-        let a = column(k);
-        let factor = a[0].conj();
-        for i in 0..n {
-            target[i] -= a[i] * factor;
-        }
-    }
 }
 
 /// Subtracts what columns `begin..end` contribute to columns `end..width`.
@@ -249,22 +262,24 @@ fn update_columns<T: Scalar>(panel: &mut [T], begin: usize, end: usize, width: u
     matmul(below, Accum::Add, done_below, done_top.adjoint(), minus_one, Par::Seq);
 }
 
-/// `update <- update - L L^H` in the lower triangle, for the rows `L` of the panel below its columns.
+/// The lower triangle of `update <- -L L^H`, for the rows `L` of the panel below its columns.
 #[inline(always)]
-fn subtract_outer_product<T: Scalar>(panel: &[T], width: usize, height: usize, update: &mut [T]) {
+fn minus_outer_product<S: pulp::Simd, T: Scalar>(
+    simd: S,
+    panel: &[T],
+    width: usize,
+    height: usize,
+    update: &mut [T],
+) {
     let size = height - width;
-    if width * size * size < SMALL_UPDATE {
-        for j in 0..size {
-            let target = &mut update[j * size + j..(j + 1) * size];
-            subtract_columns(target, panel, 0..width, height, width + j);
-        }
-        return;
+    if width * size * size < SMALL_PRODUCT {
+        return kernels::minus_outer_product(simd, panel, width, height, update);
     }
     let below = MatRef::from_column_major_slice(panel, height, width).split_at_row(width).1;
     triangular::matmul(
         MatMut::from_column_major_slice_mut(update, size, size),
         BlockStructure::TriangularLower,
-        Accum::Add,
+        Accum::Replace,
         below,
         BlockStructure::Rectangular,
         below.adjoint(),

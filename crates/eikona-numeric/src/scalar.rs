@@ -6,7 +6,7 @@ pub type Complex = faer::c64;
 /// `f64` or [`Complex`]. Not meant to be implemented elsewhere.
 pub trait Scalar:
     faer::traits::ComplexField<Real = f64>
-    + bytemuck::Zeroable
+    + crate::kernels::Lanes
     + Copy
     + Default
     + PartialEq

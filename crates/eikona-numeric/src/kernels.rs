@@ -1,0 +1,458 @@
+//! Dense kernels for small blocks: the fronts of a factorisation are mostly ten to sixty rows high, where calling a general
+//! matrix product costs more than the product.
+//!
+//! Blocks are stored by columns. Complex columns are read as the doubles they are made of, so that one pair of real
+//! fused multiplications per vector does a complex one; the parts are put together once, at the end of a sum.
+
+use pulp::Simd;
+use std::ops::Range;
+
+/// Vectors of doubles that hold numbers of this type.
+///
+/// Part of [`Scalar`](crate::Scalar), which nobody else can implement because this trait cannot be named outside.
+pub trait Lanes: bytemuck::Pod {
+    /// Doubles in a number.
+    const PARTS: usize;
+    /// Vectors summed side by side in [`eliminate_columns`]: as many as the registers hold.
+    const VECTORS: usize;
+    /// A sum of products that is still to be put together.
+    type Sum<S: Simd>: Copy;
+    /// The empty sum.
+    fn nothing<S: Simd>(simd: S) -> Self::Sum<S>;
+    /// `sum + x conj(factor)`
+    fn add_product<S: Simd>(simd: S, sum: Self::Sum<S>, x: S::f64s, factor: Self) -> Self::Sum<S>;
+    /// The value of a sum of products.
+    fn products<S: Simd>(simd: S, sum: Self::Sum<S>) -> S::f64s;
+    /// `sum + conj(x) y`, number by number.
+    fn add_dot<S: Simd>(simd: S, sum: Self::Sum<S>, x: S::f64s, y: S::f64s) -> Self::Sum<S>;
+    /// The value of a scalar product.
+    fn dot<S: Simd>(simd: S, sum: Self::Sum<S>) -> Self;
+}
+
+impl Lanes for f64 {
+    const PARTS: usize = 1;
+    const VECTORS: usize = 2;
+    type Sum<S: Simd> = S::f64s;
+    #[inline(always)]
+    fn nothing<S: Simd>(simd: S) -> S::f64s {
+        simd.splat_f64s(0.0)
+    }
+    #[inline(always)]
+    fn add_product<S: Simd>(simd: S, sum: S::f64s, x: S::f64s, factor: f64) -> S::f64s {
+        simd.mul_add_e_f64s(x, simd.splat_f64s(factor), sum)
+    }
+    #[inline(always)]
+    fn products<S: Simd>(_: S, sum: S::f64s) -> S::f64s {
+        sum
+    }
+    #[inline(always)]
+    fn add_dot<S: Simd>(simd: S, sum: S::f64s, x: S::f64s, y: S::f64s) -> S::f64s {
+        simd.mul_add_e_f64s(x, y, sum)
+    }
+    #[inline(always)]
+    fn dot<S: Simd>(simd: S, sum: S::f64s) -> f64 {
+        simd.reduce_sum_f64s(sum)
+    }
+}
+
+/// Numbers of `x` times the real parts of the factors, and times the imaginary ones.
+impl Lanes for crate::Complex {
+    const PARTS: usize = 2;
+    const VECTORS: usize = 1;
+    type Sum<S: Simd> = (S::f64s, S::f64s);
+    #[inline(always)]
+    fn nothing<S: Simd>(simd: S) -> Self::Sum<S> {
+        (simd.splat_f64s(0.0), simd.splat_f64s(0.0))
+    }
+    #[inline(always)]
+    fn add_product<S: Simd>(simd: S, sum: Self::Sum<S>, x: S::f64s, factor: Self) -> Self::Sum<S> {
+        let real = simd.mul_add_e_f64s(x, simd.splat_f64s(factor.re), sum.0);
+        (real, simd.mul_add_e_f64s(x, simd.splat_f64s(factor.im), sum.1))
+    }
+    #[inline(always)]
+    fn products<S: Simd>(simd: S, sum: Self::Sum<S>) -> S::f64s {
+        // x (re - i im): minus i times a + i b is b - i a.
+        let turned: S::c64s = simd.conj_c64s(swapped(simd, sum.1));
+        simd.add_f64s(sum.0, bytemuck::cast(turned))
+    }
+    #[inline(always)]
+    fn add_dot<S: Simd>(simd: S, sum: Self::Sum<S>, x: S::f64s, y: S::f64s) -> Self::Sum<S> {
+        let crossed = bytemuck::cast(swapped(simd, y));
+        (simd.mul_add_e_f64s(x, y, sum.0), simd.mul_add_e_f64s(x, crossed, sum.1))
+    }
+    #[inline(always)]
+    fn dot<S: Simd>(simd: S, sum: Self::Sum<S>) -> Self {
+        // The first holds the parts of re re + im im, the second alternates re im and im re.
+        let crossed: S::c64s = simd.conj_c64s(bytemuck::cast(sum.1));
+        crate::Complex {
+            re: simd.reduce_sum_f64s(sum.0),
+            im: simd.reduce_sum_f64s(bytemuck::cast(crossed)),
+        }
+    }
+}
+
+#[inline(always)]
+fn swapped<S: Simd>(simd: S, x: S::f64s) -> S::c64s {
+    simd.swap_re_im_c64s(bytemuck::cast(x))
+}
+
+/// Work that is compiled once for each vector width; the widest that the processor has is taken at run time.
+pub(crate) trait Vectorized {
+    type Output;
+    fn run<S: Simd>(self, simd: S) -> Self::Output;
+}
+
+pub(crate) fn dispatch<W: Vectorized>(work: W) -> W::Output {
+    struct Adapter<W>(W);
+    impl<W: Vectorized> pulp::WithSimd for Adapter<W> {
+        type Output = W::Output;
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> W::Output {
+            // A complex number takes at least two doubles.
+            if S::F64_LANES < 2 { self.0.run(pulp::Scalar128b) } else { self.0.run(simd) }
+        }
+    }
+    pulp::Arch::new().dispatch(Adapter(work))
+}
+
+/// Numbers in a vector.
+#[inline(always)]
+const fn numbers<S: Simd, T: Lanes>() -> usize {
+    S::F64_LANES / T::PARTS
+}
+
+#[inline(always)]
+fn vectors<S: Simd, T: Lanes>(numbers: &[T]) -> &[S::f64s] {
+    S::as_simd_f64s(bytemuck::cast_slice(numbers)).0
+}
+
+#[inline(always)]
+fn vectors_mut<S: Simd, T: Lanes>(numbers: &mut [T]) -> &mut [S::f64s] {
+    S::as_mut_simd_f64s(bytemuck::cast_slice_mut(numbers)).0
+}
+
+/// A block of columns of one height.
+#[derive(Clone, Copy)]
+struct Block<'a, T> {
+    values: &'a [T],
+    height: usize,
+}
+
+impl<T: crate::Scalar> Block<'_, T> {
+    /// Sum over the columns of `row.. x conj(right..)`: a tile of `A A^H`, by columns.
+    #[inline(always)]
+    fn tile<S: Simd, const VECTORS: usize, const COLUMNS: usize>(
+        self,
+        simd: S,
+        columns: Range<usize>,
+        row: usize,
+        right: usize,
+    ) -> [[T::Sum<S>; VECTORS]; COLUMNS] {
+        let mut sums = [[T::nothing(simd); VECTORS]; COLUMNS];
+        for k in columns {
+            let column = &self.values[k * self.height..(k + 1) * self.height];
+            let x = vectors::<S, T>(&column[row..row + VECTORS * numbers::<S, T>()]);
+            let factors = &column[right..right + COLUMNS];
+            for c in 0..COLUMNS {
+                for v in 0..VECTORS {
+                    sums[c][v] = T::add_product(simd, sums[c][v], x[v], factors[c]);
+                }
+            }
+        }
+        sums
+    }
+
+    /// The same for one entry.
+    #[inline(always)]
+    fn entry(self, columns: Range<usize>, row: usize, right: usize) -> T {
+        let mut sum = T::ZERO;
+        for k in columns {
+            sum += self.values[k * self.height + row] * self.values[k * self.height + right].conj();
+        }
+        sum
+    }
+}
+
+/// The lower triangle of `target <- -A A^H`, for the rows of a panel below its `width` columns. Some entries above the
+/// diagonal are written too.
+#[inline(always)]
+pub(crate) fn minus_outer_product<S: Simd, T: crate::Scalar>(
+    simd: S,
+    panel: &[T],
+    width: usize,
+    height: usize,
+    target: &mut [T],
+) {
+    let size = height - width;
+    let panel = Block { values: panel, height };
+    let mut column = 0;
+    while column + 4 <= size {
+        minus_outer_columns::<S, T, 4>(simd, panel, width, column, target);
+        column += 4;
+    }
+    match size - column {
+        3 => minus_outer_columns::<S, T, 3>(simd, panel, width, column, target),
+        2 => minus_outer_columns::<S, T, 2>(simd, panel, width, column, target),
+        1 => minus_outer_columns::<S, T, 1>(simd, panel, width, column, target),
+        _ => {}
+    }
+}
+
+#[inline(always)]
+fn minus_outer_columns<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
+    simd: S,
+    panel: Block<'_, T>,
+    width: usize,
+    first: usize,
+    target: &mut [T],
+) {
+    let size = panel.height - width;
+    let lanes = numbers::<S, T>();
+    let right = width + first;
+    if size - first < lanes {
+        for c in 0..COLUMNS {
+            for row in first + c..size {
+                target[(first + c) * size + row] = -panel.entry(0..width, width + row, right + c);
+            }
+        }
+        return;
+    }
+    let mut row = first;
+    while row < size {
+        if T::VECTORS == 2 && row + 2 * lanes <= size {
+            let sums = panel.tile::<S, 2, COLUMNS>(simd, 0..width, width + row, right);
+            for (c, sums) in sums.into_iter().enumerate() {
+                let target = &mut target[(first + c) * size + row..][..2 * lanes];
+                let target = vectors_mut::<S, T>(target);
+                target[0] = simd.neg_f64s(T::products(simd, sums[0]));
+                target[1] = simd.neg_f64s(T::products(simd, sums[1]));
+            }
+            row += 2 * lanes;
+            continue;
+        }
+        // The last rows are computed twice rather than one by one.
+        let at = row.min(size - lanes);
+        let sums = panel.tile::<S, 1, COLUMNS>(simd, 0..width, width + at, right);
+        for (c, [sum]) in sums.into_iter().enumerate() {
+            let target = &mut target[(first + c) * size + at..][..lanes];
+            vectors_mut::<S, T>(target)[0] = simd.neg_f64s(T::products(simd, sum));
+        }
+        row += lanes;
+    }
+}
+
+/// Cholesky of columns `columns` of a panel, all their rows, as far as these columns themselves are concerned: what columns
+/// before them contribute has been subtracted. Entries below `negligible` are set to zero. On failure the column.
+#[inline(always)]
+pub(crate) fn eliminate_columns<S: Simd, T: crate::Scalar>(
+    simd: S,
+    panel: &mut [T],
+    columns: Range<usize>,
+    height: usize,
+    negligible: f64,
+) -> Result<(), usize> {
+    let mut column = columns.start;
+    while column + 4 <= columns.end {
+        eliminate_some::<S, T, 4>(simd, panel, columns.start, column, height, negligible)?;
+        column += 4;
+    }
+    match columns.end - column {
+        3 => eliminate_some::<S, T, 3>(simd, panel, columns.start, column, height, negligible),
+        2 => eliminate_some::<S, T, 2>(simd, panel, columns.start, column, height, negligible),
+        1 => eliminate_some::<S, T, 1>(simd, panel, columns.start, column, height, negligible),
+        _ => Ok(()),
+    }
+}
+
+/// `COLUMNS` columns from `first` on; the columns `start..first` are done.
+#[inline(always)]
+fn eliminate_some<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
+    simd: S,
+    panel: &mut [T],
+    start: usize,
+    first: usize,
+    height: usize,
+    negligible: f64,
+) -> Result<(), usize> {
+    let (done, rest) = panel.split_at_mut(first * height);
+    let done = Block { values: done, height };
+    let rest = &mut rest[..COLUMNS * height];
+    // The block on the diagonal.
+    let mut lower = [[T::ZERO; COLUMNS]; COLUMNS];
+    let mut inverse = [0.0; COLUMNS];
+    for c in 0..COLUMNS {
+        for r in c..COLUMNS {
+            let mut value = rest[c * height + first + r] - done.entry(start..first, first + r, first + c);
+            for d in 0..c {
+                value -= lower[d][r] * lower[d][c].conj();
+            }
+            if r == c {
+                let pivot = value.real_part();
+                if pivot.is_nan() || pivot <= 0.0 {
+                    return Err(first + c);
+                }
+                let root = pivot.sqrt();
+                inverse[c] = 1.0 / root;
+                value = T::real(root);
+            } else {
+                value = flushed(value.scale(inverse[c]), negligible);
+            }
+            lower[c][r] = value;
+            rest[c * height + first + r] = value;
+        }
+    }
+    // The rows below it.
+    let lanes = numbers::<S, T>();
+    let threshold = simd.splat_f64s(negligible);
+    let scales = inverse.map(|x| simd.splat_f64s(x));
+    let mut row = first + COLUMNS;
+    macro_rules! rows {
+        ($vectors:literal) => {{
+            let sums = done.tile::<S, $vectors, COLUMNS>(simd, start..first, row, first);
+            for v in 0..$vectors {
+                let at = row + v * lanes;
+                let mut solved = [simd.splat_f64s(0.0); COLUMNS];
+                for c in 0..COLUMNS {
+                    let mut sum = sums[c][v];
+                    for d in 0..c {
+                        sum = T::add_product(simd, sum, solved[d], lower[d][c]);
+                    }
+                    let target = &mut vectors_mut::<S, T>(&mut rest[c * height + at..][..lanes])[0];
+                    let value = simd.mul_f64s(simd.sub_f64s(*target, T::products(simd, sum)), scales[c]);
+                    let small = simd.less_than_f64s(simd.abs_f64s(value), threshold);
+                    solved[c] = simd.select_f64s(small, simd.splat_f64s(0.0), value);
+                    *target = solved[c];
+                }
+            }
+            row += $vectors * lanes;
+        }};
+    }
+    if T::VECTORS == 2 {
+        while row + 2 * lanes <= height {
+            rows!(2);
+        }
+    }
+    while row + lanes <= height {
+        rows!(1);
+    }
+    for row in row..height {
+        let mut solved = [T::ZERO; COLUMNS];
+        for c in 0..COLUMNS {
+            let mut value = rest[c * height + row] - done.entry(start..first, row, first + c);
+            for d in 0..c {
+                value -= solved[d] * lower[d][c].conj();
+            }
+            solved[c] = flushed(value.scale(inverse[c]), negligible);
+            rest[c * height + row] = solved[c];
+        }
+    }
+    Ok(())
+}
+
+#[inline(always)]
+fn flushed<T: crate::Scalar>(value: T, negligible: f64) -> T {
+    if value.max_part() < negligible { T::ZERO } else { value }
+}
+
+/// `x <- L^-1 x` for the first `width` numbers of `x`, and `x <- x - L x` with the result for those below: the forward sweep
+/// of one panel.
+#[inline(always)]
+pub(crate) fn forward<S: Simd, T: crate::Scalar>(simd: S, panel: &[T], width: usize, x: &mut [T]) {
+    let mut column = 0;
+    while column + 4 <= width {
+        forward_some::<S, T, 4>(simd, panel, column, x);
+        column += 4;
+    }
+    match width - column {
+        3 => forward_some::<S, T, 3>(simd, panel, column, x),
+        2 => forward_some::<S, T, 2>(simd, panel, column, x),
+        1 => forward_some::<S, T, 1>(simd, panel, column, x),
+        _ => {}
+    }
+}
+
+#[inline(always)]
+fn forward_some<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
+    simd: S,
+    panel: &[T],
+    first: usize,
+    x: &mut [T],
+) {
+    let height = x.len();
+    let columns: [&[T]; COLUMNS] = std::array::from_fn(|c| &panel[(first + c) * height + first..][..height - first]);
+    let (known, below) = x[first..].split_at_mut(COLUMNS);
+    let mut factors = [T::ZERO; COLUMNS];
+    for c in 0..COLUMNS {
+        let mut value = known[c];
+        for d in 0..c {
+            value -= columns[d][c] * known[d];
+        }
+        known[c] = value.scale(1.0 / columns[c][c].real_part());
+        factors[c] = known[c].conj();
+    }
+    let columns = columns.map(|column| &column[COLUMNS..]);
+    let whole = below.len() - below.len() % numbers::<S, T>();
+    let count = whole / numbers::<S, T>();
+    let wide = columns.map(|column| &vectors::<S, T>(&column[..whole])[..count]);
+    let targets = &mut vectors_mut::<S, T>(&mut below[..whole])[..count];
+    for (i, target) in targets.iter_mut().enumerate() {
+        let mut sum = T::nothing(simd);
+        for c in 0..COLUMNS {
+            sum = T::add_product(simd, sum, wide[c][i], factors[c]);
+        }
+        *target = simd.sub_f64s(*target, T::products(simd, sum));
+    }
+    for (i, target) in below.iter_mut().enumerate().skip(whole) {
+        for c in 0..COLUMNS {
+            *target -= columns[c][i] * known[c];
+        }
+    }
+}
+
+/// `x <- L^-H x` for the first `width` numbers of `x`, where those below are known: the backward sweep of one panel.
+#[inline(always)]
+pub(crate) fn backward<S: Simd, T: crate::Scalar>(simd: S, panel: &[T], width: usize, x: &mut [T]) {
+    let mut end = width;
+    match width % 4 {
+        3 => backward_some::<S, T, 3>(simd, panel, width - 3, x),
+        2 => backward_some::<S, T, 2>(simd, panel, width - 2, x),
+        1 => backward_some::<S, T, 1>(simd, panel, width - 1, x),
+        _ => {}
+    }
+    end -= width % 4;
+    while end > 0 {
+        end -= 4;
+        backward_some::<S, T, 4>(simd, panel, end, x);
+    }
+}
+
+#[inline(always)]
+fn backward_some<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
+    simd: S,
+    panel: &[T],
+    first: usize,
+    x: &mut [T],
+) {
+    let height = x.len();
+    let columns: [&[T]; COLUMNS] = std::array::from_fn(|c| &panel[(first + c) * height + first..][..height - first]);
+    let (unknown, below) = x[first..].split_at_mut(COLUMNS);
+    let whole = below.len() - below.len() % numbers::<S, T>();
+    let count = whole / numbers::<S, T>();
+    let wide = columns.map(|column| &vectors::<S, T>(&column[COLUMNS..][..whole])[..count]);
+    let mut sums = [T::nothing(simd); COLUMNS];
+    for (i, &y) in vectors::<S, T>(&below[..whole])[..count].iter().enumerate() {
+        for c in 0..COLUMNS {
+            sums[c] = T::add_dot(simd, sums[c], wide[c][i], y);
+        }
+    }
+    for c in (0..COLUMNS).rev() {
+        let mut sum = T::dot(simd, sums[c]);
+        for (i, &y) in below.iter().enumerate().skip(whole) {
+            sum += columns[c][COLUMNS + i].conj() * y;
+        }
+        for d in c + 1..COLUMNS {
+            sum += columns[c][d].conj() * unknown[d];
+        }
+        unknown[c] = (unknown[c] - sum).scale(1.0 / columns[c][c].real_part());
+    }
+}
