@@ -4,9 +4,10 @@ use crate::error::NumericError;
 use crate::graph::{Adjacency, Graph};
 use crate::kernels::{self, Vectorized, dispatch};
 use crate::memory::Zeroed;
-use crate::multifrontal::{self, Stacks};
+use crate::multifrontal;
 use crate::ordering::Ordering;
 use crate::scalar::Scalar;
+use crate::tree::Tree;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::cholesky::{simplicial, supernodal};
@@ -31,8 +32,7 @@ pub struct Symbolic {
     /// Entry to which contribution k is added, with the flags above.
     slots: Vec<u32>,
     factor: supernodal::SymbolicSupernodalCholesky<u32>,
-    /// Memory that the numeric factorisation needs besides the factor.
-    pub(crate) stacks: Stacks,
+    tree: Tree,
     /// Rows of the highest panel.
     largest_height: usize,
 }
@@ -66,20 +66,20 @@ impl Symbolic {
             .or(supernodal::factorize_supernodal_symbolic_cholesky_scratch::<u32>(n));
         let mut memory = MemBuffer::try_new(scratch).map_err(|_| too_large.clone())?;
         let stack = MemStack::new(&mut memory);
-        let tree = simplicial::prefactorize_symbolic_cholesky(&mut parents, &mut counts, upper, stack);
+        let columns = simplicial::prefactorize_symbolic_cholesky(&mut parents, &mut counts, upper, stack);
         let factor = supernodal::factorize_supernodal_symbolic_cholesky(
             upper,
-            tree,
+            columns,
             &counts,
             stack,
             Default::default(),
         )
         .map_err(|_| too_large)?;
-        let stacks = Stacks::new(&factor);
+        let tree = Tree::of(&factor);
         let heights = (0..factor.n_supernodes())
             .map(|s| factor.supernode_end()[s] - factor.supernode_begin()[s] + factor.nnz_per_super()[s]);
         let largest_height = heights.max().unwrap_or(0) as usize;
-        Ok(Symbolic { unknowns: n, order, place, col_ptr, row_idx, slots, factor, stacks, largest_height })
+        Ok(Symbolic { unknowns: n, order, place, col_ptr, row_idx, slots, factor, tree, largest_height })
     }
 
     /// Number of unknowns.
@@ -96,7 +96,7 @@ impl Symbolic {
     }
     /// Bytes that the factor, the permuted matrix and the fronts in work will take, known before factoring.
     pub fn predicted_bytes<T: Scalar>(&self) -> usize {
-        self.factor_bytes::<T>() + self.stacks.entries() * size_of::<T>()
+        self.factor_bytes::<T>() + self.tree.stack_entries().iter().sum::<usize>() * size_of::<T>()
     }
 }
 
@@ -166,6 +166,31 @@ impl<T: Scalar> Cholesky<T> {
     /// # Cost
     /// Two sweeps over the factor.
     pub fn solve(&self, rhs: &[T]) -> Result<Vec<T>, NumericError> {
+        self.sweep(rhs, None)
+    }
+
+    /// Those unknowns of the solution of `A x = b` that are wanted; the others are zero or what they are in the solution.
+    ///
+    /// # Errors
+    /// As for [`solve`](Self::solve).
+    ///
+    /// # Cost
+    /// The parts of the factor that lie between the right-hand side's non-zeros and the root of the elimination tree, and
+    /// between the root and the wanted unknowns; and a look at each unknown.
+    pub fn solve_where(&self, rhs: &[T], wanted: impl Fn(usize) -> bool) -> Result<Vec<T>, NumericError> {
+        let factor = &self.symbolic.factor;
+        let mut needed: Vec<bool> = (0..factor.n_supernodes())
+            .map(|s| {
+                let columns = factor.supernode_begin()[s] as usize..factor.supernode_end()[s] as usize;
+                self.symbolic.order[columns].iter().any(|&unknown| wanted(unknown as usize))
+            })
+            .collect();
+        self.symbolic.tree.mark_ancestors(&mut needed);
+        self.sweep(rhs, Some(&needed))
+    }
+
+    /// Both sweeps; the second over the needed supernodes only.
+    fn sweep(&self, rhs: &[T], needed: Option<&[bool]>) -> Result<Vec<T>, NumericError> {
         let s = &*self.symbolic;
         if rhs.len() != s.unknowns {
             return Err(NumericError::WrongLength { found: rhs.len(), expected: s.unknowns });
@@ -174,7 +199,7 @@ impl<T: Scalar> Cholesky<T> {
             return Err(NumericError::NonFinite { what: "the right-hand side", unknown });
         }
         let mut x: Vec<T> = s.order.iter().map(|&i| rhs[i as usize]).collect();
-        dispatch(Sweeps { factor: self, x: &mut x });
+        dispatch(Sweeps { factor: self, x: &mut x, needed });
         let solution: Vec<T> = s.place.iter().map(|&p| x[p as usize]).collect();
         match solution.iter().position(|x| !x.finite()) {
             Some(unknown) => Err(NumericError::NonFinite { what: "the solution", unknown }),
@@ -231,12 +256,16 @@ impl<T: Scalar> Cholesky<T> {
 
     /// `x <- L^-H x`
     #[inline(always)]
-    fn backward<S: pulp::Simd>(&self, simd: S, x: &mut [T], gathered: &mut [T]) {
+    fn backward<S: pulp::Simd>(&self, simd: S, x: &mut [T], gathered: &mut [T], needed: Option<&[bool]>) {
         let factor = &self.symbolic.factor;
         let (begin, end) = (factor.supernode_begin(), factor.supernode_end());
         let (row_ptr, val_ptr) = (factor.col_ptr_for_row_idx(), factor.col_ptr_for_val());
         for s in (0..factor.n_supernodes()).rev() {
             let (first, last) = (begin[s] as usize, end[s] as usize);
+            if needed.is_some_and(|needed| !needed[s]) {
+                x[first..last].fill(T::ZERO);
+                continue;
+            }
             let width = last - first;
             let rows = &factor.row_idx()[row_ptr[s] as usize..][..factor.nnz_per_super()[s] as usize];
             let panel = &self.values[val_ptr[s] as usize..val_ptr[s + 1] as usize];
@@ -256,6 +285,7 @@ impl<T: Scalar> Cholesky<T> {
 struct Sweeps<'a, T> {
     factor: &'a Cholesky<T>,
     x: &'a mut [T],
+    needed: Option<&'a [bool]>,
 }
 
 impl<T: Scalar> Vectorized for Sweeps<'_, T> {
@@ -264,7 +294,7 @@ impl<T: Scalar> Vectorized for Sweeps<'_, T> {
     fn run<S: pulp::Simd>(self, simd: S) {
         let mut gathered = vec![T::ZERO; self.factor.symbolic.largest_height];
         self.factor.forward(simd, self.x, &mut gathered);
-        self.factor.backward(simd, self.x, &mut gathered);
+        self.factor.backward(simd, self.x, &mut gathered, self.needed);
     }
 }
 
@@ -282,6 +312,9 @@ impl Symbolic {
     /// The shape of the factor.
     pub(crate) fn factor(&self) -> &supernodal::SymbolicSupernodalCholesky<u32> {
         &self.factor
+    }
+    pub(crate) fn tree(&self) -> &Tree {
+        &self.tree
     }
     /// Columns and rows of the permuted lower triangle.
     pub(crate) fn lower_triangle(&self) -> (&[u32], &[u32]) {

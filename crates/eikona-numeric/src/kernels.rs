@@ -84,10 +84,7 @@ impl Lanes for crate::Complex {
     fn dot<S: Simd>(simd: S, sum: Self::Sum<S>) -> Self {
         // The first holds the parts of re re + im im, the second alternates re im and im re.
         let crossed: S::c64s = simd.conj_c64s(bytemuck::cast(sum.1));
-        crate::Complex {
-            re: simd.reduce_sum_f64s(sum.0),
-            im: simd.reduce_sum_f64s(bytemuck::cast(crossed)),
-        }
+        crate::Complex { re: simd.reduce_sum_f64s(sum.0), im: simd.reduce_sum_f64s(bytemuck::cast(crossed)) }
     }
 }
 
@@ -379,7 +376,8 @@ fn forward_some<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
     x: &mut [T],
 ) {
     let height = x.len();
-    let columns: [&[T]; COLUMNS] = std::array::from_fn(|c| &panel[(first + c) * height + first..][..height - first]);
+    let columns: [&[T]; COLUMNS] =
+        std::array::from_fn(|c| &panel[(first + c) * height + first..][..height - first]);
     let (known, below) = x[first..].split_at_mut(COLUMNS);
     let mut factors = [T::ZERO; COLUMNS];
     for c in 0..COLUMNS {
@@ -434,7 +432,8 @@ fn backward_some<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
     x: &mut [T],
 ) {
     let height = x.len();
-    let columns: [&[T]; COLUMNS] = std::array::from_fn(|c| &panel[(first + c) * height + first..][..height - first]);
+    let columns: [&[T]; COLUMNS] =
+        std::array::from_fn(|c| &panel[(first + c) * height + first..][..height - first]);
     let (unknown, below) = x[first..].split_at_mut(COLUMNS);
     let whole = below.len() - below.len() % numbers::<S, T>();
     let count = whole / numbers::<S, T>();

@@ -15,6 +15,7 @@ mod memory;
 mod multifrontal;
 mod ordering;
 mod scalar;
+mod tree;
 
 pub use cholesky::{Cholesky, Symbolic, SymmetricMatrix};
 pub use dense::solve_dense;

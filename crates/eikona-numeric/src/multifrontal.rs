@@ -14,7 +14,6 @@ use crate::memory::Zeroed;
 use crate::scalar::Scalar;
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use faer::{Accum, MatMut, MatRef, Par};
 
 /// Fill-in below this share of the root of the largest diagonal entry is set to zero. The product of two larger numbers is no denormal. A
@@ -67,8 +66,9 @@ fn factor_fronts<S: pulp::Simd, T: Scalar>(
     let negligible = NEGLIGIBLE * largest.sqrt();
     let rows_of = |s: usize| &shape.row_idx()[row_ptr[s] as usize..][..shape.nnz_per_super()[s] as usize];
     let mut local = vec![0u32; n];
-    let stack = |parity: usize| Stack::new(symbolic.stacks.0[parity]).ok_or(symbolic.out_of_memory::<T>());
-    let mut stacks = [stack(0)?, stack(1)?];
+    let tree = symbolic.tree();
+    let [even, odd] = tree.stack_entries().map(|size| Stack::new(size).ok_or(symbolic.out_of_memory::<T>()));
+    let (mut even, mut odd) = (even?, odd?);
     let mut children: Vec<Child> = Vec::new();
     for s in 0..shape.n_supernodes() {
         let (first, last) = (begin[s] as usize, end[s] as usize);
@@ -88,13 +88,17 @@ fn factor_fronts<S: pulp::Simd, T: Scalar>(
                 target[local[row_idx[k] as usize] as usize] = entries[k];
             }
         }
-        let [even, odd] = &mut stacks;
-        let (own, below) = if symbolic.stacks.is_odd(s) { (odd, even) } else { (even, odd) };
+        let (own, below) = if tree.is_odd(s) { (&mut odd, &mut even) } else { (&mut even, &mut odd) };
         children.clear();
         while let Some(update) = below.waiting.pop_if(|update| (update.parent_column as usize) < last) {
             let child_rows = rows_of(update.supernode);
             let inside = child_rows.partition_point(|&row| (row as usize) < last);
-            children.push(Child { start: update.start, size: child_rows.len(), inside, supernode: update.supernode });
+            children.push(Child {
+                start: update.start,
+                size: child_rows.len(),
+                inside,
+                supernode: update.supernode,
+            });
         }
         for child in &children {
             let rows = rows_of(child.supernode);
@@ -144,9 +148,6 @@ struct Child {
 }
 
 /// Updates that wait for their parents: dense matrices on the rows of a supernode, of which the lower triangle counts.
-///
-/// There are two stacks, for supernodes at even and at odd depth in the elimination tree: the children of a front lie on top
-/// of one while its own update is made on top of the other.
 struct Stack<T> {
     values: Zeroed<T>,
     waiting: Vec<Waiting>,
@@ -170,50 +171,6 @@ impl<T: Scalar> Stack<T> {
         let end = start + rows.len() * rows.len();
         self.waiting.push(Waiting { supernode, start, end, parent_column: rows[0] });
         start
-    }
-}
-
-/// Which stack each supernode's update goes to, and how large they get.
-#[derive(Debug)]
-pub(crate) struct Stacks([usize; 2], Vec<bool>);
-
-impl Stacks {
-    pub(crate) fn new(shape: &SymbolicSupernodalCholesky<u32>) -> Stacks {
-        let (begin, end) = (shape.supernode_begin(), shape.supernode_end());
-        let rows_of = |s: usize| {
-            &shape.row_idx()[shape.col_ptr_for_row_idx()[s] as usize..][..shape.nnz_per_super()[s] as usize]
-        };
-        let count = shape.n_supernodes();
-        let mut odd = vec![false; count];
-        for s in (0..count).rev() {
-            if let Some(&row) = rows_of(s).first() {
-                let parent = end[..count].partition_point(|&e| e <= row);
-                odd[s] = !odd[parent];
-            }
-        }
-        let _ = begin;
-        let mut waiting: [Vec<(u32, usize)>; 2] = [Vec::new(), Vec::new()];
-        let mut largest = [0; 2];
-        for s in 0..count {
-            let rows = rows_of(s);
-            let own = usize::from(odd[s]);
-            if let Some(&row) = rows.first() {
-                let top = waiting[own].last().map_or(0, |top| top.1) + rows.len() * rows.len();
-                waiting[own].push((row, top));
-                largest[own] = largest[own].max(top);
-            }
-            while waiting[1 - own].pop_if(|update| update.0 < end[s]).is_some() {}
-        }
-        Stacks(largest, odd)
-    }
-
-    fn is_odd(&self, supernode: usize) -> bool {
-        self.1[supernode]
-    }
-
-    /// Entries of both stacks.
-    pub(crate) fn entries(&self) -> usize {
-        self.0[0] + self.0[1]
     }
 }
 

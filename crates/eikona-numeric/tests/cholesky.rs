@@ -182,3 +182,49 @@ fn empty_and_disconnected_systems() {
     let x = Cholesky::new(symbolic.into(), &matrix).unwrap().solve(&[3.0, 10.0, 3.0]).unwrap();
     assert!(x.iter().zip([1.0, 2.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-15), "{x:?}");
 }
+
+#[test]
+fn wanted_unknowns_are_as_in_the_whole_solution() {
+    let n = 60;
+    let (graph, matrix, places) = grid(n, 0.3);
+    let order = nested_dissection_order(&graph, &places).unwrap();
+    let symbolic = Symbolic::new(&graph, Ordering::Given(&order)).unwrap();
+    let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
+    let mut rhs = vec![0.0; n * n];
+    rhs[5 * n + 7] = 1.0;
+    let whole = factor.solve(&rhs).unwrap();
+    let wanted = |unknown: usize| unknown / n < 9;
+    let part = factor.solve_where(&rhs, wanted).unwrap();
+    for (unknown, (&x, &y)) in part.iter().zip(&whole).enumerate() {
+        assert!(x == y || !wanted(unknown) && x == 0.0, "unknown {unknown}: {x} instead of {y}");
+    }
+    assert!(part.iter().filter(|&&x| x == 0.0).count() > n * n / 2, "most of the factor is left alone");
+    let none = factor.solve_where(&rhs, |_| false).unwrap();
+    assert!(none.iter().all(|&x| x == 0.0));
+}
+
+/// Every width and height of small blocks, against a plain Cholesky of the same dense matrix.
+#[test]
+fn dense_matrices_of_every_small_size() {
+    fn check<T: Scalar>(n: usize, value: impl Fn(usize) -> T) {
+        let pairs: Vec<[u32; 2]> = (0..n as u32).flat_map(|j| (0..j).map(move |i| [j, i])).collect();
+        let matrix = SymmetricMatrix {
+            diagonal: vec![n as f64; n],
+            off_diagonal: (0..pairs.len()).map(value).collect(),
+        };
+        let graph = Graph { unknowns: n, pairs };
+        let factor =
+            Cholesky::new(Symbolic::new(&graph, Ordering::MinimumDegree).unwrap().into(), &matrix).unwrap();
+        let x: Vec<T> = (0..n)
+            .map(|i| T::real(noise(i)) + matrix.off_diagonal.first().copied().unwrap_or_default())
+            .collect();
+        let found = factor.solve(&product(&graph, &matrix, &x)).unwrap();
+        for (x, y) in x.iter().zip(&found) {
+            assert!((*x - *y).abs_sq().sqrt() < 1e-13, "size {n}: {x:?} {y:?}");
+        }
+    }
+    for n in 1..80 {
+        check(n, noise);
+        check(n, |k| Complex { re: noise(2 * k), im: noise(2 * k + 1) }.scale(0.7));
+    }
+}

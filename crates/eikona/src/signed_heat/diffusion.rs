@@ -120,15 +120,21 @@ pub(crate) struct UnitField {
     pub reached: Vec<bool>,
     /// For each face, length of the sum of its three edges' vectors over the sum of their lengths: 1 where they agree.
     pub agreement: Vec<f64>,
+    /// Faces whose vectors were so short that what lies beyond them may not be reached yet.
+    frontier: Vec<Face>,
     /// Number of solves.
     pub stages: usize,
-    /// Largest relative residual of the solves.
+    /// Largest relative residual of the solves over the whole mesh; later stages use the same factor.
     pub residual: f64,
 }
 
 /// Vectors shorter than this share of the longest have lost their relative accuracy, or are about to: the factor leaves out
 /// fill-in below 1e-150.
 const SHORTEST: f64 = 1e-130;
+
+/// The next stage starts from faces whose vectors are at most this many times longer than the shortest. What it leaves out is
+/// smaller than what it takes by this factor wherever it matters, far below rounding.
+const FRONTIER: f64 = 1e25;
 
 impl Diffusion {
     /// `(M + t L) x = b`
@@ -140,6 +146,30 @@ impl Diffusion {
             }
             (Factor::Real(factor), EdgeVector::Real(b)) => {
                 factor.solve(b).map(EdgeVector::Real).map_err(at_edge)
+            }
+            _ => Err(NumericError::WrongLength { found: 0, expected: self.mass.len() }.into()),
+        }
+    }
+
+    /// The same at the edges of some faces.
+    fn solve_at(
+        &self,
+        mesh: &TriangleMesh,
+        b: &EdgeVector,
+        faces: &[Face],
+    ) -> Result<EdgeVector, SignedHeatError> {
+        let mut wanted = vec![false; mesh.edge_count()];
+        for halfedge in faces.iter().flat_map(|f| [0, 1, 2].map(|k| f.halfedge(k))) {
+            wanted[mesh.edge(halfedge).index()] = true;
+        }
+        let at_edge = |fault| at_edge(&self.edge_of_unknown, fault);
+        let wanted = |unknown: usize| wanted[self.edge_of_unknown[unknown].index()];
+        match (&self.factor, b) {
+            (Factor::Complex(factor), EdgeVector::Complex(b)) => {
+                factor.solve_where(b, wanted).map(EdgeVector::Complex).map_err(at_edge)
+            }
+            (Factor::Real(factor), EdgeVector::Real(b)) => {
+                factor.solve_where(b, wanted).map(EdgeVector::Real).map_err(at_edge)
             }
             _ => Err(NumericError::WrongLength { found: 0, expected: self.mass.len() }.into()),
         }
@@ -158,8 +188,9 @@ impl Diffusion {
     /// Steps I and II, in stages.
     ///
     /// The diffused vectors shrink by about a factor 7 an edge (at coefficient 1) and vanish in double precision a few hundred
-    /// edges away. So after each solve the faces that got a vector are known for good, and their unit vectors are the source
-    /// of the next solve, with the same factor, which reaches as far again.
+    /// edges away. So after each solve the faces that got a vector are known for good, and the unit vectors of the farthest of
+    /// them are the source of the next solve, with the same factor, which reaches as far again. Later solves touch only what
+    /// lies beyond.
     ///
     /// Deviation: the paper solves once, and is silently flat beyond (test `strip_of_20000_columns`).
     pub fn unit_field(
@@ -174,6 +205,7 @@ impl Diffusion {
             vectors: vec![Complex::ZERO; mesh.face_count()],
             reached: vec![false; mesh.face_count()],
             agreement: vec![0.0; mesh.face_count()],
+            frontier: Vec::new(),
             stages: 0,
             residual: 0.0,
         };
@@ -191,14 +223,15 @@ impl Diffusion {
         preserve: Option<&Source>,
     ) -> Result<(), SignedHeatError> {
         let mut unknown: Vec<Face> = mesh.faces().filter(|f| !field.reached[f.index()]).collect();
+        normalise(&mut values);
+        let mut x = self.solve(&values)?;
+        field.residual = field.residual.max(self.residual(&x, &values));
+        if let (0, Some(source)) = (field.stages, preserve) {
+            x = self.preserve_normals(mesh, triangles, source, &values, x)?;
+        }
         loop {
-            normalise(&mut values);
-            let mut x = self.solve(&values)?;
-            field.residual = field.residual.max(self.residual(&x, &values));
-            if let (0, Some(source)) = (field.stages, preserve) {
-                x = self.preserve_normals(mesh, triangles, source, &values, x)?;
-            }
             field.stages += 1;
+            field.frontier.clear();
             let before = unknown.len();
             let shortest = SHORTEST * largest_part(&x);
             unknown.retain(|&face| !self.read_face(mesh, triangles, &x, face, shortest, field));
@@ -206,6 +239,8 @@ impl Diffusion {
                 return Ok(());
             }
             values = self.next_stage(mesh, triangles, field);
+            normalise(&mut values);
+            x = self.solve_at(mesh, &values, &unknown)?;
         }
     }
 
@@ -220,9 +255,13 @@ impl Diffusion {
         field: &mut UnitField,
     ) -> bool {
         let z = [0, 1, 2].map(|k| self.frames.read(mesh, x, face.halfedge(k)));
-        let longest = z.iter().fold(0.0f64, |m, z| m.max(z.max_part()));
+        let parts = z.map(|z| z.max_part());
+        let longest = parts.into_iter().fold(0.0, f64::max);
         if longest <= shortest {
             return false;
+        }
+        if parts.into_iter().any(|part| part <= FRONTIER * shortest) {
+            field.frontier.push(face);
         }
         let directions = triangles[face.index()].directions();
         let (mut sum, mut lengths) = (Complex::ZERO, 0.0);
@@ -241,10 +280,10 @@ impl Diffusion {
         true
     }
 
-    /// Unit vectors on the edges of all reached faces, times the mass.
+    /// Unit vectors on the edges of the frontier, times the mass.
     fn next_stage(&self, mesh: &TriangleMesh, triangles: &[Triangle], field: &UnitField) -> EdgeVector {
         let mut values = self.frames.zeros(mesh);
-        for face in mesh.faces().filter(|f| field.reached[f.index()]) {
+        for &face in &field.frontier {
             let directions = triangles[face.index()].directions();
             for k in 0..3 {
                 let seen = directions[k].conj() * field.vectors[face.index()];
