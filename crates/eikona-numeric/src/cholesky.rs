@@ -11,6 +11,7 @@ use crate::tree::Tree;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::cholesky::{simplicial, supernodal};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Set in a slot when the contribution lands on the mirrored place, as its conjugate.
@@ -166,7 +167,17 @@ impl<T: Scalar> Cholesky<T> {
     /// # Cost
     /// Two sweeps over the factor.
     pub fn solve(&self, rhs: &[T]) -> Result<Vec<T>, NumericError> {
-        self.sweep(rhs, None)
+        self.sweep(&[rhs], None).map(|mut solutions| solutions.remove(0))
+    }
+
+    /// The solutions for several right-hand sides, the same as one by one. The factor is read from memory once for all, which
+    /// takes most of the time of a single solve.
+    ///
+    /// # Errors
+    /// As for [`solve`](Self::solve).
+    pub fn solve_many(&self, rhs: &[impl AsRef<[T]>]) -> Result<Vec<Vec<T>>, NumericError> {
+        let rhs: Vec<&[T]> = rhs.iter().map(AsRef::as_ref).collect();
+        self.sweep(&rhs, None)
     }
 
     /// Those unknowns of the solution of `A x = b` that are wanted; the others are zero or what they are in the solution.
@@ -186,25 +197,30 @@ impl<T: Scalar> Cholesky<T> {
             })
             .collect();
         self.symbolic.tree.mark_ancestors(&mut needed);
-        self.sweep(rhs, Some(&needed))
+        self.sweep(&[rhs], Some(&needed)).map(|mut solutions| solutions.remove(0))
     }
 
-    /// Both sweeps; the second over the needed supernodes only.
-    fn sweep(&self, rhs: &[T], needed: Option<&[bool]>) -> Result<Vec<T>, NumericError> {
+    /// Both sweeps for each right-hand side; the second over the needed supernodes only.
+    fn sweep(&self, rhs: &[&[T]], needed: Option<&[bool]>) -> Result<Vec<Vec<T>>, NumericError> {
         let s = &*self.symbolic;
-        if rhs.len() != s.unknowns {
-            return Err(NumericError::WrongLength { found: rhs.len(), expected: s.unknowns });
+        let mut columns = Vec::with_capacity(rhs.len());
+        for rhs in rhs {
+            if rhs.len() != s.unknowns {
+                return Err(NumericError::WrongLength { found: rhs.len(), expected: s.unknowns });
+            }
+            if let Some(unknown) = rhs.iter().position(|x| !x.finite()) {
+                return Err(NumericError::NonFinite { what: "the right-hand side", unknown });
+            }
+            columns.push(s.order.iter().map(|&i| rhs[i as usize]).collect());
         }
-        if let Some(unknown) = rhs.iter().position(|x| !x.finite()) {
-            return Err(NumericError::NonFinite { what: "the right-hand side", unknown });
+        dispatch(Sweeps { factor: self, columns: &mut columns, needed });
+        for x in &mut columns {
+            *x = s.place.iter().map(|&p| x[p as usize]).collect();
+            if let Some(unknown) = x.iter().position(|x| !x.finite()) {
+                return Err(NumericError::NonFinite { what: "the solution", unknown });
+            }
         }
-        let mut x: Vec<T> = s.order.iter().map(|&i| rhs[i as usize]).collect();
-        dispatch(Sweeps { factor: self, x: &mut x, needed });
-        let solution: Vec<T> = s.place.iter().map(|&p| x[p as usize]).collect();
-        match solution.iter().position(|x| !x.finite()) {
-            Some(unknown) => Err(NumericError::NonFinite { what: "the solution", unknown }),
-            None => Ok(solution),
-        }
+        Ok(columns)
     }
 
     /// The largest entry of `A x - b`, relative to the largest entry of `b` (absolute if `b` is zero).
@@ -227,56 +243,67 @@ impl<T: Scalar> Cholesky<T> {
         if scale > 0.0 { error / scale } else { error }
     }
 
+    /// The columns, rows and panel of a supernode.
+    #[inline(always)]
+    fn supernode(&self, s: usize) -> (Range<usize>, &[u32], &[T]) {
+        let factor = &self.symbolic.factor;
+        let columns = factor.supernode_begin()[s] as usize..factor.supernode_end()[s] as usize;
+        let first_row = factor.col_ptr_for_row_idx()[s] as usize;
+        let rows = &factor.row_idx()[first_row..first_row + factor.nnz_per_super()[s] as usize];
+        let values = factor.col_ptr_for_val();
+        (columns, rows, &self.values[values[s] as usize..values[s + 1] as usize])
+    }
+
     /// `x <- L^-1 x`
     #[inline(always)]
-    fn forward<S: pulp::Simd>(&self, simd: S, x: &mut [T], gathered: &mut [T]) {
-        let factor = &self.symbolic.factor;
-        let (begin, end) = (factor.supernode_begin(), factor.supernode_end());
-        let (row_ptr, val_ptr) = (factor.col_ptr_for_row_idx(), factor.col_ptr_for_val());
-        for s in 0..factor.n_supernodes() {
-            let (first, last) = (begin[s] as usize, end[s] as usize);
-            let width = last - first;
-            let top = &mut x[first..last];
-            top.iter_mut().for_each(flush);
-            if top.iter().all(|v| *v == T::ZERO) {
-                continue;
-            }
-            let rows = &factor.row_idx()[row_ptr[s] as usize..][..factor.nnz_per_super()[s] as usize];
-            let panel = &self.values[val_ptr[s] as usize..val_ptr[s + 1] as usize];
+    fn forward<S: pulp::Simd>(&self, simd: S, xs: &mut [Vec<T>], gathered: &mut [T]) {
+        for s in 0..self.symbolic.factor.n_supernodes() {
+            let (columns, rows, panel) = self.supernode(s);
+            let width = columns.len();
             let gathered = &mut gathered[..width + rows.len()];
-            gathered[..width].copy_from_slice(top);
-            gathered[width..].fill(T::ZERO);
-            kernels::forward(simd, panel, width, gathered);
-            top.copy_from_slice(&gathered[..width]);
-            for (&row, &change) in rows.iter().zip(&gathered[width..]) {
-                x[row as usize] += change;
+            for x in &mut *xs {
+                let top = &mut x[columns.clone()];
+                top.iter_mut().for_each(flush);
+                if top.iter().all(|v| *v == T::ZERO) {
+                    continue;
+                }
+                gathered[..width].copy_from_slice(top);
+                gathered[width..].fill(T::ZERO);
+                kernels::forward(simd, panel, width, gathered);
+                top.copy_from_slice(&gathered[..width]);
+                for (&row, &change) in rows.iter().zip(&gathered[width..]) {
+                    x[row as usize] += change;
+                }
             }
         }
     }
 
-    /// `x <- L^-H x`
+    /// `x <- L^-H x`; unknowns of supernodes that are not needed become zero.
     #[inline(always)]
-    fn backward<S: pulp::Simd>(&self, simd: S, x: &mut [T], gathered: &mut [T], needed: Option<&[bool]>) {
-        let factor = &self.symbolic.factor;
-        let (begin, end) = (factor.supernode_begin(), factor.supernode_end());
-        let (row_ptr, val_ptr) = (factor.col_ptr_for_row_idx(), factor.col_ptr_for_val());
-        for s in (0..factor.n_supernodes()).rev() {
-            let (first, last) = (begin[s] as usize, end[s] as usize);
-            if needed.is_some_and(|needed| !needed[s]) {
-                x[first..last].fill(T::ZERO);
-                continue;
-            }
-            let width = last - first;
-            let rows = &factor.row_idx()[row_ptr[s] as usize..][..factor.nnz_per_super()[s] as usize];
-            let panel = &self.values[val_ptr[s] as usize..val_ptr[s + 1] as usize];
+    fn backward<S: pulp::Simd>(
+        &self,
+        simd: S,
+        xs: &mut [Vec<T>],
+        gathered: &mut [T],
+        needed: Option<&[bool]>,
+    ) {
+        for s in (0..self.symbolic.factor.n_supernodes()).rev() {
+            let (columns, rows, panel) = self.supernode(s);
+            let width = columns.len();
             let gathered = &mut gathered[..width + rows.len()];
-            gathered[..width].copy_from_slice(&x[first..last]);
-            for (value, &row) in gathered[width..].iter_mut().zip(rows) {
-                *value = x[row as usize];
+            for x in &mut *xs {
+                if needed.is_some_and(|needed| !needed[s]) {
+                    x[columns.clone()].fill(T::ZERO);
+                    continue;
+                }
+                gathered[..width].copy_from_slice(&x[columns.clone()]);
+                for (value, &row) in gathered[width..].iter_mut().zip(rows) {
+                    *value = x[row as usize];
+                }
+                kernels::backward(simd, panel, width, gathered);
+                gathered[..width].iter_mut().for_each(flush);
+                x[columns.clone()].copy_from_slice(&gathered[..width]);
             }
-            kernels::backward(simd, panel, width, gathered);
-            gathered[..width].iter_mut().for_each(flush);
-            x[first..last].copy_from_slice(&gathered[..width]);
         }
     }
 }
@@ -284,7 +311,7 @@ impl<T: Scalar> Cholesky<T> {
 /// Both sweeps of a solve.
 struct Sweeps<'a, T> {
     factor: &'a Cholesky<T>,
-    x: &'a mut [T],
+    columns: &'a mut [Vec<T>],
     needed: Option<&'a [bool]>,
 }
 
@@ -293,8 +320,8 @@ impl<T: Scalar> Vectorized for Sweeps<'_, T> {
     #[inline(always)]
     fn run<S: pulp::Simd>(self, simd: S) {
         let mut gathered = vec![T::ZERO; self.factor.symbolic.largest_height];
-        self.factor.forward(simd, self.x, &mut gathered);
-        self.factor.backward(simd, self.x, &mut gathered, self.needed);
+        self.factor.forward(simd, self.columns, &mut gathered);
+        self.factor.backward(simd, self.columns, &mut gathered, self.needed);
     }
 }
 

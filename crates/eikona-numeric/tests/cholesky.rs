@@ -203,6 +203,22 @@ fn wanted_unknowns_are_as_in_the_whole_solution() {
     assert!(none.iter().all(|&x| x == 0.0));
 }
 
+#[test]
+fn several_right_hand_sides_give_the_digits_of_single_ones() {
+    let (graph, matrix, places) = grid(30, 0.2);
+    let order = nested_dissection_order(&graph, &places).unwrap();
+    let symbolic = Symbolic::new(&graph, Ordering::Given(&order)).unwrap();
+    let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
+    let column = |c: usize| (0..graph.unknowns).map(|i| noise(i + 1000 * c)).collect::<Vec<f64>>();
+    let columns: Vec<Vec<f64>> = (0..5).map(column).collect();
+    let solutions = factor.solve_many(&columns).unwrap();
+    assert_eq!(solutions.len(), 5);
+    for (solution, column) in solutions.iter().zip(&columns) {
+        assert_eq!(*solution, factor.solve(column).unwrap());
+    }
+    assert!(factor.solve_many(&[[0.0; 3]]).is_err());
+}
+
 /// Every width and height of small blocks, against a plain Cholesky of the same dense matrix.
 #[test]
 fn dense_matrices_of_every_small_size() {
