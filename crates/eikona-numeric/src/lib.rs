@@ -15,11 +15,13 @@ mod memory;
 mod multifrontal;
 mod ordering;
 mod scalar;
-mod tree;
+mod supernodes;
+mod symbolic;
 
-pub use cholesky::{Cholesky, Symbolic, SymmetricMatrix};
+pub use cholesky::{Cholesky, SymmetricMatrix};
 pub use dense::solve_dense;
 pub use error::NumericError;
 pub use graph::Graph;
 pub use ordering::{Ordering, nested_dissection_order};
 pub use scalar::{Complex, Scalar};
+pub use symbolic::Symbolic;

@@ -7,11 +7,11 @@
 //! denormal numbers on meshes of some hundred edges across, and denormal arithmetic made that phase five times slower at
 //! 500,000 faces (and slower without bound on larger meshes). Here what is negligible is set to zero front by front.
 
-use crate::cholesky::Symbolic;
 use crate::error::NumericError;
 use crate::kernels::{self, Vectorized, dispatch};
 use crate::memory::Zeroed;
 use crate::scalar::Scalar;
+use crate::symbolic::Symbolic;
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatMut, MatRef, Par};
@@ -57,25 +57,22 @@ fn factor_fronts<S: pulp::Simd, T: Scalar>(
     entries: &[T],
     values: &mut [T],
 ) -> Result<(), NumericError> {
-    let shape = symbolic.factor();
+    let supernodes = symbolic.supernodes();
     let n = symbolic.unknowns();
-    let (begin, end) = (shape.supernode_begin(), shape.supernode_end());
-    let (row_ptr, val_ptr) = (shape.col_ptr_for_row_idx(), shape.col_ptr_for_val());
     let (col_ptr, row_idx) = symbolic.lower_triangle();
     let largest = (0..n).fold(0.0f64, |m, j| m.max(entries[col_ptr[j] as usize].max_part()));
     let negligible = NEGLIGIBLE * largest.sqrt();
-    let rows_of = |s: usize| &shape.row_idx()[row_ptr[s] as usize..][..shape.nnz_per_super()[s] as usize];
     let mut local = vec![0u32; n];
-    let tree = symbolic.tree();
-    let [even, odd] = tree.stack_entries().map(|size| Stack::new(size).ok_or(symbolic.out_of_memory::<T>()));
+    let [even, odd] =
+        supernodes.stack_entries().map(|size| Stack::new(size).ok_or(symbolic.out_of_memory::<T>()));
     let (mut even, mut odd) = (even?, odd?);
     let mut children: Vec<Child> = Vec::new();
-    for s in 0..shape.n_supernodes() {
-        let (first, last) = (begin[s] as usize, end[s] as usize);
+    for s in 0..supernodes.count() {
+        let std::ops::Range { start: first, end: last } = supernodes.columns(s);
         let width = last - first;
-        let rows = rows_of(s);
+        let rows = supernodes.rows(s);
         let height = width + rows.len();
-        let panel = &mut values[val_ptr[s] as usize..val_ptr[s + 1] as usize];
+        let panel = &mut values[supernodes.panel(s)];
         for (i, &row) in rows.iter().enumerate() {
             local[row as usize] = (width + i) as u32;
         }
@@ -88,10 +85,10 @@ fn factor_fronts<S: pulp::Simd, T: Scalar>(
                 target[local[row_idx[k] as usize] as usize] = entries[k];
             }
         }
-        let (own, below) = if tree.is_odd(s) { (&mut odd, &mut even) } else { (&mut even, &mut odd) };
+        let (own, below) = if supernodes.is_odd(s) { (&mut odd, &mut even) } else { (&mut even, &mut odd) };
         children.clear();
         while let Some(update) = below.waiting.pop_if(|update| (update.parent_column as usize) < last) {
-            let child_rows = rows_of(update.supernode);
+            let child_rows = supernodes.rows(update.supernode);
             let inside = child_rows.partition_point(|&row| (row as usize) < last);
             children.push(Child {
                 start: update.start,
@@ -101,7 +98,7 @@ fn factor_fronts<S: pulp::Simd, T: Scalar>(
             });
         }
         for child in &children {
-            let rows = rows_of(child.supernode);
+            let rows = supernodes.rows(child.supernode);
             let update = &below.values[child.start..][..child.size * child.size];
             for (j, &column) in rows[..child.inside].iter().enumerate() {
                 let target = &mut panel[local[column as usize] as usize * height..][..height];
@@ -116,7 +113,7 @@ fn factor_fronts<S: pulp::Simd, T: Scalar>(
             let update = &mut own.values[start..start + size * size];
             minus_outer_product(simd, panel, width, height, update);
             for child in &children {
-                let rows = rows_of(child.supernode);
+                let rows = supernodes.rows(child.supernode);
                 let child_update = &below.values[child.start..][..child.size * child.size];
                 for (j, &column) in rows.iter().enumerate().skip(child.inside) {
                     let target = &mut update[(local[column as usize] as usize - width) * size..][..size];

@@ -36,7 +36,7 @@ pub fn nested_dissection_order(graph: &Graph, places: &[[f64; 3]]) -> Result<Vec
 
 impl Ordering<'_> {
     /// The unknowns in order of elimination.
-    pub(crate) fn order(&self, graph: &Graph, adjacency: &Adjacency) -> Result<Vec<u32>, NumericError> {
+    pub(crate) fn order(&self, graph: &Graph) -> Result<Vec<u32>, NumericError> {
         match self {
             Ordering::Given(order) => {
                 let mut seen = vec![false; graph.unknowns];
@@ -51,7 +51,9 @@ impl Ordering<'_> {
                     false => Err(NumericError::WrongLength { found: order.len(), expected: graph.unknowns }),
                 }
             }
-            Ordering::MinimumDegree => minimum_degree(graph.unknowns, adjacency),
+            Ordering::MinimumDegree => {
+                minimum_degree(graph.unknowns, &Adjacency::of(graph.unknowns, &graph.pairs))
+            }
         }
     }
 }

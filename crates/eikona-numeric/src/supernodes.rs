@@ -1,0 +1,404 @@
+//! The shape of the factor: which columns are eliminated together, which rows they have, and who waits for whom.
+
+use std::ops::Range;
+
+const NONE: u32 = u32::MAX;
+
+/// Which share of a supernode's entries may be zeros that only make it larger, by its number of columns: a few large blocks
+/// are faster than many small ones.
+const RELAXED: [(usize, f64); 4] = [(4, 1.0), (16, 0.8), (48, 0.1), (usize::MAX, 0.05)];
+
+/// The supernodes in order of elimination: consecutive columns with the same rows below them.
+#[derive(Debug)]
+pub(crate) struct Supernodes {
+    /// First column of each, and the number of columns at the end.
+    begin: Vec<u32>,
+    /// Rows below the columns, ascending: `rows[row_ptr[s]..row_ptr[s + 1]]`.
+    row_ptr: Vec<usize>,
+    rows: Vec<u32>,
+    /// Where the panel of each starts in the values of the factor.
+    value_ptr: Vec<usize>,
+    parent: Vec<u32>,
+    /// Whether the depth in the elimination tree is odd.
+    odd: Vec<bool>,
+    stack_entries: [usize; 2],
+    largest_height: usize,
+}
+
+impl Supernodes {
+    /// Of a lower triangle by columns with sorted rows, the diagonal first, in postorder of the elimination tree `parent`.
+    pub(crate) fn of(parent: &[u32], col_ptr: &[u32], row_idx: &[u32]) -> Supernodes {
+        let mut gathering = Gathering::new(parent.len());
+        for column in 0..parent.len() {
+            let entries = &row_idx[col_ptr[column] as usize + 1..col_ptr[column + 1] as usize];
+            let continues = column > 0 && parent[column - 1] == column as u32;
+            if !(continues && gathering.extend(column, entries)) {
+                gathering.close(column);
+                gathering.open(column, entries);
+            }
+        }
+        gathering.close(parent.len());
+        gathering.finish()
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.begin.len() - 1
+    }
+    #[inline(always)]
+    pub(crate) fn columns(&self, s: usize) -> Range<usize> {
+        self.begin[s] as usize..self.begin[s + 1] as usize
+    }
+    #[inline(always)]
+    pub(crate) fn rows(&self, s: usize) -> &[u32] {
+        &self.rows[self.row_ptr[s]..self.row_ptr[s + 1]]
+    }
+    /// The panel of a supernode in the values of the factor, by columns.
+    #[inline(always)]
+    pub(crate) fn panel(&self, s: usize) -> Range<usize> {
+        self.value_ptr[s]..self.value_ptr[s + 1]
+    }
+    /// Stored entries of the factor.
+    pub(crate) fn entries(&self) -> usize {
+        self.value_ptr[self.count()]
+    }
+    /// Rows of the highest panel.
+    pub(crate) fn largest_height(&self) -> usize {
+        self.largest_height
+    }
+
+    /// Whether the update of a supernode waits on the second stack.
+    ///
+    /// The updates of the numeric phase wait for their parents on two stacks, one for supernodes at even and one for those at
+    /// odd depth: the children of a front lie on top of one while its own update is made on top of the other.
+    pub(crate) fn is_odd(&self, s: usize) -> bool {
+        self.odd[s]
+    }
+    /// Largest number of entries on each stack.
+    pub(crate) fn stack_entries(&self) -> [usize; 2] {
+        self.stack_entries
+    }
+
+    /// Adds all ancestors of the marked supernodes.
+    pub(crate) fn mark_ancestors(&self, marked: &mut [bool]) {
+        for s in 0..marked.len() {
+            if marked[s] && self.parent[s] != NONE {
+                marked[self.parent[s] as usize] = true;
+            }
+        }
+    }
+}
+
+/// A supernode that is complete, or was before its parent swallowed it.
+#[derive(Clone, Copy)]
+struct Closed {
+    begin: usize,
+    end: usize,
+    /// Entries of its panel that are known to be zero.
+    zeros: usize,
+    /// The next supernode whose first row is the same column.
+    next: u32,
+}
+
+/// Supernodes made column by column. What a column adds to a front are its entries and the rows of those supernodes whose
+/// first row it is; so every list of rows is read once or twice.
+struct Gathering {
+    closed: Vec<Closed>,
+    row_ptr: Vec<usize>,
+    rows: Vec<u32>,
+    /// The last closed supernode whose first row is this column.
+    waiting: Vec<u32>,
+    /// Rows of the open front are marked with its first column.
+    mark: Vec<u32>,
+    /// Rows of the open front in any order; those that have become columns are still among them.
+    open_rows: Vec<u32>,
+    open: Option<Closed>,
+    /// How many of the rows lie below all columns.
+    below: usize,
+}
+
+impl Gathering {
+    fn new(columns: usize) -> Self {
+        Gathering {
+            closed: Vec::new(),
+            row_ptr: vec![0],
+            rows: Vec::new(),
+            waiting: vec![NONE; columns],
+            mark: vec![NONE; columns],
+            open_rows: Vec::new(),
+            open: None,
+            below: 0,
+        }
+    }
+
+    fn open(&mut self, column: usize, entries: &[u32]) {
+        self.open_rows.clear();
+        self.open = Some(Closed { begin: column, end: column + 1, zeros: 0, next: NONE });
+        self.gather(column, column as u32, entries);
+        self.below = self.open_rows.len();
+    }
+
+    /// Adds the rows of a column that are not marked yet.
+    fn gather(&mut self, column: usize, mark: u32, entries: &[u32]) {
+        let (marks, rows) = (&mut self.mark, &mut self.open_rows);
+        let mut add = |row: u32| {
+            if marks[row as usize] != mark {
+                marks[row as usize] = mark;
+                rows.push(row);
+            }
+        };
+        entries.iter().copied().for_each(&mut add);
+        let mut child = self.waiting[column];
+        while child != NONE {
+            // The first row is the column itself.
+            let child_rows = self.row_ptr[child as usize] + 1..self.row_ptr[child as usize + 1];
+            self.rows[child_rows].iter().copied().for_each(&mut add);
+            child = self.closed[child as usize].next;
+        }
+    }
+
+    /// Adds a column, the parent of the last one, to the open front, unless that would fill it with zeros.
+    fn extend(&mut self, column: usize, entries: &[u32]) -> bool {
+        let Some(front) = self.open else { return false };
+        let known = self.open_rows.len();
+        self.gather(column, front.begin as u32, entries);
+        let added = self.open_rows.len() - known;
+        let width = column - front.begin;
+        let zeros = front.zeros + width * added;
+        let below = self.below - 1 + added;
+        if !acceptable(width + 1, below, zeros) {
+            self.open_rows.truncate(known);
+            return false;
+        }
+        self.open = Some(Closed { end: column + 1, zeros, ..front });
+        self.below = below;
+        true
+    }
+
+    /// Closes the open front at `column`; it swallows those of its children that lie right before it, as far as that is cheap.
+    fn close(&mut self, column: usize) {
+        let Some(mut front) = self.open.take() else { return };
+        self.open_rows.retain(|&row| row as usize >= column);
+        self.open_rows.sort_unstable();
+        while let Some(&last) = self.closed.last() {
+            let last_rows = &self.rows[self.row_ptr[self.closed.len() - 1]..];
+            if last_rows.first().is_none_or(|&row| row as usize >= column) {
+                break;
+            }
+            let missing = column - front.begin + self.open_rows.len() - last_rows.len();
+            let zeros = front.zeros + last.zeros + (last.end - last.begin) * missing;
+            if !acceptable(column - last.begin, self.open_rows.len(), zeros) {
+                break;
+            }
+            front = Closed { begin: last.begin, zeros, ..front };
+            self.closed.pop();
+            self.row_ptr.pop();
+            self.rows.truncate(self.row_ptr[self.closed.len()]);
+        }
+        if let Some(&first) = self.open_rows.first() {
+            front.next = self.waiting[first as usize];
+            self.waiting[first as usize] = self.closed.len() as u32;
+        }
+        self.rows.extend_from_slice(&self.open_rows);
+        self.row_ptr.push(self.rows.len());
+        self.closed.push(front);
+    }
+
+    fn finish(self) -> Supernodes {
+        let Gathering { closed, row_ptr, rows, mark, .. } = self;
+        let count = closed.len();
+        let mut begin: Vec<u32> = closed.iter().map(|s| s.begin as u32).collect();
+        begin.push(mark.len() as u32);
+        let mut owner = mark; // reused: the supernode of each column
+        for (s, columns) in begin.windows(2).enumerate() {
+            owner[columns[0] as usize..columns[1] as usize].fill(s as u32);
+        }
+        let mut value_ptr = Vec::with_capacity(count + 1);
+        value_ptr.push(0);
+        let mut parent = Vec::with_capacity(count);
+        let mut largest_height = 0;
+        for s in 0..count {
+            let below = row_ptr[s + 1] - row_ptr[s];
+            let width = (begin[s + 1] - begin[s]) as usize;
+            value_ptr.push(value_ptr[s] + width * (width + below));
+            largest_height = largest_height.max(width + below);
+            parent.push(if below == 0 { NONE } else { owner[rows[row_ptr[s]] as usize] });
+        }
+        let mut odd = vec![false; count];
+        for s in (0..count).rev().filter(|&s| parent[s] != NONE) {
+            odd[s] = !odd[parent[s] as usize];
+        }
+        let stack_entries = stack_entries(&parent, &odd, |s| row_ptr[s + 1] - row_ptr[s]);
+        Supernodes { begin, row_ptr, rows, value_ptr, parent, odd, stack_entries, largest_height }
+    }
+}
+
+/// Whether a supernode of so many columns and rows below them may hold so many zeros.
+fn acceptable(width: usize, below: usize, zeros: usize) -> bool {
+    let entries = width * (width + 1) / 2 + width * below;
+    let share = RELAXED.iter().find(|(columns, _)| width <= *columns).map_or(0.0, |(_, share)| *share);
+    zeros as f64 <= share * entries as f64
+}
+
+/// Largest number of entries on each stack when every supernode pushes a square update on its own and then takes those of its
+/// children from the other.
+fn stack_entries(parent: &[u32], odd: &[bool], size: impl Fn(usize) -> usize) -> [usize; 2] {
+    let mut waiting: [Vec<(u32, usize)>; 2] = [Vec::new(), Vec::new()];
+    let mut largest = [0; 2];
+    for s in 0..parent.len() {
+        let own = usize::from(odd[s]);
+        if parent[s] != NONE {
+            let top = waiting[own].last().map_or(0, |top| top.1) + size(s) * size(s);
+            waiting[own].push((parent[s], top));
+            largest[own] = largest[own].max(top);
+        }
+        while waiting[1 - own].pop_if(|(parent, _)| *parent == s as u32).is_some() {}
+    }
+    largest
+}
+
+/// The elimination tree of a matrix given by rows: the columns of row `i` left of the diagonal. Roots have the parent `NONE`.
+///
+/// Liu's algorithm with path compression.
+pub(crate) fn elimination_tree(row_start: &[u32], columns: &[u32]) -> Vec<u32> {
+    let n = row_start.len() - 1;
+    let mut parent = vec![NONE; n];
+    let mut ancestor = vec![NONE; n];
+    for i in 0..n {
+        for &column in &columns[row_start[i] as usize..row_start[i + 1] as usize] {
+            let mut k = column;
+            while k < i as u32 {
+                let next = ancestor[k as usize];
+                ancestor[k as usize] = i as u32;
+                if next == NONE {
+                    parent[k as usize] = i as u32;
+                    break;
+                }
+                k = next;
+            }
+        }
+    }
+    parent
+}
+
+/// A numbering in which every subtree is contiguous, children before parents: the new place of each old one. The factor has
+/// the same entries, and chains of columns become supernodes.
+pub(crate) fn postorder(parent: &[u32]) -> Vec<u32> {
+    let n = parent.len();
+    let mut first_child = vec![NONE; n];
+    let mut next_sibling = vec![NONE; n];
+    let mut stack = Vec::new();
+    for j in (0..n).rev() {
+        match parent[j] {
+            NONE => stack.push(j as u32),
+            p => {
+                next_sibling[j] = first_child[p as usize];
+                first_child[p as usize] = j as u32;
+            }
+        }
+    }
+    let mut place = vec![0; n];
+    let mut next = 0;
+    while let Some(&j) = stack.last() {
+        let child = first_child[j as usize];
+        if child == NONE {
+            place[j as usize] = next;
+            next += 1;
+            stack.pop();
+        } else {
+            first_child[j as usize] = next_sibling[child as usize];
+            stack.push(child);
+        }
+    }
+    place
+}
+
+/// The tree in a new numbering.
+pub(crate) fn renumbered(parent: &[u32], place: &[u32]) -> Vec<u32> {
+    let mut result = vec![NONE; parent.len()];
+    for (j, &p) in parent.iter().enumerate() {
+        if p != NONE {
+            result[place[j] as usize] = place[p as usize];
+        }
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows of every column of the factor, by the definition: column j passes its rows on to its first row.
+    fn rows_of_columns(n: usize, lower: &[Vec<u32>]) -> Vec<Vec<u32>> {
+        let mut rows = lower.to_vec();
+        for j in 0..n {
+            rows[j].sort_unstable();
+            rows[j].dedup();
+            if let Some((&first, rest)) = rows[j].clone().split_first() {
+                rows[first as usize].extend(rest);
+            }
+        }
+        rows
+    }
+
+    #[test]
+    fn supernodes_hold_all_fill_in() {
+        let n = 300;
+        let mut state = 7u64;
+        let mut random = move |below: usize| {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            ((state >> 33) as usize) % below
+        };
+        let pairs: Vec<(usize, usize)> = (0..n + n / 3)
+            .map(|_| {
+                let a = random(n);
+                (a, (a + 1 + random(20)).min(n - 1))
+            })
+            .filter(|(a, b)| a != b)
+            .collect();
+        let mut by_row = vec![Vec::new(); n];
+        pairs.iter().for_each(|&(a, b)| by_row[b].push(a as u32));
+        let start: Vec<u32> = (0..=n).map(|i| by_row[..i].iter().map(|r| r.len() as u32).sum()).collect();
+        let tree = elimination_tree(&start, &by_row.concat());
+        let place = postorder(&tree);
+        let tree = renumbered(&tree, &place);
+        let mut lower = vec![Vec::new(); n];
+        for &(a, b) in &pairs {
+            let (a, b) = (place[a], place[b]);
+            lower[a.min(b) as usize].push(a.max(b));
+        }
+        for (j, rows) in lower.iter_mut().enumerate() {
+            rows.push(j as u32);
+            rows.sort_unstable();
+            rows.dedup();
+        }
+        let col_ptr: Vec<u32> = (0..=n).map(|i| lower[..i].iter().map(|r| r.len() as u32).sum()).collect();
+        let shape = Supernodes::of(&tree, &col_ptr, &lower.concat());
+
+        let strictly: Vec<Vec<u32>> = lower.iter().map(|rows| rows[1..].to_vec()).collect();
+        let exact = rows_of_columns(n, &strictly);
+        let mut next = 0;
+        for s in 0..shape.count() {
+            let columns = shape.columns(s);
+            assert_eq!(columns.start, next);
+            next = columns.end;
+            assert!(shape.rows(s).is_sorted() && shape.rows(s).iter().all(|&r| r as usize >= next));
+            let height = columns.len() + shape.rows(s).len();
+            assert_eq!(shape.panel(s).len(), columns.len() * height);
+            for j in columns.clone() {
+                assert_eq!(tree[j], exact[j].first().copied().unwrap_or(NONE), "parent of {j}");
+                for &row in &exact[j] {
+                    let held = columns.contains(&(row as usize)) || shape.rows(s).contains(&row);
+                    assert!(held, "row {row} of column {j}");
+                }
+            }
+            // The last column's rows are exact: no row is there for nothing.
+            assert_eq!(exact[columns.end - 1], shape.rows(s));
+            match shape.rows(s).first() {
+                Some(&row) => assert!(shape.columns(shape.parent[s] as usize).contains(&(row as usize))),
+                None => assert_eq!(shape.parent[s], NONE),
+            }
+        }
+        assert_eq!(next, n);
+        assert!(shape.count() < n / 2, "{} supernodes", shape.count());
+    }
+}
