@@ -145,7 +145,11 @@ fn mesh_text(input: &MeshInput, topology: &Topology, quality: &Quality) -> Strin
         mesh.edge_count(),
         mesh.face_count()
     );
-    let _ = writeln!(text, "  surface      {}", surface_words(topology));
+    if mesh.face_count() == 0 {
+        let _ = writeln!(text, "  surface      none: there are only points, but sdf needs faces");
+    } else {
+        let _ = writeln!(text, "  surface      {}", surface_words(topology));
+    }
     if topology.components.len() > 1 {
         for (i, c) in topology.components.iter().enumerate().take(SHOWN) {
             let genus = c.genus.map_or(String::new(), |g| format!(", genus {g}"));
