@@ -38,6 +38,9 @@ pub fn run(arguments: &InspectArguments, general: &General) -> Result<u8, Failur
     let mesh_arguments = MeshArguments { all_faults: arguments.all, ..arguments.mesh.clone() };
     let input = MeshInput::read(&mesh_arguments, &mut session)?;
     let mesh = &input.mesh;
+    if mesh.vertex_count() == 0 {
+        input.require_faces()?;
+    }
     let topology = session.phase("topology", || Topology::of(mesh));
     let quality = session.phase("quality", || Quality::of(mesh));
     let orientation = session.phase("orientation", || Orientation::of(mesh));

@@ -2,7 +2,7 @@
 
 use crate::exit::Failure;
 use crate::input::parse_format;
-use crate::number::{share, zero_or_more};
+use crate::number::{finite, share, zero_or_more};
 use crate::session::{General, Session, check_distinct, check_output, print_bytes};
 use clap::Args;
 use eikona::contour::{DEFAULT_TOLERANCE, Wave, curve_points, trace_polyline, wavy_plane_cut};
@@ -212,7 +212,8 @@ fn damaged(mut mesh: TriangleMesh, damages: &DamageArguments) -> Result<Triangle
 /// What can be refused before a mesh is made.
 fn check_curves(wanted: &CurveArguments) -> Result<(), Failure> {
     let named = wanted.curve.as_deref().map(named_curve).transpose()?.is_some();
-    let described = named || wanted.cut.is_some();
+    let cut = wanted.cut.as_deref().map(parse_cut).transpose()?.is_some();
+    let described = named || cut;
     let outputs = [wanted.curve_out.as_deref(), wanted.broken_curve.as_deref()];
     let mut outputs = outputs.into_iter().flatten().peekable();
     if outputs.peek().is_some() && !described {
@@ -243,7 +244,8 @@ fn write_curves(
     let (lines, curves) = match (&wanted.curve, &wanted.cut) {
         (Some(name), _) => (vec![named_curve(name)?], Vec::new()),
         (None, Some(cut)) => {
-            let curves = session.phase("cut", || cut_mesh(mesh, cut))?;
+            let cut = parse_cut(cut)?;
+            let curves = session.phase("cut", || cut_mesh(mesh, &cut))?;
             let lines: Result<Vec<_>, _> = curves.iter().map(|c| curve_points(mesh, c)).collect();
             (lines.map_err(|e| Failure::Failed(e.to_string()))?, curves)
         }
@@ -401,7 +403,22 @@ fn parse_point(text: &str) -> Result<[f64; 3], Failure> {
     })
 }
 
-fn cut_mesh(mesh: &TriangleMesh, text: &str) -> Result<Vec<eikona_mesh::Curve>, Failure> {
+/// A cut of a mesh with a plane, as asked for.
+struct Cut {
+    axis: usize,
+    place: Place,
+    about: Option<[f64; 3]>,
+    wave: Wave,
+}
+
+/// Where on its axis a plane lies.
+enum Place {
+    Coordinate(f64),
+    /// Of the bounding box, from its lower end.
+    Share(f64),
+}
+
+fn parse_cut(text: &str) -> Result<Cut, Failure> {
     let words: Vec<&str> = text.split(',').collect();
     let keys = Keys::parse("--cut", &words, &["axis", "at", "wave", "waves", "about"])?;
     let axis = match keys.text("axis").unwrap_or("z") {
@@ -410,25 +427,36 @@ fn cut_mesh(mesh: &TriangleMesh, text: &str) -> Result<Vec<eikona_mesh::Curve>, 
         "z" => 2,
         other => return Err(Failure::Usage(format!("--cut: axis={other} is none of x, y, z"))),
     };
+    let at = keys.text("at").unwrap_or("50%");
+    let number = |text: &str| {
+        finite(text).map_err(|_| {
+            Failure::Usage(format!(
+                "--cut: at={at} is no place; give a coordinate such as 0.3 or a share such as 30%"
+            ))
+        })
+    };
+    let place = match at.strip_suffix('%') {
+        Some(percent) => Place::Share(number(percent)? / 100.0),
+        None => Place::Coordinate(number(at)?),
+    };
+    let about = keys.text("about").map(parse_point).transpose()?;
+    let wave = Wave { amplitude: keys.number("wave", 0.0)?, count: keys.number("waves", 3)? };
+    Ok(Cut { axis, place, about, wave })
+}
+
+fn cut_mesh(mesh: &TriangleMesh, cut: &Cut) -> Result<Vec<eikona_mesh::Curve>, Failure> {
     let Some([low, high]) = Quality::of(mesh).bounding_box else {
         return Err(Failure::Usage("--cut: the mesh has no faces to cut".into()));
     };
-    let at = match keys.text("at").and_then(|t| t.strip_suffix('%')) {
-        Some(share) => {
-            let share: f64 =
-                share.parse().map_err(|_| Failure::Usage(format!("--cut: at={share}% is no number")))?;
-            low[axis] + share / 100.0 * (high[axis] - low[axis])
-        }
-        None => keys.number("at", 0.5 * (low[axis] + high[axis]))?,
+    let axis = cut.axis;
+    let at = match cut.place {
+        Place::Coordinate(x) => x,
+        Place::Share(share) => low[axis] + share * (high[axis] - low[axis]),
     };
-    let mut point = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]));
-    if let Some(about) = keys.text("about") {
-        point = parse_point(about)?;
-    }
+    let mut point = cut.about.unwrap_or([0, 1, 2].map(|k| 0.5 * (low[k] + high[k])));
     point[axis] = at;
     let normal = [0, 1, 2].map(|k| if k == axis { 1.0 } else { 0.0 });
-    let wave = Wave { amplitude: keys.number("wave", 0.0)?, count: keys.number("waves", 3)? };
-    let curves = wavy_plane_cut(mesh, point, normal, wave)?;
+    let curves = wavy_plane_cut(mesh, point, normal, cut.wave)?;
     if curves.is_empty() {
         return Err(Failure::Usage(format!(
             "--cut: the plane {}={at} does not meet the mesh, which lies between {} and {}",

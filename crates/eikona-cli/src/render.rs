@@ -47,6 +47,7 @@ pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure
     let outputs = [Some(arguments.output.as_path()), general.report.as_deref()];
     check_distinct(outputs.into_iter().flatten())?;
     let input = MeshInput::read(&arguments.mesh, &mut session)?;
+    input.require_faces()?;
     let shown = choose_field(&input, arguments.field.as_deref())?;
     let curves = read_curves(arguments, &input, &mut session)?;
     let levels = match (arguments.spacing, arguments.isolines) {

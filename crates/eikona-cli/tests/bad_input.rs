@@ -274,6 +274,7 @@ fn numbers_out_of_range_are_refused_before_the_work() {
     for (flags, words) in [
         ("--time -1", ["--time", "above 0"]),
         ("--time nan", ["--time", "above 0"]),
+        ("--time 1e-300", ["--time", "from 1e-9 to 1e9"]),
         ("--levels 0,,1", ["--levels", "finite"]),
         ("--levels 0,nan", ["--levels", "finite"]),
         ("--memory-limit -1", ["--memory-limit", "2GiB"]),
@@ -307,9 +308,15 @@ fn numbers_out_of_range_are_refused_before_the_work() {
         ("--curve-out c.xyz --cut axis=z", ["c.xyz", ".json"]),
         ("--curve-out c.json", ["--cut", "--curve circle"]),
         ("--cut axis=z", ["--curve-out", "--broken-curve"]),
+        ("--curve-out c.json --cut axis=q", ["axis=q", "x, y, z"]),
+        ("--curve-out c.json --cut axis=z,at=nan%", ["at=nan%", "30%"]),
+        ("--curve-out c.json --cut z=1", ["\"z\"", "axis"]),
+        ("--curve-out c.json --cut about=1:2", ["about=1:2", "0:0.5:1"]),
         ("--out-format ply", ["t.ply", "standard output"]),
     ] {
-        folder.refused(&format!("make torus -o t.ply {flags}"), 2, &words);
+        let command = format!("make torus -o t.ply {flags}");
+        folder.refused(&command, 2, &words);
+        assert!(!folder.run(&command).stderr.contains("vertices"), "{command} made the mesh first");
     }
 }
 
@@ -324,6 +331,8 @@ fn mistaken_files_and_flags_get_a_hint() {
     assert!(outcome.code == Some(2) && !outcome.stderr.contains("-- -p"), "{}", outcome.stderr);
     folder.write("points.obj", "v 0 0 0\nv 1 0 0\n");
     assert!(folder.done("points.obj").text().contains("only points"));
+    folder.refused("render points.obj -o out.png", 3, &["points.obj", "no faces"]);
+    folder.refused("line.json", 3, &["line.json", "--curve beside a mesh"]);
 }
 
 #[cfg(unix)]
