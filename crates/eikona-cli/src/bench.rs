@@ -24,13 +24,13 @@ pub struct BenchArguments {
     #[arg(value_enum)]
     pub method: Method,
     /// About how many faces, one or several sizes
-    #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "20000,100000")]
+    #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "20000,100000", allow_negative_numbers = true, value_parser = parse_faces)]
     pub faces: Vec<usize>,
     /// The surface: a sphere with the circle z = 0.3, or a torus with its two circles z = 0
     #[arg(long, value_enum, default_value = "sphere")]
     pub shape: Shape,
     /// Diffusion time, as for sdf
-    #[arg(long, value_name = "auto|COEFF", default_value = "1", value_parser = crate::sdf::parse_time)]
+    #[arg(long, value_name = "auto|COEFF", default_value = "1", allow_hyphen_values = true, value_parser = crate::sdf::parse_time)]
     pub time: DiffusionTime,
     /// How often the later solves are repeated; the median counts
     #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u16).range(1..=1000))]
@@ -100,6 +100,14 @@ struct PeerRun {
     construct: f64,
     modes: Vec<Mode>,
     peak_memory_bytes: Option<u64>,
+}
+
+fn parse_faces(text: &str) -> Result<usize, String> {
+    const MOST: usize = 100_000_000;
+    text.parse()
+        .ok()
+        .filter(|n| (1..=MOST).contains(n))
+        .ok_or("a number from 1 to 100000000 is expected".into())
 }
 
 /// Runs the verb. Gives the exit code.

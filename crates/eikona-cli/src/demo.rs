@@ -1,7 +1,8 @@
 //! `eikona demo`: makes a mesh and a broken curve, measures, draws. It runs the commands that it prints.
 
 use crate::exit::Failure;
-use crate::session::General;
+use crate::progress::say;
+use crate::session::{General, check_output};
 use clap::Args;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -16,12 +17,12 @@ pub struct DemoArguments {
     pub output: PathBuf,
 }
 
-/// The commands, with `DIR` for the folder: a mesh with a curve of which 60 % is there, and the distance to it.
+/// The commands, with `DIR` for the folder and `REPORT` for the report of the distance: a mesh with a curve of which 60 % is there, and the distance to it.
 const COMMANDS: [&str; 2] = [
     "make clay_animal levels=5 -o DIR/animal.ply --broken-curve DIR/broken-loop.json \
      --cut axis=y,at=0,wave=0.13,waves=7,about=0.8:0:1.1 --keep 0.06 --drop 0.04 --seed 3",
     "sdf DIR/animal.ply --curve DIR/broken-loop.json --time auto --confidence -o DIR/distance.ply \
-     --isolines DIR/isolines.obj --spacing 0.1 --render DIR/distance.png --report DIR/report.json --size 1500x1200 --up z --azimuth 55 \
+     --isolines DIR/isolines.obj --spacing 0.1 --render DIR/distance.png --report REPORT --size 1500x1200 --up z --azimuth 55 \
      --elevation 22",
 ];
 
@@ -32,20 +33,20 @@ pub fn run(
     run: impl Fn(Vec<OsString>) -> u8,
 ) -> Result<u8, Failure> {
     let folder = &arguments.output;
+    general.report.as_deref().map_or(Ok(()), check_output)?;
     std::fs::create_dir_all(folder).map_err(|fault| {
         Failure::Failed(format!(
             "{}: this folder can not be made ({fault}); choose another one with -o DIR",
             folder.display()
         ))
     })?;
+    let report = general.report.clone().unwrap_or_else(|| folder.join("report.json"));
     for command in COMMANDS {
+        let words: Vec<OsString> =
+            command.split_whitespace().map(|word| filled_in(word, folder, &report)).collect();
         if general.quiet == 0 {
-            eprintln!("$ eikona {}", shown(command, folder));
+            say(&format!("$ eikona {}", shown(&words)));
         }
-        let words = command.split_whitespace().map(|word| match word.strip_prefix("DIR/") {
-            Some(name) => folder.join(name).into_os_string(),
-            None => word.into(),
-        });
         let flags = passed_on(general);
         let code = run([OsString::from("eikona")].into_iter().chain(words).chain(flags).collect());
         if code != 0 {
@@ -53,21 +54,27 @@ pub fn run(
         }
     }
     if general.quiet == 0 {
-        eprintln!("look at {}", folder.join("distance.png").display());
+        say(&format!("look at {}", folder.join("distance.png").display()));
     }
     Ok(0)
 }
 
+/// A word of [`COMMANDS`] with the names of the files.
+fn filled_in(word: &str, folder: &Path, report: &Path) -> OsString {
+    match word.strip_prefix("DIR/") {
+        Some(name) => folder.join(name).into_os_string(),
+        None if word == "REPORT" => report.into(),
+        None => word.into(),
+    }
+}
+
 /// The command as it would be typed.
-fn shown(command: &str, folder: &Path) -> String {
-    let words: Vec<String> = command
-        .split_whitespace()
-        .map(|word| match word.strip_prefix("DIR/") {
-            Some(name) => folder.join(name).display().to_string(),
-            None => word.to_string(),
-        })
-        .collect();
-    words.join(" ")
+fn shown(words: &[OsString]) -> String {
+    let quoted = |word: &OsString| {
+        let word = word.to_string_lossy();
+        if word.contains(char::is_whitespace) { format!("'{word}'") } else { word.into_owned() }
+    };
+    words.iter().map(quoted).collect::<Vec<_>>().join(" ")
 }
 
 fn passed_on(general: &General) -> Vec<OsString> {

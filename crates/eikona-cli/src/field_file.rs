@@ -4,7 +4,7 @@ use crate::exit::Failure;
 use crate::input::MeshInput;
 use crate::picture::colours;
 use crate::session::Session;
-use eikona_mesh::io::{MeshFormat, stage_mesh, write_mesh_bytes};
+use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh, write_mesh_bytes};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -22,6 +22,12 @@ pub enum FieldFormat {
 /// The format of this name, or why it is none.
 pub fn field_format(path: &Path, given: Option<&str>) -> Result<FieldFormat, Failure> {
     let is_stdout = path == Path::new("-");
+    if given.is_some() && !is_stdout {
+        return Err(Failure::Usage(format!(
+            "--out-format is for the standard output, but this output goes to {}; its name tells the format",
+            path.display()
+        )));
+    }
     let name = match given {
         Some(format) => format!("x.{format}"),
         None if is_stdout => {
@@ -72,6 +78,13 @@ pub fn output_fields(
                 out.vertex_colours = Some(&shown);
             }
             out.vertex_scalars = if format == MeshFormat::Off { Vec::new() } else { fields.to_vec() };
+            // Formats for data keep what the mesh came with; the others are for looking at the new field.
+            let carried = if matches!(format, MeshFormat::Ply | MeshFormat::Vtp) {
+                Carried::of(input)
+            } else {
+                Carried::default()
+            };
+            carried.add_to(&mut out);
             if format == MeshFormat::Off {
                 session.warn(format!(
                     "{}: OFF holds colours, not values; write .ply or .csv to keep the numbers",
@@ -94,6 +107,81 @@ pub fn output_fields(
             Ok(())
         }
     }
+}
+
+/// Values and colours that the mesh file came with.
+#[derive(Default)]
+struct Carried<'a> {
+    vertex_scalars: Vec<(&'a str, Vec<f64>)>,
+    face_scalars: Vec<(&'a str, &'a [f64])>,
+    colours: Option<Vec<[u8; 3]>>,
+}
+
+/// What an earlier run has left in the file is not carried on: it would look like a result of this one. The same holds for
+/// `quality`, under which PLY files give their first field once more; a quality of another origin gets another name.
+const RESULTS: [&str; 3] = ["distance", "confidence", "distance_to_data"];
+
+const COLOURS: [&str; 3] = ["red", "green", "blue"];
+
+impl<'a> Carried<'a> {
+    fn of(input: &'a MeshInput) -> Carried<'a> {
+        let scalars = &input.file.vertex_scalars;
+        let mut vertex_scalars: Vec<_> =
+            scalars.iter().map(|(name, values)| (name.as_str(), input.vertex_values(values))).collect();
+        let values = |name: &str| vertex_scalars.iter().find(|s| s.0 == name).map(|s| &s.1);
+        let equal = |a: &f64, b: &f64| a.to_bits() == b.to_bits();
+        let is_copy = values("quality")
+            .zip(values("distance"))
+            .is_some_and(|(quality, distance)| quality.iter().zip(distance).all(|(a, b)| equal(a, b)));
+        vertex_scalars.retain(|(name, _)| !(RESULTS.contains(name) || is_copy && *name == "quality"));
+        if let Some((name, _)) = vertex_scalars.iter_mut().find(|s| s.0 == "quality") {
+            *name = "quality_of_input";
+        }
+        let colours = whole_colours(&vertex_scalars);
+        if colours.is_some() {
+            vertex_scalars.retain(|(name, _)| !COLOURS.contains(name));
+        }
+        let mut face_scalars = Vec::new();
+        if input.writes_faces_of_file() {
+            face_scalars
+                .extend(input.file.face_scalars.iter().map(|(name, v)| (name.as_str(), v.as_slice())));
+        }
+        Carried { vertex_scalars, face_scalars, colours }
+    }
+
+    /// Adds all whose names are not taken.
+    fn add_to<'b>(&'b self, out: &mut MeshOut<'b>) {
+        let new = |there: &[(&str, &[f64])], name: &str| {
+            !name.is_empty() && !there.iter().any(|(other, _)| word(other) == word(name))
+        };
+        for (name, values) in &self.vertex_scalars {
+            if new(&out.vertex_scalars, name) {
+                out.vertex_scalars.push((name, values));
+            }
+        }
+        for (name, values) in &self.face_scalars {
+            if new(&out.face_scalars, name) {
+                out.face_scalars.push((name, values));
+            }
+        }
+        out.vertex_colours = out.vertex_colours.or(self.colours.as_deref());
+    }
+}
+
+/// A name as files hold it: two that differ only in blanks are one.
+fn word(name: &str) -> String {
+    name.chars().map(|c| if c.is_ascii_graphic() { c } else { '_' }).collect()
+}
+
+/// The colours of vertices, if the file gives them as bytes.
+fn whole_colours(scalars: &[(&str, Vec<f64>)]) -> Option<Vec<[u8; 3]>> {
+    let channel = |name: &str| scalars.iter().find(|s| s.0 == name).map(|s| &s.1);
+    let channels = [channel(COLOURS[0])?, channel(COLOURS[1])?, channel(COLOURS[2])?];
+    let byte = |x: f64| (x.fract() == 0.0 && (0.0..=255.0).contains(&x)).then_some(x as u8);
+    let colour = |v: usize| {
+        Some([byte(*channels[0].get(v)?)?, byte(*channels[1].get(v)?)?, byte(*channels[2].get(v)?)?])
+    };
+    (0..channels[0].len()).map(colour).collect()
 }
 
 /// The format of numpy, version 1.0: one array of shape (V,) for one field, (V, n) for n of them.

@@ -8,6 +8,7 @@ use eikona_mesh::{
     Fault, IndexMaps, MeshError, PolygonMesh, SurfacePoint, TriangleMesh, Vertex, drop_broken_polygons,
     drop_degenerate_faces, weld_polygons,
 };
+use flate2::read::MultiGzDecoder;
 use serde_json::{Value, json};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -182,6 +183,18 @@ impl MeshInput {
         Ok(MeshInput { path, file, mesh, surface, numbered_by_curves, joined })
     }
 
+    /// Refuses a mesh on which there is nothing to measure.
+    pub fn require_faces(&self) -> Result<(), Failure> {
+        if self.mesh.face_count() > 0 {
+            return Ok(());
+        }
+        let hint = if is_named_like_curves(&self.path) { format!("\n{IF_CURVES}") } else { String::new() };
+        Err(Failure::Input(format!(
+            "{}: there are no faces in this file; give a mesh of a surface{hint}",
+            shown_name(&self.path)
+        )))
+    }
+
     /// The mesh to write: polygons as they were where the format can hold them.
     pub fn to_write(&self, format: MeshFormat) -> MeshOut<'_> {
         let triangles_only = matches!(format, MeshFormat::Stl | MeshFormat::Glb | MeshFormat::Gltf);
@@ -190,6 +203,11 @@ impl MeshInput {
             Surface::Polygons(polygons) if !triangles_only => MeshOut::from(polygons),
             _ => MeshOut::from(&self.mesh),
         }
+    }
+
+    /// Whether the faces of output files that can hold polygons are those of the input file, one by one.
+    pub fn writes_faces_of_file(&self) -> bool {
+        matches!(self.surface, Surface::File)
     }
 
     /// Values given at the vertices of the file, at the vertices of the mesh. Where vertices were joined the first one counts.
@@ -249,6 +267,7 @@ fn read_file(arguments: &MeshArguments) -> Result<(MeshFile, Option<MeshFormat>)
         std::io::stdin()
             .read_to_end(&mut bytes)
             .map_err(|e| Failure::Input(format!("the standard input can not be read: {e}")))?;
+        let bytes = without_gzip(bytes, path)?;
         if bytes.is_empty() {
             return Err(Failure::Input("the standard input is empty; pipe a mesh into it".into()));
         }
@@ -263,11 +282,44 @@ fn read_file(arguments: &MeshArguments) -> Result<(MeshFile, Option<MeshFormat>)
     if let Some(format) = arguments.in_format {
         let bytes =
             std::fs::read(path).map_err(|e| Failure::reading(path, eikona_mesh::FileError::io(path, e)))?;
+        let bytes = without_gzip(bytes, path)?;
         let file = read_mesh_bytes(&bytes, format).map_err(|e| Failure::reading(path, e))?;
         return Ok((file, Some(format)));
     }
-    let file = read_mesh(path).map_err(|e| Failure::reading(path, e))?;
+    let file = read_mesh(path).map_err(|e| match Failure::reading(path, e) {
+        Failure::Input(text) if path.exists() && is_named_like_curves(path) => {
+            Failure::Input(format!("{text}\n{IF_CURVES}"))
+        }
+        failure => failure,
+    })?;
     Ok((file, MeshFormat::from_path(path).or_else(|| sniff_file(path))))
+}
+
+const IF_CURVES: &str = "If this is a curve file, give it with --curve beside a mesh";
+
+/// Curve files may be .obj too, but then they are meshes without faces.
+fn is_named_like_curves(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json") || e.eq_ignore_ascii_case("txt"))
+}
+
+/// A file holds at most this many bytes (uncompressed), so that 32-bit indices can name what is in it.
+const MOST_BYTES: u64 = u32::MAX as u64;
+
+/// The bytes of a file with gzip undone, as [`read_mesh`] does it for files that tell their format by their name.
+fn without_gzip(bytes: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
+    if !bytes.starts_with(&[0x1f, 0x8b]) {
+        return Ok(bytes);
+    }
+    let mut content = Vec::new();
+    MultiGzDecoder::new(bytes.as_slice())
+        .take(MOST_BYTES + 1)
+        .read_to_end(&mut content)
+        .map_err(|e| Failure::Input(format!("{}: the gzip data is damaged: {e}", shown_name(path))))?;
+    Ok(content)
+}
+
+fn shown_name(path: &Path) -> String {
+    if path == Path::new("-") { "the standard input".into() } else { path.display().to_string() }
 }
 
 fn sniff_file(path: &Path) -> Option<MeshFormat> {

@@ -38,6 +38,9 @@ pub fn run(arguments: &InspectArguments, general: &General) -> Result<u8, Failur
     let mesh_arguments = MeshArguments { all_faults: arguments.all, ..arguments.mesh.clone() };
     let input = MeshInput::read(&mesh_arguments, &mut session)?;
     let mesh = &input.mesh;
+    if mesh.vertex_count() == 0 {
+        input.require_faces()?;
+    }
     let topology = session.phase("topology", || Topology::of(mesh));
     let quality = session.phase("quality", || Quality::of(mesh));
     let orientation = session.phase("orientation", || Orientation::of(mesh));
@@ -145,7 +148,11 @@ fn mesh_text(input: &MeshInput, topology: &Topology, quality: &Quality) -> Strin
         mesh.edge_count(),
         mesh.face_count()
     );
-    let _ = writeln!(text, "  surface      {}", surface_words(topology));
+    if mesh.face_count() == 0 {
+        let _ = writeln!(text, "  surface      none: there are only points, but sdf needs faces");
+    } else {
+        let _ = writeln!(text, "  surface      {}", surface_words(topology));
+    }
     if topology.components.len() > 1 {
         for (i, c) in topology.components.iter().enumerate().take(SHOWN) {
             let genus = c.genus.map_or(String::new(), |g| format!(", genus {g}"));

@@ -1,10 +1,11 @@
 //! Isolines as a file: polylines for other programs, or curves that go straight back in.
 
 use crate::exit::Failure;
+use crate::number::{above_zero, finite};
 use crate::session::Session;
 use clap::Args;
 use eikona::contour::{isolines, obj_lines, ply_edges, polylines, round_levels, spaced_levels, svg_paths};
-use eikona_mesh::{CurveFile, CurveFormat, SurfaceCurves, TriangleMesh, VertexField, format_curves};
+use eikona_mesh::{CurveFile, CurveFormat, Quality, SurfaceCurves, TriangleMesh, VertexField, format_curves};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -15,15 +16,18 @@ pub struct IsolineArguments {
     #[arg(long, value_name = "OUT2")]
     pub isolines: Option<PathBuf>,
     /// Isolines at all multiples of D (also in the picture) [default: about 18 round values]
-    #[arg(long, value_name = "D", conflicts_with = "levels")]
+    #[arg(long, value_name = "D", conflicts_with = "levels", allow_hyphen_values = true, value_parser = above_zero)]
     pub spacing: Option<f64>,
     /// Isolines at these values (also in the picture)
-    #[arg(long, value_name = "A,B,..", value_delimiter = ',', allow_hyphen_values = true)]
+    #[arg(long, value_name = "A,B,..", value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
     pub levels: Vec<f64>,
 }
 
 /// As many as in a picture.
 const ABOUT: usize = 18;
+
+/// The writer of SVG files takes lines for flat whose z differs by at most this share of their size.
+const FLAT: f64 = 1e-9;
 
 /// Refuses a name that tells no format.
 pub fn check_isoline_path(arguments: &IsolineArguments) -> Result<(), Failure> {
@@ -35,6 +39,22 @@ pub fn check_isoline_path(arguments: &IsolineArguments) -> Result<(), Failure> {
             path.display()
         ))),
     }
+}
+
+/// Refuses an SVG file of isolines that can not be flat, as soon as the mesh is known.
+pub fn check_flat_for_svg(arguments: &IsolineArguments, mesh: &TriangleMesh) -> Result<(), Failure> {
+    let Some(path) = arguments.isolines.as_deref().filter(|p| extension(p) == "svg") else { return Ok(()) };
+    let Some([low, high]) = Quality::of(mesh).bounding_box else { return Ok(()) };
+    let size = (high[0] - low[0]).max(high[1] - low[1]);
+    if high[2] - low[2] <= FLAT * size {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!(
+        "{}: SVG holds lines in the plane of x and y only, but z of the mesh runs from {} to {}; write .obj, .ply or .json instead",
+        path.display(),
+        low[2],
+        high[2]
+    )))
 }
 
 fn extension(path: &Path) -> String {

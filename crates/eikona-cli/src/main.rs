@@ -9,6 +9,7 @@ mod input;
 mod inspect;
 mod isoline_file;
 mod make;
+mod number;
 mod picture;
 mod progress;
 mod render;
@@ -20,6 +21,7 @@ mod source;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 use exit::Failure;
+use progress::say;
 use session::General;
 use std::ffi::OsString;
 use std::path::Path;
@@ -68,11 +70,11 @@ fn main() -> ExitCode {
     let interrupted = || {
         eikona_mesh::io::discard_temporary_files();
         bench::remove_temporary_folder();
-        eprintln!("interrupted; no output was left behind");
+        say("interrupted; no output was left behind");
         std::process::exit(i32::from(exit::INTERRUPTED));
     };
     if let Err(fault) = ctrlc::set_handler(interrupted) {
-        eprintln!("warning: an interruption may leave temporary files behind: {fault}");
+        say(&format!("warning: an interruption may leave temporary files behind: {fault}"));
     }
     ExitCode::from(run(std::env::args_os().collect()))
 }
@@ -82,12 +84,7 @@ fn run(arguments: Vec<OsString>) -> u8 {
     let cli = match Cli::try_parse_from(with_inspect(arguments)) {
         Ok(cli) => cli,
         Err(mut message) => {
-            if message.kind() == ErrorKind::InvalidSubcommand {
-                let verbs: Vec<String> =
-                    Cli::command().get_subcommands().map(|c| c.get_name().to_string()).collect();
-                let hint = format!("the verbs are {}; a mesh file alone means inspect", verbs.join(", "));
-                message.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint.into()]));
-            }
+            give_hint(&mut message);
             // Help and version go to the standard output and are no failure. There is nobody to tell if printing fails.
             let _ = message.print();
             return if message.use_stderr() { exit::USAGE } else { 0 };
@@ -112,9 +109,33 @@ fn run(arguments: Vec<OsString>) -> u8 {
         }
     };
     done.unwrap_or_else(|failure: Failure| {
-        eprintln!("error: {failure}");
+        say(&format!("error: {failure}"));
         failure.code()
     })
+}
+
+/// Adds what would help to a message about the command line.
+fn give_hint(message: &mut clap::Error) {
+    let hint = match message.kind() {
+        ErrorKind::InvalidSubcommand => {
+            let verbs: Vec<String> =
+                Cli::command().get_subcommands().map(|c| c.get_name().to_string()).collect();
+            Some(format!("the verbs are {}; a mesh file alone means inspect", verbs.join(", ")))
+        }
+        ErrorKind::UnknownArgument => match message.get(ContextKind::InvalidArg) {
+            // A second file beside the mesh.
+            Some(ContextValue::String(word)) if Path::new(word).exists() => Some(format!(
+                "one mesh is taken at a time; if {word} holds curves or points, give it with --curve or --points"
+            )),
+            _ => None,
+        },
+        _ => return,
+    };
+    // This takes the place of "to pass '-x' as a value, use '-- -x'": no name or number here begins with a hyphen.
+    match hint {
+        Some(hint) => message.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint.into()])),
+        None => message.remove(ContextKind::Suggested),
+    };
 }
 
 /// `eikona MESH` means `eikona inspect MESH`.

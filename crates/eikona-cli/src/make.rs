@@ -2,6 +2,7 @@
 
 use crate::exit::Failure;
 use crate::input::parse_format;
+use crate::number::{finite, share, zero_or_more};
 use crate::session::{General, Session, check_distinct, check_output, print_bytes};
 use clap::Args;
 use eikona::contour::{DEFAULT_TOLERANCE, Wave, curve_points, trace_polyline, wavy_plane_cut};
@@ -49,16 +50,16 @@ pub struct MakeArguments {
 #[command(next_help_heading = "Damage, in this order")]
 pub struct DamageArguments {
     /// Move each vertex at random by up to A times its shortest edge
-    #[arg(long, value_name = "A")]
+    #[arg(long, value_name = "A", allow_hyphen_values = true, value_parser = zero_or_more)]
     pub jitter: Option<f64>,
     /// Tear N round holes
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub holes: Option<usize>,
     /// Remove this share of the faces
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = share)]
     pub remove_faces: Option<f64>,
     /// Turn this share of the faces over
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = share)]
     pub flip_faces: Option<f64>,
     /// Renumber vertices and faces at random
     #[arg(long)]
@@ -81,7 +82,8 @@ pub struct CurveArguments {
     /// Write the curve in pieces
     #[arg(long, value_name = "C.json")]
     pub broken_curve: Option<PathBuf>,
-    /// A curve in space: circle, latitude, wavy-latitude, torus-knot, trefoil or figure-eight, with its parameters
+    /// A curve in space by its name: circle, latitude, wavy-latitude, torus-knot, trefoil or figure-eight, with its parameters.
+    /// (The curves of a file are given to `eikona sdf`.)
     #[arg(long, value_name = "NAME[,key=value..]", conflicts_with = "cut")]
     pub curve: Option<String>,
     /// The cut of the mesh with a plane: its axis and where (a coordinate, or a share such as 30%); with wave=A it rises and falls
@@ -89,11 +91,15 @@ pub struct CurveArguments {
     #[arg(long, value_name = "axis=z,at=0.3[,wave=A,..]", allow_hyphen_values = true)]
     pub cut: Option<String>,
     /// Share of the curve's length that each piece has [default: 0.1]
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = parse_keep)]
     pub keep: Option<f64>,
-    /// Share that each gap has [default: 0.05]
-    #[arg(long, value_name = "SHARE")]
+    /// Share that each gap has; 0 leaves the curve whole [default: 0.05]
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = share)]
     pub drop: Option<f64>,
+}
+
+fn parse_keep(text: &str) -> Result<f64, String> {
+    share(text).ok().filter(|x| *x > 0.0).ok_or("a share above 0, at most 1, is expected".into())
 }
 
 /// Runs the verb. Gives the exit code.
@@ -114,6 +120,7 @@ pub fn run(arguments: &MakeArguments, general: &General) -> Result<u8, Failure> 
     check_distinct(outputs.iter().copied())?;
     outputs.iter().try_for_each(|p| check_output(p))?;
     let format = mesh_format(output, arguments.out_format)?;
+    check_curves(curves)?;
 
     let parameters = key_values(arguments.parameters.iter().map(String::as_str))?;
     let mesh = session.phase("make", || shapes::make(shape, &parameters))?;
@@ -138,6 +145,12 @@ pub fn run(arguments: &MakeArguments, general: &General) -> Result<u8, Failure> 
 }
 
 fn mesh_format(output: &Path, given: Option<MeshFormat>) -> Result<MeshFormat, Failure> {
+    if given.is_some() && output != Path::new("-") {
+        return Err(Failure::Usage(format!(
+            "--out-format is for the standard output, but the mesh goes to {}; its name tells the format",
+            output.display()
+        )));
+    }
     if output == Path::new("-") {
         let missing = || Failure::Usage("name the format of the standard output with --out-format".into());
         return given.ok_or_else(missing);
@@ -196,32 +209,47 @@ fn damaged(mut mesh: TriangleMesh, damages: &DamageArguments) -> Result<Triangle
     Ok(mesh)
 }
 
+/// What can be refused before a mesh is made.
+fn check_curves(wanted: &CurveArguments) -> Result<(), Failure> {
+    let named = wanted.curve.as_deref().map(named_curve).transpose()?.is_some();
+    let cut = wanted.cut.as_deref().map(parse_cut).transpose()?.is_some();
+    let described = named || cut;
+    let outputs = [wanted.curve_out.as_deref(), wanted.broken_curve.as_deref()];
+    let mut outputs = outputs.into_iter().flatten().peekable();
+    if outputs.peek().is_some() && !described {
+        return Err(Failure::Usage(
+            "say which curve: --cut axis=z,at=0.3 (where a plane cuts the mesh) or --curve circle".into(),
+        ));
+    }
+    if outputs.peek().is_none() && (described || wanted.keep.is_some() || wanted.drop.is_some()) {
+        return Err(Failure::Usage(
+            "say where to write the curve: --curve-out C.json (whole) or --broken-curve C.json (in pieces)"
+                .into(),
+        ));
+    }
+    if wanted.broken_curve.is_none() && (wanted.keep.is_some() || wanted.drop.is_some()) {
+        return Err(Failure::Usage(
+            "--keep and --drop break a curve, but --curve-out writes it whole; write the pieces with --broken-curve C.json".into(),
+        ));
+    }
+    outputs.try_for_each(|path| curve_format(path).map(|_| ()))
+}
+
 fn write_curves(
     arguments: &MakeArguments,
     mesh: &TriangleMesh,
     session: &mut Session,
 ) -> Result<(), Failure> {
     let wanted = &arguments.curve;
-    if wanted.curve_out.is_none() && wanted.broken_curve.is_none() {
-        if wanted.curve.is_some() || wanted.cut.is_some() || wanted.keep.is_some() || wanted.drop.is_some() {
-            return Err(Failure::Usage(
-                "say where to write the curve: --curve-out C.json (whole) or --broken-curve C.json (in pieces)".into(),
-            ));
-        }
-        return Ok(());
-    }
     let (lines, curves) = match (&wanted.curve, &wanted.cut) {
         (Some(name), _) => (vec![named_curve(name)?], Vec::new()),
         (None, Some(cut)) => {
-            let curves = session.phase("cut", || cut_mesh(mesh, cut))?;
+            let cut = parse_cut(cut)?;
+            let curves = session.phase("cut", || cut_mesh(mesh, &cut))?;
             let lines: Result<Vec<_>, _> = curves.iter().map(|c| curve_points(mesh, c)).collect();
             (lines.map_err(|e| Failure::Failed(e.to_string()))?, curves)
         }
-        (None, None) => {
-            return Err(Failure::Usage(
-                "say which curve: --cut axis=z,at=0.3 (where a plane cuts the mesh) or --curve circle".into(),
-            ));
-        }
+        (None, None) => return Ok(()),
     };
     if let Some(path) = &wanted.curve_out {
         let mut file = CurveFile::default();
@@ -235,11 +263,21 @@ fn write_curves(
         let pieces = session.phase("break", || broken(&lines, arguments))?;
         let bvh = Bvh::new(mesh);
         let mut file = CurveFile { curves: SurfaceCurves::default(), ..CurveFile::default() };
-        for piece in &pieces {
-            let traced = trace_polyline(mesh, &bvh, piece, false, CurveKind::Signed, DEFAULT_TOLERANCE)?;
+        for piece in pieces.iter().map(|p| space_polyline(p)) {
+            let traced = trace_polyline(
+                mesh,
+                &bvh,
+                &piece.points,
+                piece.closed,
+                CurveKind::Signed,
+                DEFAULT_TOLERANCE,
+            )?;
             file.curves.curves.push(traced.curve);
         }
-        session.note(&format!("the curve in {} pieces", pieces.len()));
+        session.note(&match pieces.as_slice() {
+            [_] => "the curve in 1 piece".to_string(),
+            all => format!("the curve in {} pieces", all.len()),
+        });
         session.report.result.insert("pieces".into(), json!(pieces.len()));
         output_curves(path, &file, mesh, session)?;
     }
@@ -258,19 +296,25 @@ fn output_curves(
     mesh: &TriangleMesh,
     session: &mut Session,
 ) -> Result<(), Failure> {
-    let format = CurveFormat::from_extension(path).ok_or_else(|| {
+    let text = format_curves(file, curve_format(path)?, mesh)
+        .map_err(|e| Failure::Usage(format!("{}: {e}", path.display())))?;
+    session.output("curve", path, text.into_bytes())
+}
+
+fn curve_format(path: &Path) -> Result<CurveFormat, Failure> {
+    CurveFormat::from_extension(path).ok_or_else(|| {
         Failure::Usage(format!(
             "{}: curves can be written as .json, .obj or .txt; choose one of these",
             path.display()
         ))
-    })?;
-    let text =
-        format_curves(file, format, mesh).map_err(|e| Failure::Usage(format!("{}: {e}", path.display())))?;
-    session.output("curve", path, text.into_bytes())
+    })
 }
 
 fn broken(lines: &[Vec<[f64; 3]>], arguments: &MakeArguments) -> Result<Vec<Vec<[f64; 3]>>, Failure> {
     let (keep, drop) = (arguments.curve.keep.unwrap_or(0.1), arguments.curve.drop.unwrap_or(0.05));
+    if drop == 0.0 {
+        return Ok(lines.to_vec());
+    }
     let mut pieces = Vec::new();
     for line in lines {
         pieces.extend(match arguments.damage.seed {
@@ -308,6 +352,10 @@ impl<'a> Keys<'a> {
     }
 }
 
+/// The curves that `make --curve` knows.
+pub const CURVE_NAMES: [&str; 6] =
+    ["circle", "latitude", "wavy-latitude", "torus-knot", "trefoil", "figure-eight"];
+
 fn named_curve(text: &str) -> Result<Vec<[f64; 3]>, Failure> {
     let words: Vec<&str> = text.split(',').collect();
     let (name, parameters) = words.split_first().map_or(("", &[][..]), |(n, p)| (*n, p));
@@ -334,9 +382,16 @@ fn named_curve(text: &str) -> Result<Vec<[f64; 3]>, Failure> {
         "trefoil" => shapes::trefoil(keys(&["n"])?.number("n", 400)?)?,
         "figure-eight" => shapes::figure_eight_knot(keys(&["n"])?.number("n", 400)?)?,
         _ => {
-            return Err(Failure::Usage(format!(
-                "there is no curve {name:?}; there are circle, latitude, wavy-latitude, torus-knot, trefoil and figure-eight"
-            )));
+            let known = CURVE_NAMES.join(", ");
+            let is_file = Path::new(text).exists() || CurveFormat::from_extension(Path::new(text)).is_some();
+            return Err(Failure::Usage(if is_file {
+                format!(
+                    "--curve {text}: make takes the name of a curve to make ({known}), not a file; to measure the distance to the \
+                     curves of a file: eikona sdf MESH --curve {text} -o distance.ply"
+                )
+            } else {
+                format!("there is no curve {name:?} to make; there are {known}")
+            }));
         }
     })
 }
@@ -348,7 +403,22 @@ fn parse_point(text: &str) -> Result<[f64; 3], Failure> {
     })
 }
 
-fn cut_mesh(mesh: &TriangleMesh, text: &str) -> Result<Vec<eikona_mesh::Curve>, Failure> {
+/// A cut of a mesh with a plane, as asked for.
+struct Cut {
+    axis: usize,
+    place: Place,
+    about: Option<[f64; 3]>,
+    wave: Wave,
+}
+
+/// Where on its axis a plane lies.
+enum Place {
+    Coordinate(f64),
+    /// Of the bounding box, from its lower end.
+    Share(f64),
+}
+
+fn parse_cut(text: &str) -> Result<Cut, Failure> {
     let words: Vec<&str> = text.split(',').collect();
     let keys = Keys::parse("--cut", &words, &["axis", "at", "wave", "waves", "about"])?;
     let axis = match keys.text("axis").unwrap_or("z") {
@@ -357,25 +427,36 @@ fn cut_mesh(mesh: &TriangleMesh, text: &str) -> Result<Vec<eikona_mesh::Curve>, 
         "z" => 2,
         other => return Err(Failure::Usage(format!("--cut: axis={other} is none of x, y, z"))),
     };
+    let at = keys.text("at").unwrap_or("50%");
+    let number = |text: &str| {
+        finite(text).map_err(|_| {
+            Failure::Usage(format!(
+                "--cut: at={at} is no place; give a coordinate such as 0.3 or a share such as 30%"
+            ))
+        })
+    };
+    let place = match at.strip_suffix('%') {
+        Some(percent) => Place::Share(number(percent)? / 100.0),
+        None => Place::Coordinate(number(at)?),
+    };
+    let about = keys.text("about").map(parse_point).transpose()?;
+    let wave = Wave { amplitude: keys.number("wave", 0.0)?, count: keys.number("waves", 3)? };
+    Ok(Cut { axis, place, about, wave })
+}
+
+fn cut_mesh(mesh: &TriangleMesh, cut: &Cut) -> Result<Vec<eikona_mesh::Curve>, Failure> {
     let Some([low, high]) = Quality::of(mesh).bounding_box else {
         return Err(Failure::Usage("--cut: the mesh has no faces to cut".into()));
     };
-    let at = match keys.text("at").and_then(|t| t.strip_suffix('%')) {
-        Some(share) => {
-            let share: f64 =
-                share.parse().map_err(|_| Failure::Usage(format!("--cut: at={share}% is no number")))?;
-            low[axis] + share / 100.0 * (high[axis] - low[axis])
-        }
-        None => keys.number("at", 0.5 * (low[axis] + high[axis]))?,
+    let axis = cut.axis;
+    let at = match cut.place {
+        Place::Coordinate(x) => x,
+        Place::Share(share) => low[axis] + share * (high[axis] - low[axis]),
     };
-    let mut point = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]));
-    if let Some(about) = keys.text("about") {
-        point = parse_point(about)?;
-    }
+    let mut point = cut.about.unwrap_or([0, 1, 2].map(|k| 0.5 * (low[k] + high[k])));
     point[axis] = at;
     let normal = [0, 1, 2].map(|k| if k == axis { 1.0 } else { 0.0 });
-    let wave = Wave { amplitude: keys.number("wave", 0.0)?, count: keys.number("waves", 3)? };
-    let curves = wavy_plane_cut(mesh, point, normal, wave)?;
+    let curves = wavy_plane_cut(mesh, point, normal, cut.wave)?;
     if curves.is_empty() {
         return Err(Failure::Usage(format!(
             "--cut: the plane {}={at} does not meet the mesh, which lies between {} and {}",

@@ -1,12 +1,14 @@
 //! Pictures: camera and style flags, and the one way in which every verb draws a mesh with its field and curves.
 
 use crate::exit::Failure;
+use crate::number::finite;
 use clap::Args;
 use eikona_mesh::{SurfaceCurves, TriangleMesh};
 use eikona_render::{
     Background, Camera, ColorMap, CurveStyle, Isolines, Levels, PointStyle, Projection, RenderOptions, Scene,
     UpAxis, Wireframe, render,
 };
+use std::path::Path;
 
 /// How the picture is made.
 #[derive(Args, Clone, Debug, Default)]
@@ -16,13 +18,13 @@ pub struct PictureArguments {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
     /// Turn to the right, in degrees [default: 30]
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = finite)]
     pub azimuth: Option<f64>,
     /// Turn upwards, in degrees [default: 20]
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = finite)]
     pub elevation: Option<f64>,
     /// Magnification of the fitted picture [default: 1]
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = parse_zoom)]
     pub zoom: Option<f64>,
     /// Which axis points up [default: y, or the thin side of a mesh that lies flat]
     #[arg(long, value_name = "x|y|z", value_parser = parse_up)]
@@ -49,7 +51,28 @@ pub struct PictureArguments {
 
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    sides.ok_or_else(|| "two whole numbers such as 1200x900 are expected".into())
+    let (width, height) = sides.ok_or("two whole numbers such as 1200x900 are expected")?;
+    let options = RenderOptions { width, height, ..RenderOptions::default() };
+    options.validate().map(|()| (width, height)).map_err(|e| e.to_string())
+}
+
+fn parse_zoom(text: &str) -> Result<f64, String> {
+    let zoom = finite(text)?;
+    let camera = Camera { zoom, ..Camera::default() };
+    let options = RenderOptions { camera, ..RenderOptions::default() };
+    options.validate().map(|()| zoom).map_err(|e| e.to_string())
+}
+
+/// Refuses a picture whose name says that it is something else.
+pub fn check_picture_path(path: &Path) -> Result<(), Failure> {
+    if path == Path::new("-") || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!(
+        "{}: pictures are written as PNG; name it {}",
+        path.display(),
+        path.with_extension("png").display()
+    )))
 }
 
 fn parse_up(text: &str) -> Result<UpAxis, String> {
@@ -83,6 +106,8 @@ pub struct Drawing<'a> {
     pub levels: Option<Levels>,
     /// Curves and points on the mesh.
     pub curves: Option<&'a SurfaceCurves>,
+    /// The colour map where none was asked for; otherwise the signs of the values choose it.
+    pub map: Option<ColorMap>,
 }
 
 const CURVE: CurveStyle =
@@ -129,6 +154,8 @@ pub fn draw(
     }
     if let Some(name) = &arguments.map {
         scene = scene.color_map(ColorMap::by_name(name)?);
+    } else if let Some(map) = &drawing.map {
+        scene = scene.color_map(map.clone());
     }
     if let Some((min, max)) = arguments.range {
         scene = scene.range(min, max);

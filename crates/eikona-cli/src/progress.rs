@@ -1,7 +1,7 @@
 //! A line on the terminal that says what is being done, once the command has run for a second.
 
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -9,6 +9,11 @@ use std::time::Duration;
 /// Quick commands show nothing.
 const PATIENCE: Duration = Duration::from_secs(1);
 const TICK: Duration = Duration::from_millis(120);
+
+/// Prints a line to the standard error. When nobody reads it (`2>&1 | head`) the work goes on.
+pub fn say(text: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
+}
 
 /// The line. It goes away when dropped.
 #[derive(Default)]
@@ -48,8 +53,8 @@ impl Progress {
     pub fn print(&self, text: &str) {
         let state = self.shared.0.lock().unwrap_or_else(PoisonError::into_inner);
         match &state.bar {
-            Some(bar) => bar.suspend(|| eprintln!("{text}")),
-            None => eprintln!("{text}"),
+            Some(bar) => bar.suspend(|| say(text)),
+            None => say(text),
         }
     }
 }

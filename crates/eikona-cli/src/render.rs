@@ -2,8 +2,9 @@
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
-use crate::picture::{Drawing, PictureArguments, draw};
-use crate::session::{General, Session, check_output};
+use crate::number::above_zero;
+use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
+use crate::session::{General, Session, check_distinct, check_output};
 use crate::source::{SourceArguments, read_source};
 use clap::Args;
 use eikona_mesh::SurfaceCurves;
@@ -26,10 +27,10 @@ pub struct RenderArguments {
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
     /// About how many isolines; 0 for none [default: 18]
-    #[arg(long, value_name = "N", conflicts_with = "spacing")]
+    #[arg(long, value_name = "N", conflicts_with = "spacing", allow_negative_numbers = true)]
     pub isolines: Option<u32>,
     /// Isolines at all multiples of D
-    #[arg(long, value_name = "D")]
+    #[arg(long, value_name = "D", allow_hyphen_values = true, value_parser = above_zero)]
     pub spacing: Option<f64>,
     #[command(flatten)]
     pub source: SourceArguments,
@@ -42,14 +43,11 @@ pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure
     let mut session = Session::new("render", general);
     check_output(&arguments.output)?;
     session.check_report()?;
-    let is_png = arguments.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    if !is_png && arguments.output.as_os_str() != "-" {
-        return Err(Failure::Usage(format!(
-            "{}: a picture is a .png file; name it so",
-            arguments.output.display()
-        )));
-    }
+    check_picture_path(&arguments.output)?;
+    let outputs = [Some(arguments.output.as_path()), general.report.as_deref()];
+    check_distinct(outputs.into_iter().flatten())?;
     let input = MeshInput::read(&arguments.mesh, &mut session)?;
+    input.require_faces()?;
     let shown = choose_field(&input, arguments.field.as_deref())?;
     let curves = read_curves(arguments, &input, &mut session)?;
     let levels = match (arguments.spacing, arguments.isolines) {

@@ -3,16 +3,16 @@
 use crate::exit::Failure;
 use crate::field_file::{FieldFormat, field_format, output_fields};
 use crate::input::{MeshArguments, MeshInput};
-use crate::isoline_file::{IsolineArguments, check_isoline_path, output_isolines};
-use crate::picture::{Drawing, PictureArguments, draw};
+use crate::isoline_file::{IsolineArguments, check_flat_for_svg, check_isoline_path, output_isolines};
+use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
 use crate::session::{General, Session, check_distinct, check_output};
 use crate::source::{SourceArguments, read_source};
 use clap::Args;
 use eikona::signed_heat::{
     DiffusionTime, LevelSets, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
 };
-use eikona_mesh::SurfaceCurves;
-use eikona_render::Levels;
+use eikona_mesh::{CurveKind, SurfaceCurves};
+use eikona_render::{ColorMap, Levels};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -40,7 +40,7 @@ pub struct SdfArguments {
 #[command(next_help_heading = "Method")]
 pub struct MethodArguments {
     /// Diffusion time: a coefficient of h², with h half the mean edge length (1 is the paper's), or auto
-    #[arg(long, value_name = "auto|COEFF", default_value = "1", value_parser = parse_time)]
+    #[arg(long, value_name = "auto|COEFF", default_value = "1", allow_hyphen_values = true, value_parser = parse_time)]
     pub time: DiffusionTime,
     /// What the curves are held to be: the zero set; nothing (free); each piece one level (per-component); softly the zero set
     #[arg(long, value_name = "zero|free|per-component|soft[=W]", default_value = "zero", value_parser = parse_level_sets)]
@@ -55,7 +55,7 @@ pub struct MethodArguments {
     #[arg(long)]
     pub confidence: bool,
     /// Refuse to factor when that is predicted to take more than this, such as 2GiB or 500MB
-    #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
+    #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = parse_bytes)]
     pub memory_limit: Option<usize>,
 }
 
@@ -63,8 +63,8 @@ pub struct MethodArguments {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Outputs")]
 pub struct OutputArguments {
-    /// The mesh with the distance at its vertices (.ply, .vtp, .glb, .gltf, .obj: as texture u, .off: as colours), or the numbers
-    /// alone (.npy, .csv); - for the standard output
+    /// The mesh with the distance at its vertices (.ply and .vtp: beside the values that the input came with; .glb, .gltf; .obj:
+    /// as texture u; .off: as colours), or the numbers alone (.npy, .csv); - for the standard output
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
     /// Format of the output when it goes to the standard output: ply, obj, off, vtp, glb, gltf, npy, csv
@@ -83,8 +83,8 @@ pub fn parse_time(text: &str) -> Result<DiffusionTime, String> {
         return Ok(DiffusionTime::Automatic);
     }
     match text.parse::<f64>() {
-        Ok(c) if c > 0.0 && c.is_finite() => Ok(DiffusionTime::Coefficient(c)),
-        _ => Err("auto or a number above 0 is expected".into()),
+        Ok(c) if (1e-9..=1e9).contains(&c) => Ok(DiffusionTime::Coefficient(c)),
+        _ => Err("auto or a number above 0 is expected, from 1e-9 to 1e9; the paper's is 1".into()),
     }
 }
 
@@ -138,7 +138,10 @@ pub fn run(arguments: &SdfArguments, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("sdf", general);
     let format = check_arguments(arguments, general)?;
     let input = MeshInput::read(&arguments.mesh, &mut session)?;
+    input.require_faces()?;
+    check_flat_for_svg(&arguments.outputs.isolines, &input.mesh)?;
     let (source, _) = read_source(&arguments.source, &input, &mut session)?;
+    warn_if_short(arguments.method.time, &mut session);
     let solution = solve(arguments, &input, &source, &mut session)?;
     write_outputs(arguments, format, &input, &source, &solution, &mut session)?;
     session.finish()
@@ -160,7 +163,29 @@ fn check_arguments(arguments: &SdfArguments, general: &General) -> Result<Option
     let given = outputs.out_format.as_deref();
     let format = outputs.output.as_deref().map(|path| field_format(path, given)).transpose()?;
     check_isoline_path(&outputs.isolines)?;
+    outputs.render.as_deref().map_or(Ok(()), check_picture_path)?;
+    if let Some(word) = given
+        && outputs.output.is_none()
+    {
+        return Err(Failure::Usage(format!(
+            "--out-format {word} is the format of an output; give -o - with it"
+        )));
+    }
     Ok(format)
+}
+
+/// A coefficient of the diffusion time below this lets the vectors that are diffused die out within an edge.
+const SHORT_TIME: f64 = 1e-2;
+
+fn warn_if_short(time: DiffusionTime, session: &mut Session) {
+    if let DiffusionTime::Coefficient(c) = time
+        && c < SHORT_TIME
+    {
+        session.warn(format!(
+            "--time {c:?} is below {SHORT_TIME}: the result follows the edges of the mesh rather than the distance; leave --time out \
+             for the paper's value 1, or use --time auto"
+        ));
+    }
 }
 
 fn solve(
@@ -294,10 +319,13 @@ fn write_outputs(
     let levels = output_isolines(&outputs.isolines, &input.mesh, &solution.distance, session)?;
     if let Some(path) = &outputs.render {
         let levels = levels.map_or(Levels::About(18), Levels::Values);
+        let signed = source.curves.iter().any(|c| c.kind == CurveKind::Signed);
         let drawing = Drawing {
-            field: Some((distance, "signed distance")),
+            field: Some((distance, if signed { "signed distance" } else { "distance" })),
             levels: Some(levels),
             curves: Some(source),
+            // An unsigned distance that dips below zero by rounding is still no signed one.
+            map: (!signed).then(ColorMap::viridis),
             ..Drawing::default()
         };
         let png = session.phase("render", || draw(&input.mesh, &drawing, &arguments.picture))?;

@@ -6,6 +6,7 @@ use crate::progress::Progress;
 use crate::report::{Output, Report, peak_memory_bytes};
 use clap::Args;
 use eikona_mesh::io::{StagedFile, publish_files, stage_file};
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -34,6 +35,34 @@ pub struct General {
     pub verbose: bool,
 }
 
+/// Warnings of a kind that are printed.
+const PRINTED: usize = 5;
+
+/// A warning with its numbers left out: those that differ in nothing else are of one kind.
+fn kind_of(warning: &str) -> String {
+    let mut kind = String::with_capacity(warning.len());
+    let mut rest = warning.chars().peekable();
+    while let Some(c) = rest.next() {
+        if !c.is_ascii_digit() {
+            kind.push(c);
+            continue;
+        }
+        kind.push('N');
+        // The rest of the number, with point and exponent; a full stop behind it is left.
+        loop {
+            let mut ahead = rest.clone();
+            if ahead.next_if(|c| matches!(c, 'e' | '.')).is_some() {
+                ahead.next_if(|c| matches!(c, '-' | '+'));
+            }
+            if ahead.next_if(char::is_ascii_digit).is_none() {
+                break;
+            }
+            rest = ahead;
+        }
+    }
+    kind
+}
+
 /// One run of a verb.
 pub struct Session {
     general: General,
@@ -41,6 +70,8 @@ pub struct Session {
     progress: Progress,
     staged: Vec<StagedFile>,
     stdout: Option<Vec<u8>>,
+    /// How many warnings of each kind there were.
+    warned: BTreeMap<String, usize>,
     /// What will be in the report.
     pub report: Report,
 }
@@ -54,6 +85,7 @@ impl Session {
             progress: Progress::new(general.quiet == 0),
             staged: Vec::new(),
             stdout: None,
+            warned: BTreeMap::new(),
             report: Report::new(verb),
         }
     }
@@ -93,13 +125,24 @@ impl Session {
         }
     }
 
-    /// Says something that the user should look at.
+    /// Says something that the user should look at. Of one kind only the first few are printed; the report has all.
     pub fn warn(&mut self, text: impl Into<String>) {
         let text = text.into();
-        if self.general.quiet < 2 {
+        let count = self.warned.entry(kind_of(&text)).or_default();
+        *count += 1;
+        if self.general.quiet < 2 && *count <= PRINTED {
             self.progress.print(&format!("warning: {text}"));
         }
         self.report.warnings.push(text);
+    }
+
+    /// Says how many warnings were not printed.
+    fn count_the_rest(&self) {
+        let place =
+            if self.general.report.is_some() { "in the report" } else { "in a report: --report R.json" };
+        for (kind, count) in self.warned.iter().filter(|(_, count)| **count > PRINTED) {
+            self.progress.print(&format!("warning: … and {} more (all {place}): {kind}", count - PRINTED));
+        }
     }
 
     /// Checks before the work that the report can be written.
@@ -148,6 +191,9 @@ impl Session {
             print_bytes(&bytes)?;
         }
         self.progress = Progress::default(); // the line goes away before the last words
+        if self.general.quiet < 2 {
+            self.count_the_rest();
+        }
         if self.general.timings {
             for phase in &self.report.phases {
                 self.progress.print(&format!("{:>9.3} s  {}", phase.seconds, phase.name));
@@ -206,4 +252,17 @@ pub fn check_distinct<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Result<(
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn warnings_that_differ_in_numbers_are_of_one_kind() {
+        assert_eq!(kind_of("component 12 (1 faces) is NaN"), "component N (N faces) is NaN");
+        assert_eq!(kind_of("at 1.5e-3, -2 of 1,000."), "at N, -N of N,N.");
+        assert_eq!(kind_of("nothing to count: e. 5."), "nothing to count: e. N.");
+        assert_ne!(kind_of("node 1 fell"), kind_of("node 1 rose"));
+    }
 }

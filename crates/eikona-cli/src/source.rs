@@ -2,6 +2,7 @@
 
 use crate::exit::Failure;
 use crate::input::MeshInput;
+use crate::make::CURVE_NAMES;
 use crate::session::Session;
 use clap::Args;
 use eikona::contour::{ContourError, CurveReport, DEFAULT_TOLERANCE, Traced, trace_curve, trace_polyline};
@@ -17,13 +18,13 @@ use std::path::{Path, PathBuf};
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Curves and points")]
 pub struct SourceArguments {
-    /// Curves: JSON of eikona, OBJ with `l` lines, or the text formats of signed-heat-demo and SWN; may be repeated. Without it,
-    /// the `l` lines of the mesh's own OBJ file are taken
+    /// A file of curves: JSON of eikona, OBJ with `l` lines, or the text formats of signed-heat-demo and SWN; may be repeated.
+    /// Without it, the `l` lines of the mesh's own OBJ file are taken
     #[arg(long, value_name = "FILE")]
     pub curve: Vec<PathBuf>,
     /// Isolated points: vertex numbers from 0 ("12,40"), or a curve file with points; may be repeated
-    #[arg(long, value_name = "V,V,..|FILE")]
-    pub points: Vec<String>,
+    #[arg(long, value_name = "V,V,..|FILE", allow_hyphen_values = true, value_parser = parse_points)]
+    pub points: Vec<Points>,
     /// Take all curves as unsigned: distance grows on both sides
     #[arg(long)]
     pub unsigned: bool,
@@ -36,6 +37,36 @@ pub struct SourceArguments {
     /// Refuse curves that would have to be traced
     #[arg(long)]
     pub no_trace: bool,
+}
+
+/// Isolated points, as named on the command line.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Points {
+    /// Numbers of vertices of the file.
+    Vertices(Vec<u32>),
+    /// A curve file.
+    File(PathBuf),
+}
+
+fn parse_points(text: &str) -> Result<Points, String> {
+    let is_list = text.chars().all(|c| c.is_ascii_digit() || c == ',' || c.is_whitespace());
+    let is_number = !text.is_empty() && text.split(',').all(|word| word.trim().parse::<f64>().is_ok());
+    if !is_list && (Path::new(text).exists() || !is_number) {
+        return Ok(Points::File(text.into()));
+    }
+    const EXPECTED: &str = "vertex numbers from 0, such as 12,40, or the name of a curve file are expected";
+    let mut vertices = Vec::new();
+    for words in text.split(',') {
+        if words.trim().is_empty() {
+            return Err(format!("a number is missing before or behind a comma; {EXPECTED}"));
+        }
+        for word in words.split_whitespace() {
+            let vertex =
+                word.parse().map_err(|_| format!("{word} is not the number of a vertex; {EXPECTED}"))?;
+            vertices.push(vertex);
+        }
+    }
+    Ok(Points::Vertices(vertices))
 }
 
 /// A polyline farther from the mesh than this share of its bounding box gets a warning.
@@ -105,8 +136,13 @@ pub fn read_source(
 
 /// The content of a curve file, before anything is traced.
 pub fn read_curve_file(path: &Path, input: &MeshInput, session: &mut Session) -> Result<CurveFile, Failure> {
-    let bytes =
-        std::fs::read(path).map_err(|e| Failure::reading(path, eikona_mesh::FileError::io(path, e)))?;
+    let bytes = std::fs::read(path).map_err(|e| match path.to_str().filter(|name| CURVE_NAMES.contains(name)) {
+        Some(name) => Failure::Input(format!(
+            "{name}: there is no such file; {name} is a curve that `make` writes into one: eikona make SHAPE -o MESH --curve {name} \
+             --curve-out {name}.json"
+        )),
+        None => Failure::reading(path, eikona_mesh::FileError::io(path, e)),
+    })?;
     let format = CurveFormat::detect(path, &bytes);
     if matches!(format, CurveFormat::SignedHeatDemo | CurveFormat::SurfaceWinding)
         && !input.file.mesh.is_triangular()
@@ -142,35 +178,41 @@ fn refuse_numbers_of_polygons(path: &Path, bytes: &[u8]) -> Result<(), Failure> 
     }
 }
 
-fn read_points(text: &str, input: &MeshInput, session: &mut Session) -> Result<Vec<SurfacePoint>, Failure> {
-    let is_list = text.chars().all(|c| c.is_ascii_digit() || c == ',' || c.is_whitespace());
-    if !is_list {
-        let path = Path::new(text);
-        let points = read_curve_file(path, input, session)?.curves.points;
-        if points.is_empty() {
-            return Err(Failure::curve(
-                path,
-                "there are no isolated points in this file; give its curves with --curve",
-            ));
+fn read_points(
+    points: &Points,
+    input: &MeshInput,
+    session: &mut Session,
+) -> Result<Vec<SurfacePoint>, Failure> {
+    let numbers = match points {
+        Points::Vertices(numbers) => numbers,
+        Points::File(path) if !path.exists() => {
+            return Err(Failure::Input(format!(
+                "--points {}: there is no such file, and this is no list of vertex numbers such as 12,40 either",
+                path.display()
+            )));
         }
-        return Ok(points);
-    }
-    let words = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|w| !w.is_empty());
-    let mut points = Vec::new();
-    for word in words {
-        let vertices = input.mesh_for_curves().vertex_count();
-        let vertex = word.parse::<u32>().ok().filter(|&v| (v as usize) < vertices).ok_or_else(|| {
-            let last = vertices.saturating_sub(1);
-            Failure::Input(format!(
-                "--points: vertex {word} does not exist: the mesh has {vertices} vertices, numbered from 0 to {last}"
-            ))
-        })?;
-        points.push(input.renumber(SurfacePoint::Vertex { vertex }));
-    }
-    if points.is_empty() {
-        return Err(Failure::Usage("--points: give vertex numbers such as 12,40, or a file".into()));
-    }
-    Ok(points)
+        Points::File(path) => {
+            let points = read_curve_file(path, input, session)?.curves.points;
+            if points.is_empty() {
+                return Err(Failure::curve(
+                    path,
+                    "there are no isolated points in this file; give its curves with --curve",
+                ));
+            }
+            return Ok(points);
+        }
+    };
+    let vertices = input.mesh_for_curves().vertex_count();
+    let point = |&vertex: &u32| {
+        if vertex as usize >= vertices {
+            return Err(Failure::Input(format!(
+                "--points: vertex {vertex} does not exist: the mesh has {vertices} vertices, numbered from 0 to {}",
+                vertices.saturating_sub(1)
+            )));
+        }
+        Ok(input.renumber(SurfacePoint::Vertex { vertex }))
+    };
+    numbers.iter().map(point).collect()
 }
 
 /// Traces what lies across faces or in space.

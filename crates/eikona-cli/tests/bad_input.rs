@@ -252,6 +252,175 @@ fn what_people_type_wrongly_is_told_with_exit_code_2() {
 }
 
 #[test]
+fn numbers_out_of_range_are_refused_before_the_work() {
+    let folder = grid();
+    // The mesh is never read: it does not exist.
+    for (flags, words) in [
+        ("--size 0x0", ["--size", "0 x 0"]),
+        ("--size 9", ["--size", "1200x900"]),
+        ("--size 16000x16000", ["--size", "smaller"]),
+        ("--zoom 0", ["--zoom", "1e-6 to 1e6"]),
+        ("--zoom -2", ["--zoom", "1e-6 to 1e6"]),
+        ("--azimuth nan", ["--azimuth", "finite"]),
+        ("--elevation inf", ["--elevation", "finite"]),
+        ("--range 1,0", ["--range", "-1,1"]),
+        ("--spacing 0", ["--spacing", "above 0"]),
+        ("--spacing -1", ["--spacing", "above 0"]),
+        ("--spacing nan", ["--spacing", "above 0"]),
+    ] {
+        folder.refused(&format!("sdf none.obj --points 0 --render o.png {flags}"), 2, &words);
+        folder.refused(&format!("render none.obj -o o.png {flags}"), 2, &words);
+    }
+    for (flags, words) in [
+        ("--time -1", ["--time", "above 0"]),
+        ("--time nan", ["--time", "above 0"]),
+        ("--time 1e-300", ["--time", "from 1e-9 to 1e9"]),
+        ("--levels 0,,1", ["--levels", "finite"]),
+        ("--levels 0,nan", ["--levels", "finite"]),
+        ("--memory-limit -1", ["--memory-limit", "2GiB"]),
+        ("--weld=-1", ["--weld", "0 or more"]),
+        ("--render o.jpg", ["o.jpg", "name it o.png"]),
+        ("--render o", ["PNG", "name it o.png"]),
+        ("--isolines o.txt", ["o.txt", ".svg"]),
+        ("--out-format csv", ["out.ply", "standard output"]),
+        ("--points 1,,2", ["missing", "12,40"]),
+        ("--points 1,", ["missing", "12,40"]),
+        ("--points 1.5", ["1.5 is not the number of a vertex", "12,40"]),
+        ("--points -1", ["-1 is not the number of a vertex", "12,40"]),
+    ] {
+        folder.refused(&format!("sdf none.obj -o out.ply --points 0 {flags}"), 2, &words);
+    }
+    folder.refused(
+        "sdf grid.obj --points nothing.json -o out.ply",
+        3,
+        &["nothing.json", "no such file", "12,40"],
+    );
+    folder.refused("render none.obj -o o.png --report o.png", 2, &["two outputs"]);
+    folder.refused("render none.obj -o o.jpeg", 2, &["o.png"]);
+    for (flags, words) in [
+        ("--jitter -1", ["--jitter", "0 or more"]),
+        ("--remove-faces 2", ["--remove-faces", "from 0 to 1"]),
+        ("--flip-faces nan", ["--flip-faces", "from 0 to 1"]),
+        ("--holes -1", ["--holes", "-1"]),
+        ("--broken-curve c.json --cut axis=z --keep 0", ["--keep", "above 0"]),
+        ("--broken-curve c.json --cut axis=z --drop -0.1", ["--drop", "from 0 to 1"]),
+        ("--curve-out c.json --cut axis=z --drop 0.1", ["--drop", "--broken-curve"]),
+        ("--curve-out c.xyz --cut axis=z", ["c.xyz", ".json"]),
+        ("--curve-out c.json", ["--cut", "--curve circle"]),
+        ("--cut axis=z", ["--curve-out", "--broken-curve"]),
+        ("--curve-out c.json --cut axis=q", ["axis=q", "x, y, z"]),
+        ("--curve-out c.json --cut axis=z,at=nan%", ["at=nan%", "30%"]),
+        ("--curve-out c.json --cut z=1", ["\"z\"", "axis"]),
+        ("--curve-out c.json --cut about=1:2", ["about=1:2", "0:0.5:1"]),
+        ("--out-format ply", ["t.ply", "standard output"]),
+    ] {
+        let command = format!("make torus -o t.ply {flags}");
+        folder.refused(&command, 2, &words);
+        assert!(!folder.run(&command).stderr.contains("vertices"), "{command} made the mesh first");
+    }
+}
+
+#[test]
+fn mistaken_files_and_flags_get_a_hint() {
+    let folder = grid();
+    folder.refused("sdf grid.obj line.json -o out.ply", 2, &["line.json", "--curve"]);
+    folder.refused("sdf line.json --points 0 -o out.ply", 3, &["line.json", "--curve beside a mesh"]);
+    folder.refused("bench sdf --faces -1", 2, &["1 to 100000000"]);
+    folder.refused("bench sdf --faces 0", 2, &["1 to 100000000"]);
+    let outcome = folder.run("sdf grid.obj -p 0 -o out.ply");
+    assert!(outcome.code == Some(2) && !outcome.stderr.contains("-- -p"), "{}", outcome.stderr);
+    folder.write("points.obj", "v 0 0 0\nv 1 0 0\n");
+    assert!(folder.done("points.obj").text().contains("only points"));
+    folder.refused("render points.obj -o out.png", 3, &["points.obj", "no faces"]);
+    folder.refused("line.json", 3, &["line.json", "--curve beside a mesh"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_of_messages_that_goes_away_does_no_harm() {
+    use std::process::{Command, Stdio};
+    let folder = grid();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_eikona"))
+        .args(["sdf", "grid.obj", "--curve", "line.json", "-o", "out.csv", "--timings"])
+        .current_dir(&folder.0)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stderr.take());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert_eq!(folder.column("out.csv", "distance").len(), 33);
+}
+
+#[test]
+fn svg_is_refused_as_soon_as_the_mesh_is_not_flat() {
+    let folder = grid();
+    folder.done("make torus nu=12 nv=8 -o t.obj");
+    // The curve does not exist: it would be read next.
+    folder.refused("sdf t.obj --curve none.json --isolines i.svg", 2, &["i.svg", "z of the mesh", ".obj"]);
+    folder.done("sdf grid.obj --curve line.json --isolines i.svg");
+    assert!(folder.read("i.svg").starts_with("<svg"));
+}
+
+#[test]
+fn names_of_curves_and_files_of_curves_are_told_apart() {
+    let folder = grid();
+    let remedy = "eikona sdf MESH --curve line.json";
+    folder.refused("make torus -o t.ply --curve line.json --curve-out c.json", 2, &["torus-knot", remedy]);
+    folder.refused("make torus -o t.ply --curve none.obj --curve-out c.json", 2, &["eikona sdf MESH"]);
+    folder.refused("make torus -o t.ply --curve circl --curve-out c.json", 2, &["circl", "circle, latitude"]);
+    folder.refused(
+        "sdf grid.obj --curve circle -o out.ply",
+        3,
+        &["no such file", "eikona make", "--curve circle"],
+    );
+}
+
+#[test]
+fn damage_of_nothing_changes_nothing() {
+    let folder = Folder::new();
+    folder.done("make torus nu=12 nv=8 -o a.ply --curve-out whole.json --cut axis=x,at=0.1");
+    folder.done("make torus nu=12 nv=8 -o b.ply --jitter 0 --holes 0 --remove-faces 0 --flip-faces 0");
+    assert_eq!(folder.bytes("a.ply"), folder.bytes("b.ply"));
+    for seed in ["", "--seed 4"] {
+        let cut = "--broken-curve c.json --cut axis=x,at=0.1";
+        folder.done(&format!("make torus nu=12 nv=8 -o a.ply {cut} --drop 0 {seed}"));
+        let facts = folder.done("inspect a.ply --curve c.json --json").text();
+        let facts: serde_json::Value = serde_json::from_str(&facts).unwrap();
+        let whole = folder.done("inspect a.ply --curve whole.json --json").text();
+        let whole: serde_json::Value = serde_json::from_str(&whole).unwrap();
+        let length = |facts: &serde_json::Value| facts["curves"]["length"].as_f64().unwrap();
+        assert!((length(&facts) - length(&whole)).abs() < 1e-9 * length(&whole));
+        assert!(facts["curves"]["curves"].as_array().unwrap().iter().all(|c| c["closed"] == true));
+    }
+}
+
+#[test]
+fn a_time_too_short_is_warned_of() {
+    let folder = grid();
+    for (time, warned) in [("1e-9", true), ("0.009", true), ("0.01", false), ("1", false), ("auto", false)] {
+        let outcome = folder.done(&format!("sdf grid.obj --curve line.json -o out.csv --time {time}"));
+        assert_eq!(outcome.stderr.contains("--time auto"), warned, "{time}: {}", outcome.stderr);
+    }
+}
+
+#[test]
+fn many_warnings_of_a_kind_are_counted_and_all_reported() {
+    let folder = Folder::new();
+    folder.done("make torus nu=12 nv=8 -o u.ply --unweld"); // 192 loose triangles
+    let outcome = folder.done("sdf u.ply --points 0 -o out.csv --report r.json");
+    let lines: Vec<&str> = outcome.stderr.lines().filter(|l| l.contains("reached by no curve")).collect();
+    assert_eq!(lines.len(), 6, "{}", outcome.stderr);
+    assert!(lines[5].contains("and 186 more (all in the report)"), "{}", lines[5]);
+    assert!(outcome.stderr.contains("add --weld"), "other kinds are printed all the same");
+    let warnings = folder.json("r.json")["warnings"].as_array().unwrap().clone();
+    let of_components = warnings.iter().filter(|w| w.as_str().unwrap().contains("reached by no curve"));
+    assert_eq!(of_components.count(), 191);
+    let outcome = folder.done("sdf u.ply --points 0 -o out.csv");
+    assert!(outcome.stderr.contains("--report R.json"), "{}", outcome.stderr);
+    assert!(folder.done("sdf u.ply --points 0 -o out.csv -qq").stderr.is_empty());
+}
+
+#[test]
 fn missing_and_senseless_files_have_exit_code_3() {
     let folder = grid();
     folder.refused("sdf nothing.obj --curve line.json -o out.ply", 3, &["nothing.obj", "no such file"]);

@@ -145,6 +145,78 @@ fn a_mesh_comes_in_and_goes_out_through_pipes() {
 }
 
 #[test]
+fn gzip_is_undone_on_the_standard_input_too() {
+    let folder = grid();
+    folder.done("make torus nu=12 nv=8 -o t.ply.gz");
+    let bytes = folder.bytes("t.ply.gz");
+    assert!(bytes.starts_with(&[0x1f, 0x8b]));
+    for words in [vec!["inspect", "-", "--json"], vec!["inspect", "-", "--json", "--in-format", "ply"]] {
+        let outcome = folder.run_words(words, &bytes);
+        let facts: serde_json::Value = serde_json::from_slice(&outcome.stdout).unwrap();
+        assert_eq!(facts["mesh"]["vertices"], 96, "{}", outcome.stderr);
+    }
+    folder.done("inspect t.ply.gz --in-format ply");
+    let torn = folder.run_words(["inspect", "-"], &bytes[..bytes.len() / 2]);
+    assert!(torn.code == Some(3) && torn.stderr.contains("gzip"), "{}", torn.stderr);
+}
+
+#[test]
+fn what_the_mesh_came_with_is_in_the_output() {
+    let folder = grid();
+    let rows: String = (0..33)
+        .map(|i| format!("{} {} 0 {} 7 {} 10 20 {} 0.5 0.25\n", i / 3, i % 3, 100 + i, 2 * i, 200 + i))
+        .collect();
+    let faces: String = grid_obj()
+        .lines()
+        .filter_map(|l| l.strip_prefix("f "))
+        .enumerate()
+        .map(|(i, l)| {
+            let corners: Vec<String> =
+                l.split(' ').map(|w| (w.parse::<u32>().unwrap() - 1).to_string()).collect();
+            format!("3 {} {i}\n", corners.join(" "))
+        })
+        .collect();
+    let names = ["heat", "quality", "part", "red", "green", "blue", "distance", "confidence"];
+    let properties: String = names
+        .map(|n| {
+            format!(
+                "property {} {n}\n",
+                if ["red", "green", "blue"].contains(&n) { "uchar" } else { "float" }
+            )
+        })
+        .concat();
+    folder.write(
+        "in.ply",
+        &format!(
+            "ply\nformat ascii 1.0\nelement vertex 33\nproperty float x\nproperty float y\nproperty float z\n{properties}\
+             element face 40\nproperty list uchar int vertex_indices\nproperty int region\nend_header\n{rows}{faces}"
+        ),
+    );
+    for name in ["out.ply", "out.vtp"] {
+        folder.done(&format!("sdf in.ply --curve line.json -o {name}"));
+        let fields = folder.done(&format!("inspect {name}")).text();
+        let fields = fields.lines().find_map(|l| l.trim().strip_prefix("fields")).unwrap().to_string();
+        for wanted in ["distance", "heat", "quality_of_input", "part"] {
+            assert!(fields.contains(wanted), "{name}: no {wanted} in {fields}");
+        }
+        assert!(!fields.contains("confidence"), "a result of an earlier run: {fields}");
+        folder.done(&format!("render {name} -o p.png --field region --size 64x48"));
+        folder.done(&format!("render {name} -o p.png --field heat --size 64x48"));
+    }
+    // Once more: the new distance takes the place of the old one, and of its copy for viewers.
+    folder.done("sdf out.ply --curve line.json --flip -o again.ply");
+    let header = |name: &str| {
+        let bytes = folder.bytes(name);
+        let end = bytes.windows(10).position(|w| w == b"end_header").unwrap();
+        String::from_utf8(bytes[..end].to_vec()).unwrap()
+    };
+    assert_eq!(header("again.ply"), header("out.ply"));
+    assert!(header("out.ply").contains("property uchar red"));
+    folder.done("sdf in.ply --curve line.json -o out.glb");
+    folder.done("sdf in.ply --curve line.json -o out.obj --strict");
+}
+
+#[test]
 fn isolines_go_straight_back_in_as_curves() {
     let folder = Folder::new();
     folder.done("make geodesic_sphere frequency=16 -o s.ply --curve-out c.json --cut axis=z,at=0.2");
@@ -194,6 +266,13 @@ fn the_demo_makes_its_picture() {
         assert!(folder.0.join("first").join(file).is_file(), "{file}");
     }
     assert_eq!(png_size(&folder.bytes("first/distance.png")), (1500, 1200));
+    // The report goes where it is asked for.
+    let outcome = folder.done("demo -o second --report r.json -q");
+    assert!(!folder.0.join("second/report.json").exists());
+    let report = folder.json("r.json");
+    assert_eq!((&report["verb"], &report["input"]["source"]["curves"]), (&"sdf".into(), &22.into()));
+    assert!(!outcome.stderr.contains("look at"), "{}", outcome.stderr);
+    folder.refused("demo -o third --report no/such/r.json", 2, &["no/such"]);
 }
 
 /// Mesh and curve of the shared data that belong together.

@@ -1,6 +1,7 @@
 //! The colour of a place in a face: field, colour map, isolines.
 
 use crate::color::{CLAY, ColorMap, Linear, label_linear, mix, to_linear};
+use crate::crumbs::zero_crumbs;
 use crate::raster::FacePlace;
 use crate::scene::{Isolines, Levels, Scene, SceneField};
 use crate::vector::V3;
@@ -9,8 +10,11 @@ use crate::vector::V3;
 pub(crate) struct Coloring<'a> {
     field: SceneField<'a>,
     triangles: &'a [[u32; 3]],
-    pub(crate) map: ColorMap,
-    pub(crate) range: [f64; 2],
+    map: ColorMap,
+    /// Values at the ends of the colour map.
+    range: [f64; 2],
+    /// Values at the ends of the colour bar: the part of `range` that occurs.
+    pub(crate) bar: [f64; 2],
     surface: Linear,
     lines: Option<Lines>,
 }
@@ -29,6 +33,8 @@ struct Lines {
     levels: Sorted,
     /// No line is drawn beyond these values.
     between: [f64; 2],
+    /// Faces in which the line of value 0 is too short to be drawn.
+    crumbs: Vec<bool>,
 }
 
 enum Sorted {
@@ -51,10 +57,14 @@ impl<'a> Coloring<'a> {
             if both { ColorMap::signed() } else { ColorMap::viridis() }
         });
         let range = scene.range.unwrap_or_else(|| chosen_range(occurring, &map));
+        let bar = match (scene.range, occurring) {
+            (None, Some([low, high])) if low < high => [low, high],
+            _ => range,
+        };
         let lines = scene.isolines.clone().map(|style| {
             let levels = match &style.levels {
                 Levels::About(count) => {
-                    Sorted::Multiples(round_step(half_span(range) * 2.0, (*count).max(1) as f64))
+                    Sorted::Multiples(round_step(half_span(bar) * 2.0, (*count).max(1) as f64))
                 }
                 Levels::Spacing(s) => Sorted::Multiples(*s),
                 Levels::Values(values) => {
@@ -65,18 +75,21 @@ impl<'a> Coloring<'a> {
             };
             let between = match (&style.levels, &levels) {
                 // A line at the very ends of the range would be a scatter of dashes around peaks and pits.
-                (Levels::About(_), Sorted::Multiples(step)) => {
-                    [range[0] + 0.02 * step, range[1] - 0.02 * step]
-                }
+                (Levels::About(_), Sorted::Multiples(step)) => [bar[0] + 0.02 * step, bar[1] - 0.02 * step],
                 _ => [f64::NEG_INFINITY, f64::INFINITY],
             };
-            Lines { color: to_linear(style.color), style, levels, between }
+            let crumbs = match scene.field {
+                SceneField::Vertex(values) => zero_crumbs(scene.mesh, values),
+                _ => Vec::new(),
+            };
+            Lines { color: to_linear(style.color), style, levels, between, crumbs }
         });
         Coloring {
             field: scene.field,
             triangles: scene.mesh.triangles(),
             map,
             range,
+            bar,
             surface: to_linear(scene.surface_color.unwrap_or(CLAY)),
             lines,
         }
@@ -90,35 +103,52 @@ impl<'a> Coloring<'a> {
             SceneField::Face(values) if values[face].is_nan() => Shown::Missing,
             SceneField::Face(values) => Shown::Color(self.map.linear(self.share(values[face]))),
             SceneField::Vertex(values) => {
-                self.interpolated(self.triangles[face].map(|v| values[v as usize]), [1.0; 3], place, samples)
+                let corners = self.triangles[face].map(|v| values[v as usize]);
+                self.interpolated(face, corners, [1.0; 3], place, samples)
             }
             SceneField::Corner(values) => {
-                self.interpolated([0, 1, 2].map(|k| values[3 * face + k]), [1.0; 3], place, samples)
+                self.interpolated(face, [0, 1, 2].map(|k| values[3 * face + k]), [1.0; 3], place, samples)
             }
             SceneField::Quotient { numerator, denominator } => {
                 let corners = |v: &[f64]| [0, 1, 2].map(|k| v[3 * face + k]);
-                self.interpolated(corners(numerator), corners(denominator), place, samples)
+                self.interpolated(face, corners(numerator), corners(denominator), place, samples)
             }
         }
     }
 
-    fn interpolated(&self, numerator: V3, denominator: V3, place: Option<&FacePlace>, samples: f64) -> Shown {
+    fn interpolated(
+        &self,
+        face: usize,
+        numerator: V3,
+        denominator: V3,
+        place: Option<&FacePlace>,
+        samples: f64,
+    ) -> Shown {
         let here = value_at(numerator, denominator, place);
         if !here.value.is_finite() {
             return Shown::Missing;
         }
         let color = self.map.linear(self.share(here.value));
         match &self.lines {
-            Some(lines) => Shown::Color(lines.over(color, &here, samples)),
+            Some(lines) => Shown::Color(lines.over(color, face, &here, samples)),
             None => Shown::Color(color),
         }
     }
 
-    /// The place of a value in the range, 0 to 1.
-    pub(crate) fn share(&self, value: f64) -> f64 {
-        let half = half_span(self.range);
-        // Halves: the difference of the ends may overflow.
-        ((value / 2.0 - self.range[0] / 2.0) / half).clamp(0.0, 1.0)
+    /// The place of a value in the colour map, 0 to 1.
+    fn share(&self, value: f64) -> f64 {
+        share_of(self.range, value)
+    }
+
+    /// The place of a value in the colour bar, 0 at its lower end.
+    pub(crate) fn share_of_bar(&self, value: f64) -> f64 {
+        share_of(self.bar, value)
+    }
+
+    /// The colour of the bar at a share of its length.
+    pub(crate) fn bar_color(&self, share: f64) -> [u8; 3] {
+        let [low, high] = self.bar.map(|v| self.share(v));
+        self.map.color(low + share * (high - low))
     }
 
     /// The labels that occur, in increasing order; `None` when the field is not of labels or there are more than `most`.
@@ -151,7 +181,7 @@ fn value_at(numerator: V3, denominator: V3, place: Option<&FacePlace>) -> Value 
 
 impl Lines {
     /// The colour with the nearest line over it.
-    fn over(&self, color: Linear, here: &Value, samples: f64) -> Linear {
+    fn over(&self, color: Linear, face: usize, here: &Value, samples: f64) -> Linear {
         let slope = here.dx.hypot(here.dy) * samples; // change a pixel
         if !(slope > 0.0 && slope.is_finite()) {
             return color;
@@ -162,6 +192,9 @@ impl Lines {
         }
         let distance = (here.value - level).abs() / slope;
         let zero = level == 0.0;
+        if zero && self.crumbs.get(face) == Some(&true) {
+            return color;
+        }
         let width = if zero { self.style.zero_width } else { self.style.width };
         // One sample of softness; the filter over the samples does the rest.
         let coverage = ((width / 2.0 - distance) * samples + 0.5).clamp(0.0, 1.0);
@@ -193,6 +226,11 @@ impl Lines {
             }
         }
     }
+}
+
+fn share_of(range: [f64; 2], value: f64) -> f64 {
+    // Halves: the difference of the ends may overflow.
+    ((value / 2.0 - range[0] / 2.0) / half_span(range)).clamp(0.0, 1.0)
 }
 
 fn half_span([low, high]: [f64; 2]) -> f64 {
@@ -258,6 +296,26 @@ mod tests {
         assert!((round_step(4.7e-6, 10.0) - 5e-7).abs() < 1e-20);
         assert!(round_step(f64::INFINITY, 3.0).is_finite());
         assert!(round_step(0.0, 3.0) > 0.0);
+    }
+
+    #[test]
+    fn the_bar_shows_the_values_that_occur_in_the_colours_they_have() {
+        let corners = vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
+        let mesh = eikona_mesh::TriangleMesh::new(corners, vec![[0, 1, 2]]).unwrap();
+        let scene = Scene::new(&mesh).vertex_scalar(&[-0.1, 0.3, 0.9]);
+        let coloring = Coloring::new(&scene);
+        let map = ColorMap::signed();
+        assert_eq!((coloring.bar, coloring.map.name()), ([-0.1, 0.9], "signed"));
+        assert_eq!(coloring.share(0.0), 0.5, "0 is the middle of the map");
+        assert!((coloring.share_of_bar(0.0) - 0.1).abs() < 1e-12, "but not of the bar");
+        assert_eq!(coloring.bar_color(1.0), map.color(1.0));
+        assert_eq!(coloring.bar_color(0.0), map.color(0.4 / 0.9));
+        assert_eq!(coloring.bar_color(0.1), map.color(0.5));
+        // A range that was asked for is shown whole.
+        let asked = Coloring::new(&scene.range(-2.0, 1.0));
+        assert_eq!((asked.bar, asked.bar_color(0.0)), ([-2.0, 1.0], map.color(0.0)));
+        let same = Scene::new(&mesh).vertex_scalar(&[2.0; 3]);
+        assert_eq!(Coloring::new(&same).bar, [1.0, 3.0], "one value lies in the middle");
     }
 
     #[test]

@@ -39,7 +39,7 @@ impl Legend {
         let text = (0.0145 * height).max(7.0);
         let entries = match scene.field {
             SceneField::Labels(_) => Entries::Swatches(coloring.labels(MOST_LABELS)?),
-            _ => Entries::Ticks(ticks(coloring.range, coloring)),
+            _ => Entries::Ticks(ticks(coloring)),
         };
         let widest = match &entries {
             Entries::Ticks(t) => t.iter().map(|(_, s)| text_width(s, text)).fold(0.0, f64::max),
@@ -85,7 +85,7 @@ impl Legend {
                     image,
                     [self.left, top],
                     [bar_right, bottom],
-                    |y| coloring.map.color((bottom - y) / (bottom - top)),
+                    |y| coloring.bar_color((bottom - y) / (bottom - top)),
                     1.0,
                 );
                 for (share, label) in ticks {
@@ -180,19 +180,19 @@ fn over(image: &mut Image, x: u32, y: u32, color: [u8; 3], alpha: f64) {
 }
 
 /// Round numbers in the range, with their places.
-fn ticks(range: [f64; 2], coloring: &Coloring) -> Vec<(f64, String)> {
-    let [low, high] = range;
+fn ticks(coloring: &Coloring) -> Vec<(f64, String)> {
+    let [low, high] = coloring.bar;
     let step = round_step((high / 2.0 - low / 2.0) * 2.0, 6.0);
     let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
     if (last - first).is_nan() || last - first > 20.0 || step < 1e-290 {
         // The ends differ by less than rounding lets round numbers tell.
-        return [low, high].map(|v| (coloring.share(v), format!("{v:.3e}"))).to_vec();
+        return [low, high].map(|v| (coloring.share_of_bar(v), format!("{v:.3e}"))).to_vec();
     }
     let most = low.abs().max(high.abs());
     (0..=(last - first) as usize)
         .map(|i| {
             let value = (first + i as f64) * step;
-            (coloring.share(value), number(value, step, most))
+            (coloring.share_of_bar(value), number(value, step, most))
         })
         .collect()
 }

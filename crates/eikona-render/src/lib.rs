@@ -23,6 +23,7 @@
 mod camera;
 mod color;
 mod coloring;
+mod crumbs;
 mod error;
 mod font;
 mod image;

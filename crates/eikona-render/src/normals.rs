@@ -1,7 +1,7 @@
 //! Normals at corners: angle-weighted over the faces that join smoothly, split at sharp edges.
 
 use crate::vector::{V3, add, cross, dot, norm, scale, sub, unit};
-use eikona_mesh::TriangleMesh;
+use eikona_mesh::{Orientation, TriangleMesh};
 
 /// Unit normals of the faces; zero for faces without area.
 pub(crate) fn face_normals(mesh: &TriangleMesh, positions: &[V3]) -> Vec<V3> {
@@ -10,6 +10,18 @@ pub(crate) fn face_normals(mesh: &TriangleMesh, positions: &[V3]) -> Vec<V3> {
         .map(|t| {
             let [a, b, c] = t.map(|v| positions[v as usize]);
             unit(cross(sub(b, a), sub(c, a)))
+        })
+        .collect()
+}
+
+/// The side of each face that is its front, as a factor of its normal: +1 or -1 such that neighbours agree, or 0 where the
+/// surface is one-sided, so that no face has a front.
+pub(crate) fn front_sides(mesh: &TriangleMesh) -> Vec<i8> {
+    let orientation = Orientation::of(mesh);
+    mesh.faces()
+        .map(|face| {
+            let patch = &orientation.patches[orientation.patch_of_face[face] as usize];
+            if patch.is_orientable() { orientation.sign_of_face[face] } else { 0 }
         })
         .collect()
 }

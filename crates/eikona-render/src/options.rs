@@ -24,7 +24,8 @@ pub struct RenderOptions {
     /// Edges at which the faces' normals differ by more than this angle (radians) are drawn sharp: 0 shows every face flat,
     /// pi smooths everything.
     pub crease_angle: f64,
-    /// Faces seen from their back are drawn a little darker and cooler.
+    /// A surface seen from its back is drawn a little darker and cooler. Faces wound against their neighbours have the front
+    /// of these; a one-sided surface has none.
     pub tint_back_faces: bool,
     /// Draws the edges of the mesh.
     pub wireframe: Option<Wireframe>,

@@ -6,7 +6,7 @@ use crate::coloring::Coloring;
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::legend::Legend;
-use crate::normals::{corner_normals, face_normals};
+use crate::normals::{corner_normals, face_normals, front_sides};
 use crate::occlusion::Occlusion;
 use crate::options::{Lighting, RenderOptions};
 use crate::raster::Visibility;
@@ -66,6 +66,8 @@ pub fn render(scene: &Scene, options: &RenderOptions) -> Result<Image, RenderErr
 
     let face_normals = face_normals(scene.mesh, &positions);
     let corner_normals = corner_normals(scene.mesh, &positions, &face_normals, options.crease_angle);
+    let lit = options.lighting == Lighting::Studio;
+    let front_sides = if lit && options.tint_back_faces { front_sides(scene.mesh) } else { Vec::new() };
     let surface = Surface {
         view: &view,
         triangles,
@@ -73,9 +75,9 @@ pub fn render(scene: &Scene, options: &RenderOptions) -> Result<Image, RenderErr
         projected: &projected,
         face_normals: &face_normals,
         corner_normals: &corner_normals,
+        front_sides: &front_sides,
         visibility: &visibility,
     };
-    let lit = options.lighting == Lighting::Studio;
     let occlusion = (lit && options.ambient_occlusion > 0.0).then(|| Occlusion::compute(&surface, samples));
     let shadow =
         if lit { GroundShadow::new(&view, &positions, triangles, options.ground_shadow) } else { None };

@@ -30,7 +30,8 @@ pub(crate) enum SceneField<'a> {
     Labels(&'a [i64]),
 }
 
-/// Lines of equal value, drawn with constant width in pixels.
+/// Lines of equal value, drawn with constant width in pixels. A piece of the line of value 0 of a field per vertex that is
+/// shorter than an edge is left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Isolines {
     /// At which values.
@@ -141,7 +142,9 @@ impl<'a> Scene<'a> {
         self.color_map = Some(map);
         self
     }
-    /// The values at the ends of the colour map. Without it: those that occur, symmetric about 0 for a diverging map.
+    /// The values at the ends of the colour map and of its bar. Without it: those that occur; a diverging map reaches equally
+    /// far below and above 0, so that its middle is 0 and equal colours mean equal amounts, and its bar shows the part that
+    /// occurs.
     pub fn range(mut self, min: f64, max: f64) -> Self {
         self.range = Some([min, max]);
         self

@@ -18,6 +18,8 @@ pub(crate) struct Surface<'a> {
     pub(crate) projected: &'a [Projected],
     pub(crate) face_normals: &'a [V3],
     pub(crate) corner_normals: &'a [[f32; 3]],
+    /// Which side of each face is its front: see [`crate::normals::front_sides`]. Empty when nobody asks.
+    pub(crate) front_sides: &'a [i8],
     pub(crate) visibility: &'a Visibility,
 }
 
@@ -28,7 +30,7 @@ pub(crate) struct Hit {
     pub(crate) depth: f64,
     /// Shading normal in the camera's frame (right, up, towards the camera), turned to the camera.
     pub(crate) normal: V3,
-    /// Whether the face is seen from its back.
+    /// Whether the surface is seen from its back; never where it is one-sided.
     pub(crate) back: bool,
 }
 
@@ -51,8 +53,10 @@ impl Surface<'_> {
             normal = add(normal, scale(self.corner_normals[3 * face + k].map(f64::from), weights[k]));
         }
         let toward = self.view.toward_camera(position);
-        let back = dot(self.face_normals[face], toward) < 0.0;
-        normal = unit(if back { scale(normal, -1.0) } else { normal });
+        // Normals of a face agree in their sign, which is turned to the camera whatever the winding: no seam where it changes.
+        let away = dot(self.face_normals[face], toward) < 0.0;
+        normal = unit(if away { scale(normal, -1.0) } else { normal });
+        let back = self.front_sides.get(face).is_some_and(|&side| side == if away { 1 } else { -1 });
         if normal == [0.0; 3] {
             normal = toward;
         }

@@ -1,6 +1,6 @@
 //! Pictures of scenes small enough to know what must be where.
 
-use eikona_mesh::TriangleMesh;
+use eikona_mesh::{TriangleMesh, shapes};
 use eikona_render::{
     Background, Camera, ColorMap, CurveStyle, Image, Isolines, Levels, Lighting, PointStyle, Projection,
     RenderError, RenderOptions, Scene, UpAxis, Wireframe, render,
@@ -420,4 +420,45 @@ fn faults_are_named() {
     assert!(matches!(render_with(&|o| o.camera.zoom = f64::NAN), RenderError::Option { name: "zoom", .. }));
     let huge = |o: &mut RenderOptions| (o.width, o.height, o.supersampling) = (16384, 16384, 2);
     assert!(matches!(render_with(&huge), RenderError::TooManySamples { .. }));
+}
+
+/// The largest difference of a channel.
+fn difference(a: &Image, b: &Image) -> u8 {
+    a.rgba.iter().zip(&b.rgba).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+}
+
+#[test]
+fn light_does_not_depend_on_the_winding_of_single_faces() {
+    let small = RenderOptions { width: 160, height: 120, ..RenderOptions::default() };
+    let band = shapes::moebius_band(1.0, 0.6, 60, 6).unwrap();
+    for (name, mesh) in [("bowl", bowl()), ("one-sided band", band)] {
+        let whole = render(&Scene::new(&mesh), &small).unwrap();
+        let third = mesh.face_count() / 3;
+        let some_turned = mesh.with_flipped_faces(|f| f.index() % 5 == 1);
+        let part_turned = mesh.with_flipped_faces(|f| f.index() < third);
+        for turned in [some_turned, part_turned] {
+            let image = render(&Scene::new(&turned), &small).unwrap();
+            assert!(difference(&whole, &image) <= 2, "{name}: {}", difference(&whole, &image));
+        }
+    }
+    // The back of a two-sided surface is tinted all the same.
+    let turned = bowl().with_flipped_faces(|_| true);
+    let images = [bowl(), turned].map(|mesh| render(&Scene::new(&mesh), &small).unwrap());
+    assert!(difference(&images[0], &images[1]) > 10);
+}
+
+#[test]
+fn crumbs_of_the_line_of_value_0_are_left_out() {
+    let mesh = square(8, 0.0);
+    let dip = |p: &[f64; 3], below: f64| if p[0] == 0.5 && p[1] == 0.5 { -below } else { 1.0 };
+    let drawn = |below: f64| {
+        let values: Vec<f64> = mesh.positions().iter().map(|p| dip(p, below)).collect();
+        let lines = Isolines { levels: Levels::Values(vec![0.0]), zero_width: 4.0, ..Isolines::default() };
+        let scene = Scene::new(&mesh).vertex_scalar(&values);
+        let without = render(&scene, &plain(300)).unwrap();
+        difference(&without, &render(&scene.isolines(lines), &plain(300)).unwrap())
+    };
+    // The loop about the vertex is 0.006 of an edge long, then several edges.
+    assert_eq!(drawn(1e-3), 0);
+    assert!(drawn(4.0) > 100, "{}", drawn(4.0));
 }
