@@ -3,7 +3,7 @@
 //! Each supernode (some consecutive columns with one pattern below them) gathers its part of the matrix and the updates of
 //! its children in the elimination tree, eliminates its columns with dense kernels, and leaves one dense update to its parent.
 //!
-//! Why not the backend's own numeric phase: the fill-in of a diffusion operator decays exponentially with distance, reaches
+//! Why not the backend's supernodal factorisation: the fill-in of a diffusion operator decays exponentially with distance, reaches
 //! denormal numbers on meshes of some hundred edges across, and denormal arithmetic made that phase five times slower at
 //! 500,000 faces (and slower without bound on larger meshes). Here what is negligible is set to zero front by front.
 
