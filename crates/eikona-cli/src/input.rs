@@ -3,12 +3,11 @@
 use crate::exit::Failure;
 use crate::session::Session;
 use clap::Args;
-use eikona_mesh::io::{MeshFile, MeshFormat, MeshOut, read_mesh, read_mesh_bytes};
+use eikona_mesh::io::{MeshFile, MeshFormat, MeshOut, read_mesh, read_mesh_bytes, without_gzip};
 use eikona_mesh::{
     Fault, IndexMaps, MeshError, PolygonMesh, SurfacePoint, TriangleMesh, Vertex, drop_broken_polygons,
     drop_degenerate_faces, weld_polygons,
 };
-use flate2::read::MultiGzDecoder;
 use serde_json::{Value, json};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -267,7 +266,7 @@ fn read_file(arguments: &MeshArguments) -> Result<(MeshFile, Option<MeshFormat>)
         std::io::stdin()
             .read_to_end(&mut bytes)
             .map_err(|e| Failure::Input(format!("the standard input can not be read: {e}")))?;
-        let bytes = without_gzip(bytes, path)?;
+        let bytes = without_gzip(bytes, &shown_name(path)).map_err(|e| Failure::Input(e.to_string()))?;
         if bytes.is_empty() {
             return Err(Failure::Input("the standard input is empty; pipe a mesh into it".into()));
         }
@@ -282,7 +281,7 @@ fn read_file(arguments: &MeshArguments) -> Result<(MeshFile, Option<MeshFormat>)
     if let Some(format) = arguments.in_format {
         let bytes =
             std::fs::read(path).map_err(|e| Failure::reading(path, eikona_mesh::FileError::io(path, e)))?;
-        let bytes = without_gzip(bytes, path)?;
+        let bytes = without_gzip(bytes, &shown_name(path)).map_err(|e| Failure::Input(e.to_string()))?;
         let file = read_mesh_bytes(&bytes, format).map_err(|e| Failure::reading(path, e))?;
         return Ok((file, Some(format)));
     }
@@ -300,22 +299,6 @@ const IF_CURVES: &str = "If this is a curve file, give it with --curve beside a 
 /// Curve files may be .obj too, but then they are meshes without faces.
 fn is_named_like_curves(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json") || e.eq_ignore_ascii_case("txt"))
-}
-
-/// A file holds at most this many bytes (uncompressed), so that 32-bit indices can name what is in it.
-const MOST_BYTES: u64 = u32::MAX as u64;
-
-/// The bytes of a file with gzip undone, as [`read_mesh`] does it for files that tell their format by their name.
-fn without_gzip(bytes: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
-    if !bytes.starts_with(&[0x1f, 0x8b]) {
-        return Ok(bytes);
-    }
-    let mut content = Vec::new();
-    MultiGzDecoder::new(bytes.as_slice())
-        .take(MOST_BYTES + 1)
-        .read_to_end(&mut content)
-        .map_err(|e| Failure::Input(format!("{}: the gzip data is damaged: {e}", shown_name(path))))?;
-    Ok(content)
 }
 
 fn shown_name(path: &Path) -> String {

@@ -192,6 +192,14 @@ pub fn read_mesh_bytes(bytes: &[u8], format: MeshFormat) -> Result<MeshFile, Fil
 /// The content of a file, with gzip undone.
 fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     let bytes = fs::read(path).map_err(|fault| FileError::io(path, fault))?;
+    without_gzip(bytes, &path.display().to_string())
+}
+
+/// Undoes gzip where bytes begin like it; others are returned as they are. `name` is for the error.
+///
+/// # Errors
+/// [`FileError::Syntax`] if the compressed data is damaged.
+pub fn without_gzip(bytes: Vec<u8>, name: &str) -> Result<Vec<u8>, FileError> {
     if !bytes.starts_with(&[0x1f, 0x8b]) {
         return Ok(bytes);
     }
@@ -199,6 +207,6 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     flate2::read::MultiGzDecoder::new(bytes.as_slice())
         .take(MOST_BYTES + 1)
         .read_to_end(&mut content)
-        .map_err(|fault| FileError::syntax("gzip", path.display().to_string(), fault.to_string()))?;
+        .map_err(|fault| FileError::syntax("gzip", name.to_owned(), fault.to_string()))?;
     Ok(content)
 }
