@@ -211,7 +211,9 @@ fn surface_words(topology: &Topology) -> String {
         vec![components, loops, format!("Euler characteristic {}", topology.euler_characteristic)];
     if let [only] = topology.components.as_slice() {
         words.extend(only.genus.map(|g| format!("genus {g}")));
-        words.extend(only.nonorientable_genus.map(|k| format!("{k} crosscaps")));
+        words.extend(
+            only.nonorientable_genus.map(|k| format!("{k} crosscap{}", if k == 1 { "" } else { "s" })),
+        );
     }
     words.push(if topology.is_orientable() { "orientable" } else { "not orientable" }.into());
     words.push(if topology.is_manifold() { "manifold" } else { "not manifold" }.into());
