@@ -13,7 +13,7 @@
 //! | `X_0` | `source.rs` | E | 11; for points and unsigned curves not A.1, A.2 |
 //! | `X`, `Y` | `diffusion.rs`; [`Solution::gradient`] | E; F unit vectors | 12, sec 6 |
 //! | `phi` | [`Solution::distance`] | V, length | 13, 14 |
-//! | `A` | [`LevelSets`], `integration.rs` | rows of constraints | 14, sec 7.1 |
+//! | `A` | [`LevelSets`], `level_sets.rs` | rows of constraints | 14, sec 7.1 |
 //!
 //! **Sign.** Negative on the left of an oriented curve (the paper and geometry-central have it positive there; see
 //! [`SignConvention`]). Isolated points and unsigned curves give distances that are positive on all sides.
@@ -46,6 +46,7 @@ mod confidence;
 mod diffusion;
 mod error;
 mod integration;
+mod level_sets;
 mod options;
 mod report;
 mod side;
