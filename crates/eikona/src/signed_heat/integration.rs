@@ -21,6 +21,8 @@ pub(crate) struct Integration {
     /// component, which a divergence does, this pins the vertex to zero exactly and changes nothing else.
     pub(super) grounded: Vec<Ground>,
     pub(super) factor: Cholesky<f64>,
+    /// The order in which vertices are eliminated.
+    pub(super) vertex_order: Vec<u32>,
     /// Component of each vertex; `None` for a vertex without faces.
     pub(super) component_of_vertex: Vec<Option<u32>>,
     pub(super) component_count: usize,
@@ -104,6 +106,7 @@ impl PreparedIntegration {
             laplacian,
             grounded,
             factor,
+            vertex_order: self.vertex_order,
             component_of_vertex,
             component_count,
             size_of_component,

@@ -111,8 +111,8 @@ impl Solver {
     /// [`SignedHeatError::Option`]; failures of the solves.
     ///
     /// # Cost
-    /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more with constraints. A source
-    /// that is hundreds of edges away from parts of the mesh costs one more back-substitution for each such distance.
+    /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more with constraints, and its
+    /// analysis too for [`LevelSets::PerComponent`], whatever the number of pieces. A source that is hundreds of edges away from parts of the mesh costs one more back-substitution for each such distance.
     pub fn solve(&self, source: &SurfaceCurves, options: &SolveOptions) -> Result<Solution, SignedHeatError> {
         let mut phases = Phases::start();
         if let LevelSets::Soft(weight) = options.level_sets
