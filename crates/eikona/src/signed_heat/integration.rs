@@ -50,8 +50,8 @@ pub(crate) struct Integrated {
     pub values: Vec<f64>,
     /// Largest relative residual of the solves.
     pub residual: f64,
-    /// Largest deviation of a constrained value from its level, in the unit of length.
-    pub constraint_violation: f64,
+    /// Largest deviation of a value on the curves from its level, in the unit of length; `None` if none is asked for.
+    pub constraint_violation: Option<f64>,
     /// The level of each connected piece of the curves, for [`LevelSets::PerComponent`].
     pub levels: Vec<f64>,
 }
@@ -187,7 +187,7 @@ impl Integration {
         let (mut values, residual) = self.fit(b)?;
         let shift = self.mean_at_source(mesh, &values, source);
         self.subtract(&mut values, &shift);
-        Ok(Integrated { values, residual, constraint_violation: 0.0, levels: Vec::new() })
+        Ok(Integrated { values, residual, constraint_violation: None, levels: Vec::new() })
     }
 
     /// For each component the mean of a function along its curves, by length, if there are signed ones; else its minimum, so

@@ -65,8 +65,11 @@ pub struct Report {
     pub diffusion_residual: f64,
     /// Relative residual of the fit.
     pub integration_residual: f64,
-    /// Largest deviation of a constrained value from its level, in the unit of length.
-    pub constraint_violation: f64,
+    /// Largest deviation of the distance from its level at nodes of the curves, middles of segments inside edges and faces, and
+    /// points, in the unit of length: zero to rounding where values are held exactly; elsewhere, and for
+    /// [`LevelSets::Soft`](super::LevelSets::Soft) (whose level is zero), what the weight leaves. `None` for
+    /// [`LevelSets::Free`](super::LevelSets::Free), which asks for nothing.
+    pub constraint_violation: Option<f64>,
     /// Level of each connected piece of the source for [`LevelSets::PerComponent`](super::LevelSets::PerComponent).
     pub levels: Vec<f64>,
     /// Segments of all curves, zero-length ones left out.
