@@ -1,9 +1,9 @@
 //! Times and memory of the signed heat method on a sphere of 100,000 faces, one thread, a case a process:
-//! `cargo run -p eikona --example times -- CASE [PIECES]` with a case of `free`, `zero`, `levels`, `soft`, `normals`.
+//! `cargo run -p eikona --example times -- CASE [PIECES [COEFFICIENT]]` with a case of `free`, `zero`, `levels`, `soft`, `normals`.
 
 use eikona::contour::plane_cut;
 use eikona::mesh::{Curve, SurfaceCurves, TriangleMesh, shapes};
-use eikona::signed_heat::{LevelSets, SolveOptions, Solver, SolverOptions};
+use eikona::signed_heat::{DiffusionTime, LevelSets, SolveOptions, Solver, SolverOptions};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -18,7 +18,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mesh = shapes::geodesic_sphere(71)?;
     let source = parallels(&mesh, pieces)?;
     println!("{case}: {} faces, {} pieces of curves", mesh.face_count(), source.curves.len());
-    let solver = Solver::new(&mesh, &SolverOptions::default())?;
+    let coefficient: f64 = arguments.get(2).map_or(Ok(1.0), |t| t.parse())?;
+    let time = DiffusionTime::Coefficient(coefficient);
+    let solver = Solver::new(&mesh, &SolverOptions { time, ..Default::default() })?;
     let options =
         SolveOptions { level_sets, preserve_source_normals: case == "normals", ..Default::default() };
     let report = solver.solve(&source, &options)?.report;
@@ -26,6 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("  {phase:14} {:8.1} ms", duration.as_secs_f64() * 1e3);
     }
     println!("  residuals {:.1e} {:.1e}", report.diffusion_residual, report.integration_residual);
+    println!("  normals {:?}", report.kept_normals);
     println!("  constraints missed by {:?}", report.constraint_violation);
     if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
         status.lines().filter(|line| line.starts_with("VmHWM")).for_each(|line| println!("  {line}"));

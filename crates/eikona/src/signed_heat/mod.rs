@@ -47,6 +47,7 @@ mod diffusion;
 mod error;
 mod integration;
 mod level_sets;
+mod normals;
 mod options;
 mod report;
 mod side;
@@ -57,7 +58,7 @@ mod time;
 
 pub use error::SignedHeatError;
 pub use options::{DiffusionTime, LevelSets, SignConvention, SolveOptions, SolverOptions};
-pub use report::{Phases, Preparation, Report};
+pub use report::{KeptNormals, Phases, Preparation, Report};
 pub use solution::{Confidence, Solution};
 pub use solver::Solver;
 pub use time::ChosenTime;

@@ -80,7 +80,9 @@ impl Default for SolverOptions {
 pub struct SolveOptions {
     /// Default [`LevelSets::Zero`], as in the paper's figures.
     pub level_sets: LevelSets,
-    /// Keep the diffused vectors normal to the curves, so that corners of a curve are not rounded (default false).
+    /// Keep the diffused vectors normal to the curves, on the mean of each passage through a face or along an edge, so that
+    /// corners of a curve are not rounded (default false). Costs a handful of back-substitutions:
+    /// [`Report::kept_normals`](super::Report::kept_normals) counts them.
     pub preserve_source_normals: bool,
     /// Default [`SignConvention::LeftNegative`].
     pub sign: SignConvention,

@@ -1,16 +1,16 @@
 //! The solver: factors once, answers curve after curve.
 
 use crate::geometry::Triangle;
-use crate::operators::EdgeFrames;
+use crate::operators::ComplexFrames;
 use crate::signed_heat::confidence::confidence;
 use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::integration::{Integration, PreparedIntegration};
 use crate::signed_heat::options::{LevelSets, SolveOptions, SolverOptions};
-use crate::signed_heat::report::{Phases, Preparation, Report};
+use crate::signed_heat::report::{KeptNormals, Phases, Preparation, Report};
 use crate::signed_heat::side::lay_out;
 use crate::signed_heat::solution::Solution;
-use crate::signed_heat::source::{Source, outward_at_vertex};
+use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
 use eikona_mesh::{Components, Face, FaceField, Orientation, SurfaceCurves, TriangleMesh, VertexField};
 use eikona_numeric::Complex;
@@ -98,7 +98,7 @@ impl Solver {
         let preparation = Preparation {
             phases: phases.finish(),
             factor_bytes: needed_bytes,
-            real_form: matches!(diffusion.frames, EdgeFrames::Real { .. }),
+            real_form: diffusion.is_real(),
             warnings,
         };
         Ok(Solver { mesh, triangles, diffusion, integration, time, preparation })
@@ -124,20 +124,11 @@ impl Solver {
                 bound: "from 1e-9 to 1e12",
             });
         }
-        let consistent = matches!(self.diffusion.frames, EdgeFrames::Complex);
-        let source = Source::new(&self.mesh, consistent, source)?;
-        let values =
-            source.values(&self.mesh, &self.diffusion.frames, &self.triangles, options.sign, self.time.time);
+        let source = Source::new(&self.mesh, !self.diffusion.is_real(), source)?;
         phases.end("source");
 
         // Step I and II: diffuse the normals, normalise a face.
-        let mut field = self.diffusion.unit_field(
-            &self.mesh,
-            &self.triangles,
-            &source,
-            values,
-            options.preserve_source_normals,
-        )?;
+        let mut field = self.diffusion.unit_field(&self.mesh, &self.triangles, &source, options)?;
         self.bridge_vertices(&source, &mut field)?;
         phases.end("diffusion");
 
@@ -158,6 +149,7 @@ impl Solver {
         phases.end("confidence");
 
         let mut warnings = source.warnings;
+        warnings.extend(field.kept_normals.as_ref().and_then(KeptNormals::warning));
         self.warn_unreached(&integrated.values, &mut warnings);
         Ok(Solution {
             distance: VertexField::from(integrated.values),
@@ -169,6 +161,7 @@ impl Solver {
                 phases: phases.finish(),
                 stages: field.stages,
                 diffusion_residual: field.residual,
+                kept_normals: field.kept_normals,
                 integration_residual: integrated.residual,
                 constraint_violation: integrated.constraint_violation,
                 levels: integrated.levels,
@@ -210,17 +203,15 @@ impl Solver {
             b.iter_mut().for_each(|x| *x = -*x);
             let (phi, _) = self.integration.fit(&b)?;
             let zero = self.integration.mean_at_source(&self.mesh, &phi, source);
-            let mut values = self.diffusion.frames.zeros(&self.mesh);
-            for v in bridges {
-                let component = self.integration.component_of_vertex()[v.index()].unwrap_or(0) as usize;
-                let sign = if phi[v.index()] >= zero[component] { 1.0 } else { -1.0 };
-                let unreached = |face: Face| !field.reached[face.index()];
-                outward_at_vertex(&self.mesh, &self.triangles, v, sign, unreached, |h, vector| {
-                    self.diffusion.frames.add(&self.mesh, &mut values, h, vector);
-                });
-            }
+            let starts: Vec<_> = bridges
+                .into_iter()
+                .map(|v| {
+                    let component = self.integration.component_of_vertex()[v.index()].unwrap_or(0) as usize;
+                    (v, if phi[v.index()] >= zero[component] { 1.0 } else { -1.0 })
+                })
+                .collect();
             let before = field.reached.iter().filter(|r| **r).count();
-            self.diffusion.continue_field(&self.mesh, &self.triangles, values, field, None)?;
+            self.diffusion.continue_from(&self.mesh, &self.triangles, &starts, field)?;
             if field.reached.iter().filter(|r| **r).count() == before {
                 return Ok(());
             }
@@ -267,7 +258,7 @@ fn unit(v: [f64; 3]) -> [f64; 3] {
 
 /// The mesh itself if its winding is consistent; else with the smaller part of each orientable patch turned over.
 fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> TriangleMesh {
-    if matches!(EdgeFrames::of(mesh), EdgeFrames::Complex) {
+    if ComplexFrames::of(mesh).is_some() {
         return mesh.clone();
     }
     let orientation = Orientation::of(mesh);

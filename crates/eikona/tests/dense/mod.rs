@@ -173,6 +173,7 @@ pub fn signed_distance(
     source: &SurfaceCurves,
     coefficient: f64,
     constraint: Constraint,
+    preserve_normals: bool,
 ) -> Vec<f64> {
     let segments = source.segments(mesh).unwrap();
     assert!(source.curves.iter().all(|c| c.kind == CurveKind::Signed));
@@ -182,7 +183,12 @@ pub fn signed_distance(
     let (mass, energy) = vector_operators(mesh);
     let mut system = mass;
     system.entries.iter_mut().zip(&energy.entries).for_each(|(m, e)| *m += time * e);
-    let x = system.solve(&normals(mesh, &segments));
+    let x0 = normals(mesh, &segments);
+    let x = if preserve_normals {
+        constrained(&system, &x0, &independent(tangents(mesh, &segments)))
+    } else {
+        system.solve(&x0)
+    };
 
     let mut rhs = vec![0.0; mesh.vertex_count()];
     for f in mesh.faces() {
@@ -231,6 +237,29 @@ fn normals(mesh: &TriangleMesh, segments: &[Segment]) -> Vec<f64> {
         }
     }
     values
+}
+
+/// One row a segment: the part along it of a field, at its middle.
+fn tangents(mesh: &TriangleMesh, segments: &[Segment]) -> Vec<Vec<f64>> {
+    let tangent = |s: &Segment| {
+        let mut row = vec![0.0; 2 * mesh.edge_count()];
+        match s.host {
+            SegmentHost::Face(f, [a, b]) => {
+                let frame = FaceFrame::of(mesh, f);
+                let along = sub(position(mesh, f, b), position(mesh, f, a));
+                for (k, e) in mesh.face_edges(f).into_iter().enumerate() {
+                    let opposite = (k + 2) % 3;
+                    let value = 1.0 - 2.0 * (0.5 * (a[opposite] + b[opposite]));
+                    for (part, basis) in frame.basis(k).into_iter().enumerate() {
+                        row[2 * e.index() + part] += value * dot(along, basis) / norm(along);
+                    }
+                }
+            }
+            SegmentHost::Edge(e, _) => row[2 * e.index()] = 1.0,
+        }
+        row
+    };
+    segments.iter().map(tangent).collect()
 }
 
 fn integrate(
