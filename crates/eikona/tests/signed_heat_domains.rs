@@ -451,3 +451,98 @@ fn slanted_line_on_a_plate_with_a_fin() {
     println!("slanted line before a fin: {e:?}");
     assert!(e.largest < 0.02, "{e:?}");
 }
+
+/// Squares of 2 x 2 cells, each given by its lower left corner, that share the vertices which coincide, corner to corner.
+fn squares(corners: impl Iterator<Item = [f64; 2]>) -> TriangleMesh {
+    let square = shapes::grid(2, 2, 1.0, 1.0, Diagonal::Alternating).unwrap();
+    let (mut positions, mut faces) = (Vec::new(), Vec::new());
+    let mut index = std::collections::HashMap::new();
+    for corner in corners {
+        let moved: Vec<u32> = square
+            .positions()
+            .iter()
+            .map(|p| {
+                let p = [p[0] + corner[0], p[1] + corner[1], 0.0];
+                *index.entry(p.map(f64::to_bits)).or_insert_with(|| {
+                    positions.push(p);
+                    positions.len() as u32 - 1
+                })
+            })
+            .collect();
+        faces.extend(square.triangles().iter().map(|t| t.map(|v| moved[v as usize])));
+    }
+    TriangleMesh::new(positions, faces).unwrap()
+}
+
+/// Distance goes on through vertices that alone hold sheets together, with its sign, at the cost of one more run of the diffusion
+/// for any number of sheets.
+#[test]
+fn chain_of_2000_sheets() {
+    let mesh = squares((0..2000).map(|k| [f64::from(k); 2]));
+    let at = |x: f64, y: f64| vertex_at(&mesh, [x, y, 0.0]);
+    // Across the square in the middle; left is where the chain begins.
+    let curve = Curve::signed([at(1001.0, 1000.0), at(1000.5, 1000.5), at(1000.0, 1001.0)]);
+    let solution = solve(&mesh, &SurfaceCurves::from_curve(curve), PAPER_TIME, LevelSets::Free);
+    assert!(solution.report.stages <= 4, "{} solves", solution.report.stages);
+    let joint = |k: i32| solution.distance[at(f64::from(k), f64::from(k))];
+    let step = joint(1002) - joint(1001);
+    assert!((step - 2f64.sqrt()).abs() < 0.2, "{step}");
+    for k in 1001..2000 {
+        assert!((joint(k + 1) - joint(k) - step).abs() < 1e-6, "{k}: {} {}", joint(k), joint(k + 1));
+        assert!(
+            (joint(2001 - k) + joint(k)).abs() < 1e-9 * joint(k),
+            "{k}: {} {}",
+            joint(2001 - k),
+            joint(k)
+        );
+    }
+}
+
+/// A sheet that is entered on both sides of zero hands each sign to what hangs nearest to it.
+#[test]
+fn sheet_entered_from_both_sides() {
+    // A row of three squares; one more, on a corner of each end; between these a sheet that touches both; and one more at each end.
+    let row = shapes::grid(6, 2, 3.0, 1.0, Diagonal::Alternating).unwrap();
+    let mesh = squares([[-1.0, 1.0], [3.0, 1.0], [-1.0, 4.0], [3.0, 4.0]].into_iter());
+    let (mut positions, mut faces) = (mesh.positions().to_vec(), mesh.triangles().to_vec());
+    let mut glue = |points: &[[f64; 3]], triangles: &[[u32; 3]], at: &[[f64; 2]]| {
+        let numbers: Vec<u32> = points
+            .iter()
+            .map(|p| {
+                let same = |q: &[f64; 3]| q[..2] == p[..2];
+                match positions.iter().position(same).filter(|_| at.contains(&[p[0], p[1]])) {
+                    Some(i) => i as u32,
+                    None => {
+                        positions.push(*p);
+                        positions.len() as u32 - 1
+                    }
+                }
+            })
+            .collect();
+        faces.extend(triangles.iter().map(|t| t.map(|v| numbers[v as usize])));
+    };
+    // The row lies on [0, 3] x [0, 1]; the sheet above on [0, 3] x [2, 4].
+    glue(row.positions(), row.triangles(), &[[0.0, 1.0], [3.0, 1.0]]);
+    let above: Vec<[f64; 3]> = row.positions().iter().map(|p| [p[0], 2.0 + 2.0 * p[1], 0.0]).collect();
+    glue(&above, row.triangles(), &[[0.0, 2.0], [3.0, 2.0], [0.0, 4.0], [3.0, 4.0]]);
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let middle = through_vertices(&mesh, |p| p[0] == 1.5 && p[1] <= 1.0, |p| p[1]);
+    let solution = solve(&mesh, &SurfaceCurves::from_curve(middle), PAPER_TIME, LevelSets::Free);
+    assert!(solution.report.stages <= 3);
+    // Upwards the left is at smaller x, and negative: the field runs to the entrances on that side, away from them on the other.
+    for (sign, entrance, low) in [
+        (-1.0, [0.0, 1.0, 0.0], [-1.0, 1.0]),
+        (1.0, [3.0, 1.0, 0.0], [3.0, 1.0]),
+        (-1.0, [0.0, 4.0, 0.0], [-1.0, 4.0]),
+        (1.0, [3.0, 4.0, 0.0], [3.0, 4.0]),
+    ] {
+        for f in mesh.faces() {
+            let [a, b, c] = mesh.face_positions(f);
+            let middle = [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0);
+            if (0..2).all(|k| middle[k] > low[k] && middle[k] < low[k] + 1.0) {
+                let away = dot(solution.gradient[f], sub(middle, entrance)) / norm(sub(middle, entrance));
+                assert!(sign * away > 0.7, "{entrance:?}: {away} at {middle:?}");
+            }
+        }
+    }
+}

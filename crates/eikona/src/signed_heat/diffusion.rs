@@ -5,8 +5,9 @@ use crate::operators::{ComplexFrames, ConnectionLaplacian, EdgeFrames, RealFrame
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::options::SolveOptions;
 use crate::signed_heat::report::KeptNormals;
+use crate::signed_heat::sheets::{Entrance, Sheets};
 use crate::signed_heat::source::{Source, outward_at_vertex};
-use eikona_mesh::{Edge, Face, TriangleMesh, Vertex};
+use eikona_mesh::{Edge, Face, TriangleMesh};
 use eikona_numeric::{Cholesky, Complex, Graph, NumericError, Ordering, Scalar, Symbolic, SymmetricMatrix};
 
 /// The factored operator `M + t L` in the form that the mesh needs.
@@ -72,12 +73,13 @@ impl Diffusion {
         &self,
         mesh: &TriangleMesh,
         triangles: &[Triangle],
-        starts: &[(Vertex, f64)],
+        sheets: &Sheets,
+        entrances: &[Entrance],
         field: &mut UnitField,
     ) -> Result<(), SignedHeatError> {
         match self {
-            Self::Complex(diffusion) => diffusion.continue_from(mesh, triangles, starts, field),
-            Self::Real(diffusion) => diffusion.continue_from(mesh, triangles, starts, field),
+            Self::Complex(diffusion) => diffusion.continue_from(mesh, triangles, sheets, entrances, field),
+            Self::Real(diffusion) => diffusion.continue_from(mesh, triangles, sheets, entrances, field),
         }
     }
 }
@@ -230,19 +232,20 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         Ok(field)
     }
 
-    /// Extends a field to all faces that are not reached yet and that vectors away from these vertices (positive) or towards them
-    /// (negative) reach across edges.
+    /// Extends a field into sheets that are not reached yet, from where distance enters them. No two sheets share an edge, so that
+    /// one solve serves any number of them.
     fn continue_from(
         &self,
         mesh: &TriangleMesh,
         triangles: &[Triangle],
-        starts: &[(Vertex, f64)],
+        sheets: &Sheets,
+        entrances: &[Entrance],
         field: &mut UnitField,
     ) -> Result<(), SignedHeatError> {
         let mut values = self.frames.zeros();
-        for &(v, sign) in starts {
-            let unreached = |face: Face| !field.reached[face.index()];
-            outward_at_vertex(mesh, triangles, v, sign, unreached, |h, vector| {
+        for entrance in entrances {
+            let inside = |face: Face| sheets.of_face(face) == entrance.sheet;
+            outward_at_vertex(mesh, triangles, entrance.vertex, entrance.sign, inside, |h, vector| {
                 self.frames.add(mesh, &mut values, h, vector);
             });
         }

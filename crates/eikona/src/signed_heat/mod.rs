@@ -50,6 +50,7 @@ mod level_sets;
 mod normals;
 mod options;
 mod report;
+mod sheets;
 mod side;
 mod solution;
 mod solver;

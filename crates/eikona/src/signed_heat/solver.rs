@@ -1,18 +1,21 @@
 //! The solver: factors once, answers curve after curve.
 
 use crate::geometry::Triangle;
-use crate::operators::ComplexFrames;
+use crate::operators::{ComplexFrames, divergence};
 use crate::signed_heat::confidence::confidence;
 use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::integration::{Integration, PreparedIntegration};
 use crate::signed_heat::options::{LevelSets, SolveOptions, SolverOptions};
 use crate::signed_heat::report::{KeptNormals, Phases, Preparation, Report};
+use crate::signed_heat::sheets::Sheets;
 use crate::signed_heat::side::lay_out;
 use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
-use eikona_mesh::{Components, Face, FaceField, Orientation, SurfaceCurves, TriangleMesh, VertexField};
+use eikona_mesh::{
+    Components, Face, FaceField, Orientation, SurfaceCurves, TriangleMesh, Vertex, VertexField,
+};
 use eikona_numeric::Complex;
 
 /// The signed heat method on one triangle mesh, at one diffusion time: both systems factored, any number of sources.
@@ -182,40 +185,38 @@ impl Solver {
         &self.time
     }
 
-    /// Sheets of faces that hang on the rest by single vertices only are not reached by diffusion across edges. Distance
-    /// goes on through such a vertex as from a point.
+    /// Goes on into the sheets of faces that hang on the reached ones by vertices only: one fit for the signs of the distance
+    /// there, and one more run of the diffusion, in which no sheet knows of another.
     fn bridge_vertices(&self, source: &Source, field: &mut UnitField) -> Result<(), SignedHeatError> {
-        loop {
-            let bridges: Vec<_> = self
-                .mesh
-                .vertices()
-                .filter(|&v| {
-                    let reached = |c: &eikona_mesh::Corner| field.reached[c.face().index()];
-                    let corners = self.mesh.vertex_corners(v);
-                    corners.iter().any(reached) && !corners.iter().all(reached)
-                })
-                .collect();
-            if bridges.is_empty() {
-                return Ok(());
-            }
-            // On faces that are not reached yet the fit is constant: the value at the vertex tells the sign.
-            let mut b = crate::operators::divergence(&self.mesh, &self.triangles, &field.vectors);
-            b.iter_mut().for_each(|x| *x = -*x);
-            let (phi, _) = self.integration.fit(&b)?;
-            let zero = self.integration.mean_at_source(&self.mesh, &phi, source);
-            let starts: Vec<_> = bridges
-                .into_iter()
-                .map(|v| {
-                    let component = self.integration.component_of_vertex()[v.index()].unwrap_or(0) as usize;
-                    (v, if phi[v.index()] >= zero[component] { 1.0 } else { -1.0 })
-                })
-                .collect();
-            let before = field.reached.iter().filter(|r| **r).count();
-            self.diffusion.continue_from(&self.mesh, &self.triangles, &starts, field)?;
-            if field.reached.iter().filter(|r| **r).count() == before {
-                return Ok(());
-            }
+        if field.reached.iter().all(|r| *r) {
+            return Ok(());
         }
+        let sheets = Sheets::of(&self.mesh);
+        let signs = |vertices: &[Vertex]| self.signs_of_distance(source, field, vertices);
+        let entrances = sheets.entrances(&self.mesh, &self.triangles, &field.reached, signs)?;
+        if entrances.is_empty() {
+            return Ok(());
+        }
+        self.diffusion.continue_from(&self.mesh, &self.triangles, &sheets, &entrances, field)
+    }
+
+    /// Whether the distance is positive (1) or negative (-1) at some vertices of reached faces. On faces that are not reached the fit
+    /// is constant.
+    fn signs_of_distance(
+        &self,
+        source: &Source,
+        field: &UnitField,
+        vertices: &[Vertex],
+    ) -> Result<Vec<f64>, SignedHeatError> {
+        let mut b = divergence(&self.mesh, &self.triangles, &field.vectors);
+        b.iter_mut().for_each(|x| *x = -*x);
+        let (phi, _) = self.integration.fit(&b)?;
+        let zero = self.integration.mean_at_source(&self.mesh, &phi, source);
+        let sign = |v: &Vertex| {
+            let component = self.integration.component_of_vertex()[v.index()].unwrap_or(0) as usize;
+            if phi[v.index()] >= zero[component] { 1.0 } else { -1.0 }
+        };
+        Ok(vertices.iter().map(sign).collect())
     }
 
     fn warn_unreached(&self, values: &[f64], warnings: &mut Vec<String>) {
