@@ -4,7 +4,7 @@ mod dense;
 mod exact;
 
 use dense::{Constraint, Dense, FaceFrame, scalar_laplacian, vector_operators};
-use eikona::geometry::Triangle;
+use eikona::geometry::lay_out;
 use eikona::operators::{ComplexFrames, CotanLaplacian, EdgeFrames, RealFrames, divergence};
 use eikona::signed_heat::{DiffusionTime, LevelSets, SolveOptions};
 use eikona_mesh::{
@@ -14,10 +14,6 @@ use eikona_mesh::{
 };
 use eikona_numeric::{Complex, Graph, Scalar, SymmetricMatrix};
 use exact::*;
-
-fn lay_out(mesh: &TriangleMesh) -> Vec<Triangle> {
-    mesh.faces().map(|f| Triangle::of_face(mesh, f)).collect()
-}
 
 /// A bent disk with boundary, a closed lump, a handle.
 fn irregular_meshes() -> Vec<(&'static str, TriangleMesh)> {

@@ -546,3 +546,31 @@ fn sheet_entered_from_both_sides() {
         }
     }
 }
+
+/// Two hundred curves through a vertex of 20,000 faces, on a mesh without consistent winding, each of which carries its side
+/// across the vertex.
+#[test]
+fn curves_through_a_hub_of_many_faces() {
+    let n = 20_000u32;
+    let angle = |i: u32| f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+    let mut positions = vec![[0.0; 3]];
+    positions.extend((0..n).map(|i| [angle(i).cos(), angle(i).sin(), 0.0]));
+    // Every third face is wound the other way, and two more faces hang on an edge of the rim.
+    let rim = |i: u32| 1 + i % n;
+    let mut faces: Vec<[u32; 3]> =
+        (0..n).map(|i| if i % 3 == 1 { [0, rim(i + 1), rim(i)] } else { [0, rim(i), rim(i + 1)] }).collect();
+    for z in [1e-3, -1e-3] {
+        faces.push([rim(1), rim(0), positions.len() as u32]);
+        positions.push([1.001, 0.0, z]);
+    }
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let across = Curve::signed([rim(n / 2), 0, rim(0)].map(Vertex));
+    let source = SurfaceCurves { curves: vec![across; 200], points: Vec::new() };
+    let solution = solve(&mesh, &source, DiffusionTime::Coefficient(10.0), LevelSets::Zero);
+    assert!(solution.report.preparation.real_form);
+    for v in mesh.vertices().filter(|&v| mesh.position(v)[1].abs() > 0.1) {
+        // Most faces are counter-clockwise, so that left is above.
+        let y = mesh.position(v)[1];
+        assert!((solution.distance[v] + y).abs() < 0.2, "{v} at {y}: {}", solution.distance[v]);
+    }
+}

@@ -1,6 +1,7 @@
 //! The solver: factors once, answers curve after curve.
 
-use crate::geometry::Triangle;
+use crate::geometry::vector::{add, dot, normalize, scale, sub};
+use crate::geometry::{Triangle, lay_out};
 use crate::operators::{ComplexFrames, divergence};
 use crate::signed_heat::confidence::confidence;
 use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
@@ -9,7 +10,6 @@ use crate::signed_heat::integration::{Integration, PreparedIntegration};
 use crate::signed_heat::options::{LevelSets, SolveOptions, SolverOptions};
 use crate::signed_heat::report::{KeptNormals, Phases, Preparation, Report};
 use crate::signed_heat::sheets::Sheets;
-use crate::signed_heat::side::lay_out;
 use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
@@ -241,20 +241,14 @@ impl Solver {
             .zip(vectors)
             .map(|(face, y)| {
                 let [a, b, c] = self.mesh.face_positions(face);
-                let along = unit([0, 1, 2].map(|k| b[k] - a[k]));
-                let other = [0, 1, 2].map(|k| c[k] - a[k]);
-                let part: f64 = (0..3).map(|k| other[k] * along[k]).sum();
-                let across = unit([0, 1, 2].map(|k| other[k] - part * along[k]));
-                [0, 1, 2].map(|k| y.re * along[k] + y.im * across[k])
+                let along = normalize(sub(b, a)).unwrap_or_default();
+                let other = sub(c, a);
+                let across = normalize(sub(other, scale(dot(other, along), along))).unwrap_or_default();
+                add(scale(y.re, along), scale(y.im, across))
             })
             .collect::<Vec<_>>()
             .into()
     }
-}
-
-fn unit(v: [f64; 3]) -> [f64; 3] {
-    let norm = crate::geometry::vector::norm(v);
-    if norm > 0.0 { v.map(|x| x / norm) } else { [0.0; 3] }
 }
 
 /// The mesh itself if its winding is consistent; else with the smaller part of each orientable patch turned over.
