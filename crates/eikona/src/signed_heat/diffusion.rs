@@ -9,6 +9,7 @@ use crate::signed_heat::sheets::{Entrance, Sheets};
 use crate::signed_heat::source::{Source, outward_at_vertex};
 use eikona_mesh::{Edge, Face, TriangleMesh};
 use eikona_numeric::{Cholesky, Complex, Graph, NumericError, Ordering, Scalar, Symbolic, SymmetricMatrix};
+use std::sync::Arc;
 
 /// The factored operator `M + t L` in the form that the mesh needs.
 #[derive(Debug)]
@@ -54,6 +55,24 @@ impl PreparedDiffusion {
 impl Diffusion {
     pub fn is_real(&self) -> bool {
         matches!(self, Self::Real(_))
+    }
+    pub fn predicted_bytes(&self) -> usize {
+        match self {
+            Self::Complex(diffusion) => diffusion.factor.symbolic().predicted_bytes::<Complex>(),
+            Self::Real(diffusion) => diffusion.factor.symbolic().predicted_bytes::<f64>(),
+        }
+    }
+    /// The same at another time, with the analysis shared.
+    pub fn at(
+        &self,
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        time: f64,
+    ) -> Result<Diffusion, SignedHeatError> {
+        Ok(match self {
+            Self::Complex(diffusion) => Self::Complex(diffusion.at(mesh, triangles, time)?),
+            Self::Real(diffusion) => Self::Real(diffusion.at(mesh, triangles, time)?),
+        })
     }
     /// Steps I and II, see [`DiffusionOn::unit_field`].
     pub fn unit_field(
@@ -117,12 +136,15 @@ impl<F: EdgeFrames> PreparedOn<F> {
     }
 
     fn factor(self, time: f64) -> Result<DiffusionOn<F>, SignedHeatError> {
-        let PreparedOn { frames, operator, symbolic, edge_of_unknown } = self;
-        let ConnectionLaplacian { graph, mass, matrix } = operator;
-        drop::<Graph>(graph);
-        let factor = Cholesky::new(symbolic.into(), &mass_plus(&mass, time, matrix))
-            .map_err(|fault| at_edge(&edge_of_unknown, fault))?;
-        Ok(DiffusionOn { frames, factor, mass, edge_of_unknown, time })
+        DiffusionOn::new(self.frames, self.operator, self.symbolic.into(), self.edge_of_unknown, time)
+    }
+}
+
+impl<F: EdgeFrames + Clone> DiffusionOn<F> {
+    fn at(&self, mesh: &TriangleMesh, triangles: &[Triangle], time: f64) -> Result<Self, SignedHeatError> {
+        let operator = self.frames.connection_laplacian(mesh, triangles);
+        let symbolic = self.factor.symbolic().clone();
+        Self::new(self.frames.clone(), operator, symbolic, self.edge_of_unknown.clone(), time)
     }
 }
 
@@ -194,6 +216,20 @@ pub(crate) struct UnitField {
 const SHORTEST: f64 = 1e-130;
 
 impl<F: EdgeFrames> DiffusionOn<F> {
+    fn new(
+        frames: F,
+        operator: ConnectionLaplacian<F::Value>,
+        symbolic: Arc<Symbolic>,
+        edge_of_unknown: Vec<Edge>,
+        time: f64,
+    ) -> Result<Self, SignedHeatError> {
+        let ConnectionLaplacian { graph, mass, matrix } = operator;
+        drop::<Graph>(graph);
+        let factor = Cholesky::new(symbolic, &mass_plus(&mass, time, matrix))
+            .map_err(|fault| at_edge(&edge_of_unknown, fault))?;
+        Ok(DiffusionOn { frames, factor, mass, edge_of_unknown, time })
+    }
+
     /// `(M + t L) x = b`
     pub(super) fn solve(&self, b: &[F::Value]) -> Result<Vec<F::Value>, SignedHeatError> {
         self.factor.solve(b).map_err(|fault| at_edge(&self.edge_of_unknown, fault))

@@ -68,7 +68,7 @@ use eikona_mesh::{SurfaceCurves, TriangleMesh};
 
 /// Signed distance in one call: builds a [`Solver`] for this source and solves once.
 ///
-/// With [`DiffusionTime::Automatic`] the source has a say in the time: see [`DiffusionTime::for_source`].
+/// The result is that of a [`Solver`] with the same options.
 ///
 /// # Errors
 /// Those of [`Solver::new`] and [`Solver::solve`].

@@ -7,8 +7,8 @@ use crate::signed_heat::confidence::confidence;
 use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::integration::{Integration, PreparedIntegration};
-use crate::signed_heat::options::{LevelSets, SolveOptions, SolverOptions};
-use crate::signed_heat::report::{KeptNormals, Phases, Preparation, Report};
+use crate::signed_heat::options::{DiffusionTime, LevelSets, SolveOptions, SolverOptions};
+use crate::signed_heat::report::{KeptNormals, Phases, Preparation, Report, Running};
 use crate::signed_heat::sheets::Sheets;
 use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
@@ -17,8 +17,9 @@ use eikona_mesh::{
     Components, Face, FaceField, Orientation, SurfaceCurves, TriangleMesh, Vertex, VertexField,
 };
 use eikona_numeric::Complex;
+use std::sync::OnceLock;
 
-/// The signed heat method on one triangle mesh, at one diffusion time: both systems factored, any number of sources.
+/// The signed heat method on one triangle mesh: both systems factored, any number of sources.
 ///
 /// ```
 /// use eikona::signed_heat::{Solver, SolverOptions, SolveOptions};
@@ -39,10 +40,19 @@ pub struct Solver {
     /// The mesh with consistent winding wherever there is one; numbering as given.
     mesh: TriangleMesh,
     triangles: Vec<Triangle>,
-    diffusion: Diffusion,
+    diffusion: AtTime,
+    /// With [`DiffusionTime::Automatic`]: for sources with gaps, made when the first of them comes.
+    for_gaps: Option<OnceLock<AtTime>>,
     integration: Integration,
-    time: ChosenTime,
     preparation: Preparation,
+    memory_limit: Option<usize>,
+}
+
+/// The diffusion operator factored at a time.
+#[derive(Debug)]
+struct AtTime {
+    time: ChosenTime,
+    diffusion: Diffusion,
 }
 
 impl Solver {
@@ -73,9 +83,7 @@ impl Solver {
         let diffusion = PreparedDiffusion::new(&mesh, &triangles, integration.vertex_order())?;
         phases.end("analysis");
         let needed_bytes = diffusion.predicted_bytes() + integration.predicted_bytes();
-        if let Some(limit_bytes) = options.memory_limit.filter(|&limit| needed_bytes > limit) {
-            return Err(SignedHeatError::MemoryLimit { needed_bytes, limit_bytes });
-        }
+        check_memory(needed_bytes, options.memory_limit)?;
 
         let component_of_vertex = components.of_vertex.into_vec();
         let unreferenced = component_of_vertex.iter().filter(|c| c.is_none()).count();
@@ -104,18 +112,29 @@ impl Solver {
             real_form: diffusion.is_real(),
             warnings,
         };
-        Ok(Solver { mesh, triangles, diffusion, integration, time, preparation })
+        Ok(Solver {
+            mesh,
+            triangles,
+            diffusion: AtTime { time, diffusion },
+            for_gaps: (options.time == DiffusionTime::Automatic).then(OnceLock::new),
+            integration,
+            preparation,
+            memory_limit: options.memory_limit,
+        })
     }
 
     /// The distance to curves and points.
     ///
     /// # Errors
     /// [`SignedHeatError::Curve`] with the curve and node that is not on the mesh, out of range, or across faces;
-    /// [`SignedHeatError::Option`]; failures of the solves.
+    /// [`SignedHeatError::Option`]; failures of the solves; [`SignedHeatError::MemoryLimit`] when a second diffusion time would
+    /// exceed it.
     ///
     /// # Cost
     /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more with constraints, and its
     /// analysis too for [`LevelSets::PerComponent`], whatever the number of pieces. A source that is hundreds of edges away from parts of the mesh costs one more back-substitution for each such distance.
+    /// With [`DiffusionTime::Automatic`] the first source with gaps costs one factorisation of the diffusion at the time for gaps,
+    /// and its memory; [`DiffusionTime::for_source`] chooses that time from the start.
     pub fn solve(&self, source: &SurfaceCurves, options: &SolveOptions) -> Result<Solution, SignedHeatError> {
         let mut phases = Phases::start();
         if let LevelSets::Soft(weight) = options.level_sets
@@ -127,12 +146,13 @@ impl Solver {
                 bound: "from 1e-9 to 1e12",
             });
         }
-        let source = Source::new(&self.mesh, !self.diffusion.is_real(), source)?;
+        let AtTime { time, diffusion } = self.at_time_for(source, &mut phases)?;
+        let source = Source::new(&self.mesh, !diffusion.is_real(), source)?;
         phases.end("source");
 
         // Step I and II: diffuse the normals, normalise a face.
-        let mut field = self.diffusion.unit_field(&self.mesh, &self.triangles, &source, options)?;
-        self.bridge_vertices(&source, &mut field)?;
+        let mut field = diffusion.unit_field(&self.mesh, &self.triangles, &source, options)?;
+        self.bridge_vertices(diffusion, &source, &mut field)?;
         phases.end("diffusion");
 
         // Step III: integrate.
@@ -160,7 +180,7 @@ impl Solver {
             confidence,
             report: Report {
                 preparation: self.preparation.clone(),
-                time: self.time.clone(),
+                time: time.clone(),
                 phases: phases.finish(),
                 stages: field.stages,
                 diffusion_residual: field.residual,
@@ -180,14 +200,37 @@ impl Solver {
         &self.mesh
     }
 
-    /// The diffusion time with the reason for it.
+    /// The diffusion time with the reason for it. With [`DiffusionTime::Automatic`], that for sources without gaps; the
+    /// [`Report`] has the one used.
     pub fn time(&self) -> &ChosenTime {
-        &self.time
+        &self.diffusion.time
+    }
+
+    /// The diffusion for a source, by the rule of [`DiffusionTime::for_source`].
+    fn at_time_for(&self, source: &SurfaceCurves, phases: &mut Running) -> Result<&AtTime, SignedHeatError> {
+        let wanted = DiffusionTime::Automatic.for_source(source);
+        let Some(for_gaps) = self.for_gaps.as_ref().filter(|_| wanted != DiffusionTime::Automatic) else {
+            return Ok(&self.diffusion);
+        };
+        if let Some(made) = for_gaps.get() {
+            return Ok(made);
+        }
+        let own = &self.diffusion.diffusion;
+        check_memory(self.preparation.factor_bytes + own.predicted_bytes(), self.memory_limit)?;
+        let time = choose_time(&self.mesh, &self.triangles, wanted)?;
+        let diffusion = own.at(&self.mesh, &self.triangles, time.time)?;
+        phases.end("factorisation");
+        Ok(for_gaps.get_or_init(|| AtTime { time, diffusion }))
     }
 
     /// Goes on into the sheets of faces that hang on the reached ones by vertices only: one fit for the signs of the distance
     /// there, and one more run of the diffusion, in which no sheet knows of another.
-    fn bridge_vertices(&self, source: &Source, field: &mut UnitField) -> Result<(), SignedHeatError> {
+    fn bridge_vertices(
+        &self,
+        diffusion: &Diffusion,
+        source: &Source,
+        field: &mut UnitField,
+    ) -> Result<(), SignedHeatError> {
         if field.reached.iter().all(|r| *r) {
             return Ok(());
         }
@@ -197,7 +240,7 @@ impl Solver {
         if entrances.is_empty() {
             return Ok(());
         }
-        self.diffusion.continue_from(&self.mesh, &self.triangles, &sheets, &entrances, field)
+        diffusion.continue_from(&self.mesh, &self.triangles, &sheets, &entrances, field)
     }
 
     /// Whether the distance is positive (1) or negative (-1) at some vertices of reached faces. On faces that are not reached the fit
@@ -297,6 +340,13 @@ fn check_scale(triangles: &[Triangle]) -> Result<(), SignedHeatError> {
         return Err(scale(its_face));
     }
     Ok(())
+}
+
+fn check_memory(needed_bytes: usize, limit: Option<usize>) -> Result<(), SignedHeatError> {
+    match limit.filter(|&limit| needed_bytes > limit) {
+        Some(limit_bytes) => Err(SignedHeatError::MemoryLimit { needed_bytes, limit_bytes }),
+        None => Ok(()),
+    }
 }
 
 fn note_mollified(triangles: &[Triangle], warnings: &mut Vec<String>) {
