@@ -254,3 +254,23 @@ fn two_arcs_of_a_circle() {
         assert!(e.largest < 0.2 && e.l2 < 0.054, "{e:?}");
     }
 }
+
+/// More curves through each face than it has vectors: the result is finite, and the report is honest of how well the normals are kept.
+#[test]
+fn normals_that_contradict_each_other() {
+    let mesh = rough_plate(6);
+    let mut random = eikona_mesh::random::Random::from_seed(4);
+    let mut point = || [0, 1, 2].map(|k| if k == 2 { 0.0 } else { 0.1 + 1.8 * random.uniform() });
+    let curves = (0..60).map(|_| straight(&mesh, point(), point())).collect();
+    let source = SurfaceCurves { curves, points: Vec::new() };
+    for coefficient in [1.0, 50.0] {
+        let options = SolveOptions { preserve_source_normals: true, ..levels(LevelSets::Free) };
+        let solution =
+            solver(&mesh, DiffusionTime::Coefficient(coefficient)).solve(&source, &options).unwrap();
+        let kept = solution.report.kept_normals.clone().unwrap();
+        println!("contradictory, coefficient {coefficient}: {kept:?}");
+        assert!(solution.distance.as_slice().iter().all(|d| d.is_finite()));
+        let warned = solution.report.warnings.iter().any(|w| w.contains("normals of the source are kept to"));
+        assert_eq!(warned, kept.residual > kept.tolerance, "{kept:?}");
+    }
+}
