@@ -577,6 +577,28 @@ fn chain_of_2000_sheets() {
     }
 }
 
+/// Twenty thousand triangles that share one vertex and nothing else, and a point at the end of one of them.
+#[test]
+fn flower_of_20000_petals() {
+    let mut positions = vec![[0.0; 3]];
+    let mut faces = Vec::new();
+    for i in 0..20_000u32 {
+        let (sin, cos) = f64::from(i).sin_cos();
+        let tip = |across: f64| [cos - across * sin, sin + across * cos, 0.0];
+        positions.extend([tip(-0.3), tip(0.3)]);
+        faces.push([0, 2 * i + 1, 2 * i + 2]);
+    }
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let source = SurfaceCurves { curves: Vec::new(), points: vec![Vertex(1).into()] };
+    let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Free);
+    assert!(solution.report.stages <= 3);
+    let petal = |i: usize| solution.distance[Vertex(i as u32)] - solution.distance[Vertex(0)];
+    assert!(solution.distance[Vertex(1)].abs() < 1e-12 && solution.distance[Vertex(0)] > 0.5);
+    for i in 3..mesh.vertex_count() {
+        assert!((petal(i) - petal(3)).abs() < 1e-9 && petal(i) > 0.8, "{i}: {} {}", petal(i), petal(3));
+    }
+}
+
 /// A sheet that is entered on both sides of zero hands each sign to what hangs nearest to it.
 #[test]
 fn sheet_entered_from_both_sides() {

@@ -281,3 +281,9 @@ fn automatic_time_follows_the_source() {
 fn solver_bytes(solver: &Solver, source: &SurfaceCurves) -> usize {
     solver.solve(source, &SolveOptions::default()).unwrap().report.preparation.factor_bytes
 }
+
+#[test]
+fn solvers_are_shared_between_threads() {
+    fn shared<T: Send + Sync + 'static>(_: &T) {}
+    shared(&solver(&rough_plate(4), DiffusionTime::Automatic));
+}

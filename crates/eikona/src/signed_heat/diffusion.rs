@@ -279,9 +279,11 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         field: &mut UnitField,
     ) -> Result<(), SignedHeatError> {
         let mut values = self.frames.zeros();
-        for entrance in entrances {
-            let inside = |face: Face| sheets.of_face(face) == entrance.sheet;
-            outward_at_vertex(mesh, triangles, entrance.vertex, entrance.sign, inside, |h, vector| {
+        for at_vertex in entrances.chunk_by(|a, b| a.vertex == b.vertex) {
+            let Entrance { vertex, sign, .. } = at_vertex[0];
+            let inside =
+                |face: Face| at_vertex.binary_search_by_key(&sheets.of_face(face), |e| e.sheet).is_ok();
+            outward_at_vertex(mesh, triangles, vertex, sign, inside, |h, vector| {
                 self.frames.add(mesh, &mut values, h, vector);
             });
         }

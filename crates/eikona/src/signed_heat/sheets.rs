@@ -4,6 +4,7 @@
 use crate::geometry::Triangle;
 use eikona_mesh::{Face, TriangleMesh, Vertex};
 use std::cmp::Ordering;
+use std::collections::hash_map::Entry;
 use std::collections::{BinaryHeap, HashMap};
 
 /// The faces of a mesh sorted into sheets, which are connected across edges.
@@ -72,7 +73,7 @@ impl Sheets {
 
     /// Where distance enters the sheets that are not reached yet, in rounds from sheet to sheet: a sheet is entered at all vertices
     /// that it shares with sheets of earlier rounds. `sign_at` tells the sign of the distance at the vertices of reached
-    /// sheets. In an entered sheet the distance grows away from each entrance, so that its sign is that of the nearest one.
+    /// sheets. Sorted by vertex, then by sheet; all entrances at a vertex have one sign. In an entered sheet the distance grows away from each entrance, so that its sign is that of the nearest one.
     ///
     /// # Cost
     /// Each sheet is visited once, whatever the number of rounds: O(n), but O(n log n) for sheets with entrances of both signs.
@@ -100,30 +101,31 @@ impl Sheets {
         let mut sign: HashMap<Vertex, f64> = front.iter().copied().zip(sign_at(&front)?).collect();
         let mut entrances: Vec<Entrance> = Vec::new();
         while !front.is_empty() {
-            let before = entrances.len();
+            let mut round: Vec<Entrance> = Vec::new();
             for &vertex in &front {
                 for sheet in mesh.vertex_corners(vertex).iter().map(|c| self.of_face(c.face())) {
                     if !entered[sheet as usize] {
-                        entrances.push(Entrance { vertex, sheet, sign: sign[&vertex] });
+                        round.push(Entrance { vertex, sheet, sign: sign[&vertex] });
                     }
                 }
             }
-            let round = &mut entrances[before..];
             round.sort_unstable_by_key(|e| (e.sheet, e.vertex));
-            entrances.dedup();
+            round.dedup();
             front.clear();
-            for own in entrances[before..].chunk_by(|a, b| a.sheet == b.sheet) {
+            for own in round.chunk_by(|a, b| a.sheet == b.sheet) {
                 let sheet = own[0].sheet;
                 entered[sheet as usize] = true;
                 let signs = self.spread(mesh, triangles, own);
                 for &v in self.joints(sheet) {
-                    if let std::collections::hash_map::Entry::Vacant(unknown) = sign.entry(v) {
+                    if let Entry::Vacant(unknown) = sign.entry(v) {
                         unknown.insert(signs.at(v));
                         front.push(v);
                     }
                 }
             }
+            entrances.extend(round);
         }
+        entrances.sort_unstable_by_key(|e| (e.vertex, e.sheet));
         Ok(entrances)
     }
 
