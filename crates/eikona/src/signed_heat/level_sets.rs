@@ -2,9 +2,10 @@
 //!
 //! Each of them factors the Laplacian once more, with terms at the curves: 65 ms of 140 ms a solve on 100,820 faces. Why not
 //! conjugate gradients with the factor of the free fit inside, which every source could share: one of its back-substitutions
-//! takes 9.7 ms, so that the error would have to fall to 1e-9 within six iterations. That takes a condition number below 1.12,
-//! which no scaling along the curves gives. Measured without one: 14 iterations for a weight of 100 on a closed circle; for 1e6,
-//! as good as exact, 3e-6 after 400, and 2e-3 when the curve is in 200 pieces.
+//! takes 9.7 ms, so that the error would have to fall to 1e-9 within six iterations, which by the usual bound takes a condition
+//! number below 1.12. Measured with that factor alone: 14 iterations for a weight of 100 on a closed circle; for 1e6, as good as
+//! exact, 3e-6 after 400, and 2e-3 when the curve is in 200 pieces. A scaling along the curves on top was not tried: it would
+//! have to be nearly exact, at the ends of open curves too.
 
 use crate::geometry::vector::distance;
 use crate::geometry::{Triangle, mean_edge_length};
@@ -176,8 +177,9 @@ impl Integration {
     /// nothing, and a long one what its length does. The order is the kept one but for these insertions; its analysis is made anew
     /// for each source.
     ///
-    /// Why not the other ways to find the levels. Measured on 100,820 faces with 21, 212 and 2,136 pieces: all of the integration,
-    /// which takes 0.09 s without levels, and the process's peak of memory, which is 208 MB.
+    /// Why not the other ways to find the levels. On 100,820 faces with 21, 212 and 2,136 pieces: all of the integration, which takes
+    /// 0.09 s without levels, and the process's peak of memory, which is 208 MB. The first and the last are measured, the others
+    /// reckoned from their back-substitutions.
     /// * Vertices first, then the levels: a response (one back-substitution, one full vector) for each piece, and a dense system,
     ///   factored again in each fit: 0.23 s, 1.5 s and 20 s, up to 1,146 MB.
     /// * The same, keeping of the responses only what the rows read of them: needs no memory, but the back-substitutions of 8 ms

@@ -194,7 +194,7 @@ fn add_integral(
 /// surface answers; unlike scalings along the curve it also knows which segments share a face, and needs no order of them.
 ///
 /// Measured on 100,820 faces with a circle, step I altogether (0.05 s if nothing is kept): 67 iterations and 2.1 s without it, 2
-/// iterations and 0.17 s with it, of which the strip takes 0.04 s. At 73 and 1,000 times the diffusion time of the paper: 8 and 9
+/// iterations and 0.17 s with it, of which the strip takes 0.04 s. At 73 and 1,000 times the diffusion time of the paper, 8 and 9
 /// iterations with 2 rings, 6 and 7 with 4, 4 and 5 with 8.
 struct Strip<'a> {
     mesh: &'a TriangleMesh,
