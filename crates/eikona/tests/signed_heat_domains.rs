@@ -3,11 +3,13 @@
 mod exact;
 
 use eikona::contour::isolines;
+use eikona::operators::CotanLaplacian;
 use eikona::signed_heat::{DiffusionTime, LevelSets, Solution};
 use eikona_mesh::{
-    Curve, SurfaceCurves, TriangleMesh, Vertex, damage,
+    Curve, Face, Neighbour, SurfaceCurves, TriangleMesh, Vertex, damage,
     shapes::{self, Diagonal},
 };
+use eikona_numeric::{Cholesky, Ordering, Symbolic};
 use exact::*;
 
 fn vertex_at(mesh: &TriangleMesh, at: [f64; 3]) -> Vertex {
@@ -45,6 +47,83 @@ fn isolines_meet_the_boundary_straight() {
                 assert!(e.largest < 1e-9, "{name}, {coefficient}, {level_sets:?}: {e:?}");
             }
         }
+    }
+}
+
+/// For each face that touches the boundary of a plate, the angle between a field and the gradient of a function.
+fn angles_at_the_boundary(
+    mesh: &TriangleMesh,
+    field: impl Fn(Face) -> [f64; 3],
+    exact: impl Fn([f64; 3]) -> [f64; 3],
+) -> Vec<f64> {
+    let at_boundary = |f: &Face| (0..3).any(|k| mesh.neighbour(f.halfedge(k)) == Neighbour::Boundary);
+    let angle = |f: Face| {
+        let [a, b, c] = mesh.face_positions(f);
+        eikona::geometry::vector::angle(field(f), exact([0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)))
+    };
+    mesh.faces().filter(at_boundary).map(angle).collect()
+}
+
+/// The unit field of the unsigned heat method: away from where heat that starts along the curve goes, which can not leave the surface.
+fn unsigned_heat_field(mesh: &TriangleMesh, source: &SurfaceCurves, time: f64) -> Vec<[f64; 3]> {
+    let triangles = eikona::geometry::lay_out(mesh);
+    let CotanLaplacian { graph, mut matrix } = CotanLaplacian::new(mesh, &triangles);
+    matrix.diagonal.iter_mut().zip(vertex_areas(mesh)).for_each(|(d, area)| *d = area + time * *d);
+    matrix.off_diagonal.iter_mut().for_each(|x| *x *= time);
+    let mut heat = vec![0.0; mesh.vertex_count()];
+    for segment in source.segments(mesh).unwrap() {
+        let [p, q] = segment.ends.map(|end| end.position(mesh));
+        for (v, w) in segment.ends.iter().flat_map(|end| end.weights(mesh)) {
+            heat[v.index()] += w * norm(sub(p, q));
+        }
+    }
+    let symbolic = Symbolic::new(&graph, Ordering::MinimumDegree).unwrap();
+    let u = Cholesky::new(symbolic.into(), &matrix).unwrap().solve(&heat).unwrap();
+    let gradient = |f: Face| {
+        let p = mesh.face_positions(f);
+        let normal = cross(sub(p[1], p[0]), sub(p[2], p[0]));
+        let parts = [0, 1, 2].map(|k| {
+            let side = cross(normal, sub(p[(k + 2) % 3], p[(k + 1) % 3]));
+            side.map(|x| -x * u[mesh.face_vertices(f)[k].index()])
+        });
+        [0, 1, 2].map(|c| parts[0][c] + parts[1][c] + parts[2][c])
+    };
+    mesh.faces().map(gradient).collect()
+}
+
+/// Figure 8 of the paper: at t = 100 h^2 (h the mean edge length) the unsigned heat method bends its field along the boundary,
+/// since heat does not cross it, while the signed one, whose vectors keep their direction there, is right: exactly so
+/// for a line that ends at the boundary at an angle, and for a circle up to the smoothing that such a time brings everywhere.
+#[test]
+fn figure_8_the_field_is_right_at_the_boundary() {
+    let mesh = rough_plate(48);
+    let h = mean_edge_length(&mesh);
+    let slanted = |p: [f64; 3]| 0.8 * p[0] + 0.6 * p[1] - 1.4;
+    let round = |p: [f64; 3]| (p[0] - 1.0).hypot(p[1] - 1.0) - 0.5;
+    let from_centre = |p: [f64; 3]| sub(p, [1.0, 1.0, 0.0]);
+    let normal = |_: [f64; 3]| [0.8, 0.6, 0.0];
+    let mean = |angles: &[f64]| angles.iter().sum::<f64>() / angles.len() as f64;
+    for (name, source, exact, bound) in [
+        ("slanted line", zero_level(&mesh, slanted), &normal as &dyn Fn([f64; 3]) -> [f64; 3], 1e-9),
+        ("circle", zero_level(&mesh, round), &from_centre, 0.06),
+    ] {
+        let time = DiffusionTime::Coefficient(400.0); // of (h / 2)^2
+        let solution = solve(&mesh, &source, time, LevelSets::Free);
+        assert!((solution.report.time.time / (100.0 * h * h) - 1.0).abs() < 1e-12);
+        let signed = angles_at_the_boundary(&mesh, |f| solution.gradient[f], exact);
+        let unsigned_field = unsigned_heat_field(&mesh, &source, 100.0 * h * h);
+        // Which side is which is known here: the field is turned to where it belongs.
+        let turned = |f: Face| {
+            let [a, b, c] = mesh.face_positions(f);
+            let wanted = exact([0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0));
+            let y = unsigned_field[f.index()];
+            if dot(y, wanted) < 0.0 { y.map(|x| -x) } else { y }
+        };
+        let unsigned = angles_at_the_boundary(&mesh, turned, exact);
+        let (signed, unsigned, worst) = (mean(&signed), mean(&unsigned), largest(&signed));
+        println!("{name}: signed {signed:.2e} (at most {worst:.2e}), unsigned {unsigned:.2e}");
+        assert!(signed < bound, "{name}: {signed}");
+        assert!(unsigned > 0.25 && unsigned > 5.0 * signed, "{name}: {unsigned} against {signed}");
     }
 }
 
@@ -450,4 +529,149 @@ fn slanted_line_on_a_plate_with_a_fin() {
     let e = errors(&mesh, solve(&mesh, &source, PAPER_TIME, LevelSets::Free).distance.as_slice(), exact);
     println!("slanted line before a fin: {e:?}");
     assert!(e.largest < 0.02, "{e:?}");
+}
+
+/// Squares of 2 x 2 cells, each given by its lower left corner, that share the vertices which coincide, corner to corner.
+fn squares(corners: impl Iterator<Item = [f64; 2]>) -> TriangleMesh {
+    let square = shapes::grid(2, 2, 1.0, 1.0, Diagonal::Alternating).unwrap();
+    let (mut positions, mut faces) = (Vec::new(), Vec::new());
+    let mut index = std::collections::HashMap::new();
+    for corner in corners {
+        let moved: Vec<u32> = square
+            .positions()
+            .iter()
+            .map(|p| {
+                let p = [p[0] + corner[0], p[1] + corner[1], 0.0];
+                *index.entry(p.map(f64::to_bits)).or_insert_with(|| {
+                    positions.push(p);
+                    positions.len() as u32 - 1
+                })
+            })
+            .collect();
+        faces.extend(square.triangles().iter().map(|t| t.map(|v| moved[v as usize])));
+    }
+    TriangleMesh::new(positions, faces).unwrap()
+}
+
+/// Distance goes on through vertices that alone hold sheets together, with its sign, at the cost of one more run of the diffusion
+/// for any number of sheets.
+#[test]
+fn chain_of_2000_sheets() {
+    let mesh = squares((0..2000).map(|k| [f64::from(k); 2]));
+    let at = |x: f64, y: f64| vertex_at(&mesh, [x, y, 0.0]);
+    // Across the square in the middle; left is where the chain begins.
+    let curve = Curve::signed([at(1001.0, 1000.0), at(1000.5, 1000.5), at(1000.0, 1001.0)]);
+    let solution = solve(&mesh, &SurfaceCurves::from_curve(curve), PAPER_TIME, LevelSets::Free);
+    assert!(solution.report.stages <= 4, "{} solves", solution.report.stages);
+    let joint = |k: i32| solution.distance[at(f64::from(k), f64::from(k))];
+    let step = joint(1002) - joint(1001);
+    assert!((step - 2f64.sqrt()).abs() < 0.2, "{step}");
+    for k in 1001..2000 {
+        assert!((joint(k + 1) - joint(k) - step).abs() < 1e-6, "{k}: {} {}", joint(k), joint(k + 1));
+        assert!(
+            (joint(2001 - k) + joint(k)).abs() < 1e-9 * joint(k),
+            "{k}: {} {}",
+            joint(2001 - k),
+            joint(k)
+        );
+    }
+}
+
+/// Twenty thousand triangles that share one vertex and nothing else, and a point at the end of one of them.
+#[test]
+fn flower_of_20000_petals() {
+    let mut positions = vec![[0.0; 3]];
+    let mut faces = Vec::new();
+    for i in 0..20_000u32 {
+        let (sin, cos) = f64::from(i).sin_cos();
+        let tip = |across: f64| [cos - across * sin, sin + across * cos, 0.0];
+        positions.extend([tip(-0.3), tip(0.3)]);
+        faces.push([0, 2 * i + 1, 2 * i + 2]);
+    }
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let source = SurfaceCurves { curves: Vec::new(), points: vec![Vertex(1).into()] };
+    let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Free);
+    assert!(solution.report.stages <= 3);
+    let petal = |i: usize| solution.distance[Vertex(i as u32)] - solution.distance[Vertex(0)];
+    assert!(solution.distance[Vertex(1)].abs() < 1e-12 && solution.distance[Vertex(0)] > 0.5);
+    for i in 3..mesh.vertex_count() {
+        assert!((petal(i) - petal(3)).abs() < 1e-9 && petal(i) > 0.8, "{i}: {} {}", petal(i), petal(3));
+    }
+}
+
+/// A sheet that is entered on both sides of zero hands each sign to what hangs nearest to it.
+#[test]
+fn sheet_entered_from_both_sides() {
+    // A row of three squares; one more, on a corner of each end; between these a sheet that touches both; and one more at each end.
+    let row = shapes::grid(6, 2, 3.0, 1.0, Diagonal::Alternating).unwrap();
+    let mesh = squares([[-1.0, 1.0], [3.0, 1.0], [-1.0, 4.0], [3.0, 4.0]].into_iter());
+    let (mut positions, mut faces) = (mesh.positions().to_vec(), mesh.triangles().to_vec());
+    let mut glue = |points: &[[f64; 3]], triangles: &[[u32; 3]], at: &[[f64; 2]]| {
+        let numbers: Vec<u32> = points
+            .iter()
+            .map(|p| {
+                let same = |q: &[f64; 3]| q[..2] == p[..2];
+                match positions.iter().position(same).filter(|_| at.contains(&[p[0], p[1]])) {
+                    Some(i) => i as u32,
+                    None => {
+                        positions.push(*p);
+                        positions.len() as u32 - 1
+                    }
+                }
+            })
+            .collect();
+        faces.extend(triangles.iter().map(|t| t.map(|v| numbers[v as usize])));
+    };
+    // The row lies on [0, 3] x [0, 1]; the sheet above on [0, 3] x [2, 4].
+    glue(row.positions(), row.triangles(), &[[0.0, 1.0], [3.0, 1.0]]);
+    let above: Vec<[f64; 3]> = row.positions().iter().map(|p| [p[0], 2.0 + 2.0 * p[1], 0.0]).collect();
+    glue(&above, row.triangles(), &[[0.0, 2.0], [3.0, 2.0], [0.0, 4.0], [3.0, 4.0]]);
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let middle = through_vertices(&mesh, |p| p[0] == 1.5 && p[1] <= 1.0, |p| p[1]);
+    let solution = solve(&mesh, &SurfaceCurves::from_curve(middle), PAPER_TIME, LevelSets::Free);
+    assert!(solution.report.stages <= 3);
+    // Upwards the left is at smaller x, and negative: the field runs to the entrances on that side, away from them on the other.
+    for (sign, entrance, low) in [
+        (-1.0, [0.0, 1.0, 0.0], [-1.0, 1.0]),
+        (1.0, [3.0, 1.0, 0.0], [3.0, 1.0]),
+        (-1.0, [0.0, 4.0, 0.0], [-1.0, 4.0]),
+        (1.0, [3.0, 4.0, 0.0], [3.0, 4.0]),
+    ] {
+        for f in mesh.faces() {
+            let [a, b, c] = mesh.face_positions(f);
+            let middle = [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0);
+            if (0..2).all(|k| middle[k] > low[k] && middle[k] < low[k] + 1.0) {
+                let away = dot(solution.gradient[f], sub(middle, entrance)) / norm(sub(middle, entrance));
+                assert!(sign * away > 0.7, "{entrance:?}: {away} at {middle:?}");
+            }
+        }
+    }
+}
+
+/// Two hundred curves through a vertex of 20,000 faces, on a mesh without consistent winding, each of which carries its side
+/// across the vertex.
+#[test]
+fn curves_through_a_hub_of_many_faces() {
+    let n = 20_000u32;
+    let angle = |i: u32| f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+    let mut positions = vec![[0.0; 3]];
+    positions.extend((0..n).map(|i| [angle(i).cos(), angle(i).sin(), 0.0]));
+    // Every third face is wound the other way, and two more faces hang on an edge of the rim.
+    let rim = |i: u32| 1 + i % n;
+    let mut faces: Vec<[u32; 3]> =
+        (0..n).map(|i| if i % 3 == 1 { [0, rim(i + 1), rim(i)] } else { [0, rim(i), rim(i + 1)] }).collect();
+    for z in [1e-3, -1e-3] {
+        faces.push([rim(1), rim(0), positions.len() as u32]);
+        positions.push([1.001, 0.0, z]);
+    }
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let across = Curve::signed([rim(n / 2), 0, rim(0)].map(Vertex));
+    let source = SurfaceCurves { curves: vec![across; 200], points: Vec::new() };
+    let solution = solve(&mesh, &source, DiffusionTime::Coefficient(10.0), LevelSets::Zero);
+    assert!(solution.report.preparation.real_form);
+    for v in mesh.vertices().filter(|&v| mesh.position(v)[1].abs() > 0.1) {
+        // Most faces are counter-clockwise, so that left is above.
+        let y = mesh.position(v)[1];
+        assert!((solution.distance[v] + y).abs() < 0.2, "{v} at {y}: {}", solution.distance[v]);
+    }
 }

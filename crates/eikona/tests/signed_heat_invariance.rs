@@ -3,7 +3,8 @@
 mod exact;
 
 use eikona::signed_heat::{
-    DiffusionTime, LevelSets, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
+    DiffusionTime, LevelSets, SignConvention, SignedHeatError, Solution, SolveOptions, Solver, SolverOptions,
+    signed_distance,
 };
 use eikona_mesh::{
     Curve, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, VertexField, damage,
@@ -246,4 +247,43 @@ fn cutting_segments_changes_nothing() {
         let after = solve(&mesh, &cut, PAPER_TIME, level_sets).distance;
         assert_same(&format!("{level_sets:?}"), before.as_slice(), after.as_slice(), tolerance(level_sets));
     }
+}
+
+/// Automatic time looks at the source, in one call and in a solver that is there before any source, in any order of sources.
+#[test]
+fn automatic_time_follows_the_source() {
+    let plate = rough_plate(24);
+    let flipped = eikona_mesh::damage::flip_faces(&plate, 0.4, 2).unwrap().mesh;
+    for mesh in [&plate, &flipped] {
+        let closed = zero_level(mesh, |p| (p[0] - 1.0).hypot(p[1] - 1.0) - 0.51);
+        let open = broken(mesh, &closed, 0.3, 0.2);
+        let options = SolverOptions { time: DiffusionTime::Automatic, ..SolverOptions::default() };
+        let solver = Solver::new(mesh, &options).unwrap();
+        let reasons = [&closed, &open, &closed, &open].map(|source| {
+            let kept = solver.solve(source, &SolveOptions::default()).unwrap();
+            let once = signed_distance(mesh, source, &options, &SolveOptions::default()).unwrap();
+            assert_eq!(kept.distance.as_slice(), once.distance.as_slice());
+            assert_eq!(kept.report.time, once.report.time);
+            kept.report.time.coefficient
+        });
+        assert_eq!([reasons[0], reasons[1]], [reasons[2], reasons[3]]);
+        assert!(reasons[0] > reasons[1], "{reasons:?}");
+        assert_eq!(reasons[0], solver.time().coefficient);
+        // The second time counts against the limit.
+        let tight = SolverOptions { memory_limit: Some(solver_bytes(&solver, &closed)), ..options };
+        let tight = Solver::new(mesh, &tight).unwrap();
+        assert!(tight.solve(&closed, &SolveOptions::default()).is_ok());
+        let refused = tight.solve(&open, &SolveOptions::default()).unwrap_err();
+        assert!(matches!(refused, SignedHeatError::MemoryLimit { .. }), "{refused}");
+    }
+}
+
+fn solver_bytes(solver: &Solver, source: &SurfaceCurves) -> usize {
+    solver.solve(source, &SolveOptions::default()).unwrap().report.preparation.factor_bytes
+}
+
+#[test]
+fn solvers_are_shared_between_threads() {
+    fn shared<T: Send + Sync + 'static>(_: &T) {}
+    shared(&solver(&rough_plate(4), DiffusionTime::Automatic));
 }

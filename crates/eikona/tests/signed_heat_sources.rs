@@ -4,7 +4,7 @@ mod exact;
 
 use eikona::signed_heat::{DiffusionTime, LevelSets, SolveOptions};
 use eikona_mesh::{
-    Curve, SurfaceCurves, SurfacePoint,
+    Curve, SurfaceCurves, SurfacePoint, TriangleMesh, damage,
     shapes::{self, Diagonal},
 };
 use exact::*;
@@ -163,8 +163,80 @@ fn preserved_normals_keep_corners() {
     // On a straight line there is nothing to keep.
     let line = SurfaceCurves::from_curve(straight(&mesh, [0.7, 0.0, 0.0], [0.7, 2.0, 0.0]));
     let options = SolveOptions { preserve_source_normals: true, ..SolveOptions::default() };
-    let values = solver(&mesh, PAPER_TIME).solve(&line, &options).unwrap().distance;
-    assert!(errors(&mesh, values.as_slice(), |p| p[0] - 0.7).largest < 1e-7);
+    let solution = solver(&mesh, PAPER_TIME).solve(&line, &options).unwrap();
+    assert!(errors(&mesh, solution.distance.as_slice(), |p| p[0] - 0.7).largest < 1e-7);
+    assert_eq!(solution.report.kept_normals.unwrap().iterations, 0);
+    assert!(solution.report.warnings.is_empty());
+}
+
+/// A segment cut in three says what it said before.
+#[test]
+fn preserved_normals_do_not_depend_on_segments() {
+    let mesh = rough_plate(24);
+    let whole = zero_level(&mesh, |p| (p[0] - 1.0).hypot(p[1] - 1.0) - 0.51);
+    let options = SolveOptions { preserve_source_normals: true, ..levels(LevelSets::Free) };
+    let mut cut = whole.clone();
+    for (curve, before) in cut.curves.iter_mut().zip(&whole.curves) {
+        let mut nodes = vec![before.nodes[0]];
+        for segment in SurfaceCurves::from_curve(before.clone()).segments(&mesh).unwrap() {
+            let eikona_mesh::SegmentHost::Face(face, [a, b]) = segment.host else { panic!("{segment:?}") };
+            let at = |s: f64| SurfacePoint::Face {
+                vertices: mesh.triangles()[face.index()],
+                bary: [0, 1, 2].map(|k| (1.0 - s) * a[k] + s * b[k]),
+            };
+            nodes.extend([at(0.3), at(0.7)]);
+            nodes.push(before.nodes[(nodes.len() + 1) / 3]);
+        }
+        curve.nodes = nodes;
+    }
+    let solver = solver(&mesh, DiffusionTime::Coefficient(20.0));
+    let [whole, cut] = [whole, cut].map(|source| solver.solve(&source, &options).unwrap());
+    assert_eq!(cut.report.source_segments, 3 * whole.report.source_segments);
+    let difference = largest_difference(whole.distance.as_slice(), cut.distance.as_slice());
+    assert!(difference < 1e-8, "{difference:e}");
+}
+
+/// Also for curves much finer than the mesh, whose segments say more than a face can satisfy one by one, for long diffusion, and
+/// in the real form.
+#[test]
+fn preserved_normals_take_few_iterations() {
+    let plate = rough_plate(40);
+    let flipped = damage::flip_faces(&plate, 0.4, 2).unwrap().mesh;
+    // A third face on every edge of the line x = 1.
+    let flat = crate::exact::plate(40);
+    let (mut positions, mut faces) = (flat.positions().to_vec(), flat.triangles().to_vec());
+    for [a, b] in flat.edges().map(|e| flat.edge_vertices(e)) {
+        let ([x, y, _], [u, w, _]) = (flat.position(a), flat.position(b));
+        if x == 1.0 && u == 1.0 {
+            faces.push([a.0, b.0, positions.len() as u32]);
+            positions.push([1.0, 0.5 * (y + w), 0.05]);
+        }
+    }
+    let fins = TriangleMesh::new(positions, faces).unwrap();
+    for (name, mesh) in [("plate", &plate), ("flipped", &flipped), ("fins", &fins)] {
+        let circle = zero_level(mesh, |p| (p[0] - 1.0).hypot(p[1] - 1.0) - 0.51);
+        let points: Vec<[f64; 3]> = (0..3000)
+            .map(|i| f64::from(i) / 3000.0 * std::f64::consts::TAU)
+            .map(|a| [1.0 + (0.51 + 0.1 * (9.0 * a).sin()) * a.cos(), 1.0 + 0.51 * a.sin(), 0.0])
+            .collect();
+        let bvh = eikona::spatial::Bvh::new(mesh);
+        let kind = eikona_mesh::CurveKind::Signed;
+        let fine = eikona::contour::trace_polyline(mesh, &bvh, &points, true, kind, 1e-6).unwrap().curve;
+        let mut doubled = circle.clone();
+        doubled.curves.extend(circle.curves.clone());
+        let fine = SurfaceCurves::from_curve(fine);
+        for (curve, source) in [("circle", circle), ("fine", fine), ("doubled", doubled)] {
+            for coefficient in [0.1, 1.0, 50.0, 1000.0] {
+                let options = SolveOptions { preserve_source_normals: true, ..levels(LevelSets::Free) };
+                let solver = solver(mesh, DiffusionTime::Coefficient(coefficient));
+                let report = solver.solve(&source, &options).unwrap().report;
+                let kept = report.kept_normals.clone().unwrap();
+                println!("{name}, {curve}, coefficient {coefficient}: {kept:?}");
+                assert!(kept.iterations <= 24 && kept.residual <= kept.tolerance, "{kept:?}");
+                assert!(!report.all_warnings().any(|w| w.contains("normals")), "{:?}", report.warnings);
+            }
+        }
+    }
 }
 
 /// Seven tenths of a circle are given, in two arcs; the gaps are completed.
@@ -180,5 +252,25 @@ fn two_arcs_of_a_circle() {
         println!("two arcs, coefficient {coefficient}: {e:?}");
         // The chords over the gaps are 0.054 off the arcs.
         assert!(e.largest < 0.2 && e.l2 < 0.054, "{e:?}");
+    }
+}
+
+/// More curves through each face than it has vectors: the result is finite, and the report is honest of how well the normals are kept.
+#[test]
+fn normals_that_contradict_each_other() {
+    let mesh = rough_plate(6);
+    let mut random = eikona_mesh::random::Random::from_seed(4);
+    let mut point = || [0, 1, 2].map(|k| if k == 2 { 0.0 } else { 0.1 + 1.8 * random.uniform() });
+    let curves = (0..60).map(|_| straight(&mesh, point(), point())).collect();
+    let source = SurfaceCurves { curves, points: Vec::new() };
+    for coefficient in [1.0, 50.0] {
+        let options = SolveOptions { preserve_source_normals: true, ..levels(LevelSets::Free) };
+        let solution =
+            solver(&mesh, DiffusionTime::Coefficient(coefficient)).solve(&source, &options).unwrap();
+        let kept = solution.report.kept_normals.clone().unwrap();
+        println!("contradictory, coefficient {coefficient}: {kept:?}");
+        assert!(solution.distance.as_slice().iter().all(|d| d.is_finite()));
+        let warned = solution.report.warnings.iter().any(|w| w.contains("normals of the source are kept to"));
+        assert_eq!(warned, kept.residual > kept.tolerance, "{kept:?}");
     }
 }

@@ -5,4 +5,4 @@ mod triangle;
 pub mod vector;
 
 pub use fast_marching::fast_marching;
-pub use triangle::Triangle;
+pub use triangle::{Triangle, lay_out, mean_edge_length};

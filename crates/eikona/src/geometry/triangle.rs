@@ -98,6 +98,20 @@ impl Triangle {
     }
 }
 
+/// The triangles of all faces of a mesh.
+pub fn lay_out(mesh: &TriangleMesh) -> Vec<Triangle> {
+    mesh.faces().map(|f| Triangle::of_face(mesh, f)).collect()
+}
+
+/// The mean length of the edges of a mesh, each counted once, from the layouts of its faces; zero without edges.
+pub fn mean_edge_length(mesh: &TriangleMesh, triangles: &[Triangle]) -> f64 {
+    let length = |e| {
+        let h = mesh.edge_halfedges(e)[0];
+        triangles[h.face().index()].lengths[h.side()]
+    };
+    mesh.edges().map(length).sum::<f64>() / mesh.edge_count().max(1) as f64
+}
+
 /// Heron's formula in Kahan's arrangement, accurate for slivers.
 fn area_from_lengths(lengths: [f64; 3]) -> f64 {
     let mut l = lengths;

@@ -4,4 +4,4 @@ mod cotan;
 mod crouzeix_raviart;
 
 pub use cotan::{CotanLaplacian, divergence};
-pub use crouzeix_raviart::{ConnectionLaplacian, EdgeFrames, EdgeVector, LaplacianEntries};
+pub use crouzeix_raviart::{ComplexFrames, ConnectionLaplacian, EdgeFrames, RealFrames};

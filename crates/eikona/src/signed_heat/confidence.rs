@@ -1,7 +1,7 @@
 //! How far each value rests on data rather than on extrapolation.
 
-use crate::geometry::vector::distance;
-use crate::geometry::{Triangle, fast_marching};
+use crate::geometry::vector::{add, distance, dot, scale, sub};
+use crate::geometry::{Triangle, fast_marching, mean_edge_length};
 use crate::signed_heat::diffusion::UnitField;
 use crate::signed_heat::solution::Confidence;
 use crate::signed_heat::source::Source;
@@ -16,7 +16,7 @@ pub(crate) fn confidence(
     phi: &[f64],
 ) -> Confidence {
     let to_data = fast_marching(mesh, triangles, &seeds(mesh, source));
-    let edge = triangles.iter().flat_map(|t| t.lengths).sum::<f64>() / (3 * triangles.len()).max(1) as f64;
+    let edge = mean_edge_length(mesh, triangles);
     let agreement = vertex_agreement(mesh, triangles, field);
     let confidence = (0..mesh.vertex_count())
         .map(|v| ((phi[v].abs() + edge) / (to_data[v] + edge)).min(1.0) * agreement[v])
@@ -44,11 +44,10 @@ fn seeds(mesh: &TriangleMesh, source: &Source) -> Vec<(Vertex, f64)> {
 }
 
 fn distance_to_segment(p: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
-    let (ab, ap) = ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| p[k] - a[k]));
-    let dot = |x: [f64; 3], y: [f64; 3]| x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+    let (ab, ap) = (sub(b, a), sub(p, a));
     let length_sq = dot(ab, ab);
     let t = if length_sq > 0.0 { (dot(ap, ab) / length_sq).clamp(0.0, 1.0) } else { 0.0 };
-    distance(p, [0, 1, 2].map(|k| a[k] + t * ab[k]))
+    distance(p, add(a, scale(t, ab)))
 }
 
 /// The agreement of the faces around each vertex, by area; NaN where no source reaches.

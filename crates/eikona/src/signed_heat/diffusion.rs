@@ -1,33 +1,29 @@
 //! Steps I and II: diffuse the normals (SHM eq. 12) and make them unit vectors a face, as far from the source as the mesh goes.
 
 use crate::geometry::Triangle;
-use crate::operators::{ConnectionLaplacian, EdgeFrames, EdgeVector, LaplacianEntries};
+use crate::operators::{ComplexFrames, ConnectionLaplacian, EdgeFrames, RealFrames};
 use crate::signed_heat::error::SignedHeatError;
-use crate::signed_heat::source::Source;
-use eikona_mesh::{CurveKind, Edge, Face, SegmentHost, TriangleMesh};
+use crate::signed_heat::options::SolveOptions;
+use crate::signed_heat::report::KeptNormals;
+use crate::signed_heat::sheets::{Entrance, Sheets};
+use crate::signed_heat::source::{Source, outward_at_vertex};
+use eikona_mesh::{Edge, Face, TriangleMesh};
 use eikona_numeric::{Cholesky, Complex, Graph, NumericError, Ordering, Scalar, Symbolic, SymmetricMatrix};
+use std::sync::Arc;
 
-/// The factored operator `M + t L` with the frames of its unknowns.
+/// The factored operator `M + t L` in the form that the mesh needs.
 #[derive(Debug)]
-pub(crate) struct Diffusion {
-    pub frames: EdgeFrames,
-    factor: Factor,
-    mass: Vec<f64>,
-    edge_of_unknown: Vec<Edge>,
-}
-
-#[derive(Debug)]
-enum Factor {
-    Complex(Cholesky<Complex>),
-    Real(Cholesky<f64>),
+pub(crate) enum Diffusion {
+    /// Of consistent winding.
+    Complex(DiffusionOn<ComplexFrames>),
+    /// Any.
+    Real(DiffusionOn<RealFrames>),
 }
 
 /// The analysed, not yet factored operator.
-pub(crate) struct PreparedDiffusion {
-    frames: EdgeFrames,
-    operator: ConnectionLaplacian,
-    symbolic: Symbolic,
-    edge_of_unknown: Vec<Edge>,
+pub(crate) enum PreparedDiffusion {
+    Complex(PreparedOn<ComplexFrames>),
+    Real(PreparedOn<RealFrames>),
 }
 
 impl PreparedDiffusion {
@@ -37,35 +33,118 @@ impl PreparedDiffusion {
         triangles: &[Triangle],
         vertex_order: &[u32],
     ) -> Result<Self, NumericError> {
-        let frames = EdgeFrames::of(mesh);
-        let operator = ConnectionLaplacian::new(mesh, &frames, triangles);
+        Ok(match ComplexFrames::of(mesh) {
+            Some(frames) => Self::Complex(PreparedOn::new(mesh, triangles, vertex_order, frames)?),
+            None => Self::Real(PreparedOn::new(mesh, triangles, vertex_order, RealFrames::of(mesh))?),
+        })
+    }
+    pub fn predicted_bytes(&self) -> usize {
+        match self {
+            Self::Complex(prepared) => prepared.symbolic.predicted_bytes::<Complex>(),
+            Self::Real(prepared) => prepared.symbolic.predicted_bytes::<f64>(),
+        }
+    }
+    pub fn factor(self, time: f64) -> Result<Diffusion, SignedHeatError> {
+        Ok(match self {
+            Self::Complex(prepared) => Diffusion::Complex(prepared.factor(time)?),
+            Self::Real(prepared) => Diffusion::Real(prepared.factor(time)?),
+        })
+    }
+}
+
+impl Diffusion {
+    pub fn is_real(&self) -> bool {
+        matches!(self, Self::Real(_))
+    }
+    pub fn predicted_bytes(&self) -> usize {
+        match self {
+            Self::Complex(diffusion) => diffusion.factor.symbolic().predicted_bytes::<Complex>(),
+            Self::Real(diffusion) => diffusion.factor.symbolic().predicted_bytes::<f64>(),
+        }
+    }
+    /// The same at another time, with the analysis shared.
+    pub fn at(
+        &self,
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        time: f64,
+    ) -> Result<Diffusion, SignedHeatError> {
+        Ok(match self {
+            Self::Complex(diffusion) => Self::Complex(diffusion.at(mesh, triangles, time)?),
+            Self::Real(diffusion) => Self::Real(diffusion.at(mesh, triangles, time)?),
+        })
+    }
+    /// Steps I and II, see [`DiffusionOn::unit_field`].
+    pub fn unit_field(
+        &self,
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        source: &Source,
+        options: &SolveOptions,
+    ) -> Result<UnitField, SignedHeatError> {
+        match self {
+            Self::Complex(diffusion) => diffusion.unit_field(mesh, triangles, source, options),
+            Self::Real(diffusion) => diffusion.unit_field(mesh, triangles, source, options),
+        }
+    }
+    /// Extends a field, see [`DiffusionOn::continue_from`].
+    pub fn continue_from(
+        &self,
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        sheets: &Sheets,
+        entrances: &[Entrance],
+        field: &mut UnitField,
+    ) -> Result<(), SignedHeatError> {
+        match self {
+            Self::Complex(diffusion) => diffusion.continue_from(mesh, triangles, sheets, entrances, field),
+            Self::Real(diffusion) => diffusion.continue_from(mesh, triangles, sheets, entrances, field),
+        }
+    }
+}
+
+/// The factored operator `M + t L` with the frames of its unknowns.
+#[derive(Debug)]
+pub(crate) struct DiffusionOn<F: EdgeFrames> {
+    pub(super) frames: F,
+    factor: Cholesky<F::Value>,
+    mass: Vec<f64>,
+    edge_of_unknown: Vec<Edge>,
+    pub(super) time: f64,
+}
+
+/// The analysed, not yet factored operator.
+pub(crate) struct PreparedOn<F: EdgeFrames> {
+    frames: F,
+    operator: ConnectionLaplacian<F::Value>,
+    symbolic: Symbolic,
+    edge_of_unknown: Vec<Edge>,
+}
+
+impl<F: EdgeFrames> PreparedOn<F> {
+    fn new(
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        vertex_order: &[u32],
+        frames: F,
+    ) -> Result<Self, NumericError> {
+        let operator = frames.connection_laplacian(mesh, triangles);
         let edge_of_unknown = frames.edge_of_unknown(mesh);
         let order = induced_order(mesh, &edge_of_unknown, vertex_order);
         let symbolic = Symbolic::new(&operator.graph, Ordering::Given(&order))?;
-        Ok(PreparedDiffusion { frames, operator, symbolic, edge_of_unknown })
+        Ok(PreparedOn { frames, operator, symbolic, edge_of_unknown })
     }
 
-    pub fn predicted_bytes(&self) -> usize {
-        match self.operator.laplacian {
-            LaplacianEntries::Complex(_) => self.symbolic.predicted_bytes::<Complex>(),
-            LaplacianEntries::Real(_) => self.symbolic.predicted_bytes::<f64>(),
-        }
+    fn factor(self, time: f64) -> Result<DiffusionOn<F>, SignedHeatError> {
+        DiffusionOn::new(self.frames, self.operator, self.symbolic.into(), self.edge_of_unknown, time)
     }
+}
 
-    pub fn factor(self, time: f64) -> Result<Diffusion, SignedHeatError> {
-        let PreparedDiffusion { frames, operator, symbolic, edge_of_unknown } = self;
-        let ConnectionLaplacian { graph, mass, laplacian } = operator;
-        drop::<Graph>(graph);
-        let at_edge = |fault| at_edge(&edge_of_unknown, fault);
-        let factor = match laplacian {
-            LaplacianEntries::Complex(entries) => Factor::Complex(
-                Cholesky::new(symbolic.into(), &mass_plus(&mass, time, entries)).map_err(at_edge)?,
-            ),
-            LaplacianEntries::Real(entries) => Factor::Real(
-                Cholesky::new(symbolic.into(), &mass_plus(&mass, time, entries)).map_err(at_edge)?,
-            ),
-        };
-        Ok(Diffusion { frames, factor, mass, edge_of_unknown })
+impl<F: EdgeFrames + Clone> DiffusionOn<F> {
+    fn at(&self, mesh: &TriangleMesh, triangles: &[Triangle], time: f64) -> Result<Self, SignedHeatError> {
+        let operator = self.frames.connection_laplacian(mesh, triangles);
+        let symbolic = self.factor.symbolic().clone();
+        Self::new(self.frames.clone(), operator, symbolic, self.edge_of_unknown.clone(), time)
     }
 }
 
@@ -79,20 +158,37 @@ fn induced_order(mesh: &TriangleMesh, edge_of_unknown: &[Edge], vertex_order: &[
     for (p, &v) in vertex_order.iter().enumerate() {
         place[v as usize] = p as u32;
     }
-    let mut keys: Vec<(u32, u32, u32)> = edge_of_unknown
-        .iter()
-        .enumerate()
-        .map(|(unknown, &e)| {
-            let [a, b] = mesh.edge_vertices(e).map(|v| place[v.index()]);
-            (a.min(b), a.max(b), unknown as u32)
-        })
-        .collect();
-    keys.sort_unstable();
-    keys.into_iter().map(|(_, _, unknown)| unknown).collect()
+    let ends = |unknown: usize| {
+        let [a, b] = mesh.edge_vertices(edge_of_unknown[unknown]).map(|v| place[v.index()]);
+        (a.min(b), a.max(b))
+    };
+    // In buckets of the first end, which hold a few edges each.
+    let mut start = vec![0u32; vertex_order.len() + 1];
+    for unknown in 0..edge_of_unknown.len() {
+        start[ends(unknown).0 as usize + 1] += 1;
+    }
+    for p in 0..vertex_order.len() {
+        start[p + 1] += start[p];
+    }
+    let mut next = start.clone();
+    let mut keys = vec![(0, 0); edge_of_unknown.len()];
+    for unknown in 0..edge_of_unknown.len() {
+        let (first, second) = ends(unknown);
+        keys[next[first as usize] as usize] = (second, unknown as u32);
+        next[first as usize] += 1;
+    }
+    for bucket in start.windows(2) {
+        keys[bucket[0] as usize..bucket[1] as usize].sort_unstable();
+    }
+    keys.into_iter().map(|(_, unknown)| unknown).collect()
 }
 
 /// `M + t L`, in place.
-fn mass_plus<T: Scalar>(mass: &[f64], time: f64, mut laplacian: SymmetricMatrix<T>) -> SymmetricMatrix<T> {
+pub(super) fn mass_plus<T: Scalar>(
+    mass: &[f64],
+    time: f64,
+    mut laplacian: SymmetricMatrix<T>,
+) -> SymmetricMatrix<T> {
     for (d, m) in laplacian.diagonal.iter_mut().zip(mass) {
         *d = m + time * *d;
     }
@@ -126,6 +222,8 @@ pub(crate) struct UnitField {
     pub stages: usize,
     /// Largest relative residual of the solves over the whole mesh; later stages use the same factor.
     pub residual: f64,
+    /// If the normals of the source were to be kept.
+    pub kept_normals: Option<KeptNormals>,
 }
 
 /// Vectors shorter than this share of the longest have lost their relative accuracy, or are about to: the factor leaves out
@@ -136,53 +234,39 @@ const SHORTEST: f64 = 1e-130;
 /// smaller than what it takes by this factor wherever it matters, far below rounding.
 const FRONTIER: f64 = 1e25;
 
-impl Diffusion {
+impl<F: EdgeFrames> DiffusionOn<F> {
+    fn new(
+        frames: F,
+        operator: ConnectionLaplacian<F::Value>,
+        symbolic: Arc<Symbolic>,
+        edge_of_unknown: Vec<Edge>,
+        time: f64,
+    ) -> Result<Self, SignedHeatError> {
+        let ConnectionLaplacian { graph, mass, matrix } = operator;
+        drop::<Graph>(graph);
+        let factor = Cholesky::new(symbolic, &mass_plus(&mass, time, matrix))
+            .map_err(|fault| at_edge(&edge_of_unknown, fault))?;
+        Ok(DiffusionOn { frames, factor, mass, edge_of_unknown, time })
+    }
+
     /// `(M + t L) x = b`
-    fn solve(&self, b: &EdgeVector) -> Result<EdgeVector, SignedHeatError> {
-        let at_edge = |fault| at_edge(&self.edge_of_unknown, fault);
-        match (&self.factor, b) {
-            (Factor::Complex(factor), EdgeVector::Complex(b)) => {
-                factor.solve(b).map(EdgeVector::Complex).map_err(at_edge)
-            }
-            (Factor::Real(factor), EdgeVector::Real(b)) => {
-                factor.solve(b).map(EdgeVector::Real).map_err(at_edge)
-            }
-            _ => Err(NumericError::WrongLength { found: 0, expected: self.mass.len() }.into()),
-        }
+    pub(super) fn solve(&self, b: &[F::Value]) -> Result<Vec<F::Value>, SignedHeatError> {
+        self.factor.solve(b).map_err(|fault| at_edge(&self.edge_of_unknown, fault))
     }
 
     /// The same at the edges of some faces.
     fn solve_at(
         &self,
         mesh: &TriangleMesh,
-        b: &EdgeVector,
+        b: &[F::Value],
         faces: &[Face],
-    ) -> Result<EdgeVector, SignedHeatError> {
+    ) -> Result<Vec<F::Value>, SignedHeatError> {
         let mut wanted = vec![false; mesh.edge_count()];
         for halfedge in faces.iter().flat_map(|f| [0, 1, 2].map(|k| f.halfedge(k))) {
             wanted[mesh.edge(halfedge).index()] = true;
         }
-        let at_edge = |fault| at_edge(&self.edge_of_unknown, fault);
         let wanted = |unknown: usize| wanted[self.edge_of_unknown[unknown].index()];
-        match (&self.factor, b) {
-            (Factor::Complex(factor), EdgeVector::Complex(b)) => {
-                factor.solve_where(b, wanted).map(EdgeVector::Complex).map_err(at_edge)
-            }
-            (Factor::Real(factor), EdgeVector::Real(b)) => {
-                factor.solve_where(b, wanted).map(EdgeVector::Real).map_err(at_edge)
-            }
-            _ => Err(NumericError::WrongLength { found: 0, expected: self.mass.len() }.into()),
-        }
-    }
-
-    fn residual(&self, x: &EdgeVector, b: &EdgeVector) -> f64 {
-        match (&self.factor, x, b) {
-            (Factor::Complex(factor), EdgeVector::Complex(x), EdgeVector::Complex(b)) => {
-                factor.residual(x, b)
-            }
-            (Factor::Real(factor), EdgeVector::Real(x), EdgeVector::Real(b)) => factor.residual(x, b),
-            _ => f64::NAN,
-        }
+        self.factor.solve_where(b, wanted).map_err(|fault| at_edge(&self.edge_of_unknown, fault))
     }
 
     /// Steps I and II, in stages.
@@ -193,13 +277,12 @@ impl Diffusion {
     /// lies beyond.
     ///
     /// Deviation: the paper solves once, and is silently flat beyond (test `strip_of_20000_columns`).
-    pub fn unit_field(
+    fn unit_field(
         &self,
         mesh: &TriangleMesh,
         triangles: &[Triangle],
         source: &Source,
-        values: EdgeVector,
-        preserve_normals: bool,
+        options: &SolveOptions,
     ) -> Result<UnitField, SignedHeatError> {
         let mut field = UnitField {
             vectors: vec![Complex::ZERO; mesh.face_count()],
@@ -208,29 +291,64 @@ impl Diffusion {
             frontier: Vec::new(),
             stages: 0,
             residual: 0.0,
+            kept_normals: None,
         };
-        self.continue_field(mesh, triangles, values, &mut field, preserve_normals.then_some(source))?;
+        let mut values = source.values(mesh, &self.frames, triangles, options.sign, self.time);
+        let mut x = self.first_vectors(&mut values, &mut field)?;
+        if options.preserve_source_normals {
+            let kept;
+            (x, kept) = self.preserve_normals(mesh, triangles, source, &values, x)?;
+            field.kept_normals = Some(kept);
+        }
+        self.read_in_stages(mesh, triangles, x, &mut field)?;
         Ok(field)
     }
 
-    /// Extends a field from new values at some edges to all faces that they reach and that are not reached yet.
-    pub fn continue_field(
+    /// Extends a field into sheets that are not reached yet, from where distance enters them. No two sheets share an edge, so that
+    /// one solve serves any number of them.
+    fn continue_from(
         &self,
         mesh: &TriangleMesh,
         triangles: &[Triangle],
-        mut values: EdgeVector,
+        sheets: &Sheets,
+        entrances: &[Entrance],
         field: &mut UnitField,
-        preserve: Option<&Source>,
+    ) -> Result<(), SignedHeatError> {
+        let mut values = self.frames.zeros();
+        for at_vertex in entrances.chunk_by(|a, b| a.vertex == b.vertex) {
+            let Entrance { vertex, sign, .. } = at_vertex[0];
+            let inside =
+                |face: Face| at_vertex.binary_search_by_key(&sheets.of_face(face), |e| e.sheet).is_ok();
+            outward_at_vertex(mesh, triangles, vertex, sign, inside, |h, vector| {
+                self.frames.add(mesh, &mut values, h, vector);
+            });
+        }
+        let x = self.first_vectors(&mut values, field)?;
+        self.read_in_stages(mesh, triangles, x, field)
+    }
+
+    /// What the values, scaled to be at most 1, diffuse to.
+    fn first_vectors(
+        &self,
+        values: &mut [F::Value],
+        field: &mut UnitField,
+    ) -> Result<Vec<F::Value>, SignedHeatError> {
+        scale_to_one(values);
+        let x = self.solve(values)?;
+        field.residual = field.residual.max(self.factor.residual(&x, values));
+        field.stages += 1;
+        Ok(x)
+    }
+
+    fn read_in_stages(
+        &self,
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        mut x: Vec<F::Value>,
+        field: &mut UnitField,
     ) -> Result<(), SignedHeatError> {
         let mut unknown: Vec<Face> = mesh.faces().filter(|f| !field.reached[f.index()]).collect();
-        normalise(&mut values);
-        let mut x = self.solve(&values)?;
-        field.residual = field.residual.max(self.residual(&x, &values));
-        if let (0, Some(source)) = (field.stages, preserve) {
-            x = self.preserve_normals(mesh, triangles, source, &values, x)?;
-        }
         loop {
-            field.stages += 1;
             field.frontier.clear();
             let before = unknown.len();
             let shortest = SHORTEST * largest_part(&x);
@@ -238,9 +356,10 @@ impl Diffusion {
             if unknown.is_empty() || unknown.len() == before {
                 return Ok(());
             }
-            values = self.next_stage(mesh, triangles, field);
-            normalise(&mut values);
+            let mut values = self.next_stage(mesh, triangles, field);
+            scale_to_one(&mut values);
             x = self.solve_at(mesh, &values, &unknown)?;
+            field.stages += 1;
         }
     }
 
@@ -249,7 +368,7 @@ impl Diffusion {
         &self,
         mesh: &TriangleMesh,
         triangles: &[Triangle],
-        x: &EdgeVector,
+        x: &[F::Value],
         face: Face,
         shortest: f64,
         field: &mut UnitField,
@@ -281,8 +400,8 @@ impl Diffusion {
     }
 
     /// Unit vectors on the edges of the frontier, times the mass.
-    fn next_stage(&self, mesh: &TriangleMesh, triangles: &[Triangle], field: &UnitField) -> EdgeVector {
-        let mut values = self.frames.zeros(mesh);
+    fn next_stage(&self, mesh: &TriangleMesh, triangles: &[Triangle], field: &UnitField) -> Vec<F::Value> {
+        let mut values = self.frames.zeros();
         for &face in &field.frontier {
             let directions = triangles[face.index()].directions();
             for k in 0..3 {
@@ -290,154 +409,26 @@ impl Diffusion {
                 self.frames.add(mesh, &mut values, face.halfedge(k), seen);
             }
         }
-        match (&mut values, &self.frames) {
-            (EdgeVector::Complex(z), _) => {
-                for (z, &mass) in z.iter_mut().zip(&self.mass) {
-                    let norm = z.abs_sq().sqrt();
-                    if norm > 0.0 {
-                        *z = z.scale(mass / norm);
-                    }
+        for range in mesh.edges().map(|e| self.frames.of_edge(e)) {
+            let norm = values[range.clone()].iter().map(|v| v.abs_sq()).sum::<f64>().sqrt();
+            if norm > 0.0 {
+                for i in range {
+                    values[i] = values[i].scale(self.mass[i] / norm);
                 }
             }
-            (EdgeVector::Real(x), EdgeFrames::Real { first }) => {
-                for range in first.windows(2).map(|w| w[0] as usize..w[1] as usize) {
-                    let norm = x[range.clone()].iter().map(|v| v * v).sum::<f64>().sqrt();
-                    if norm > 0.0 {
-                        for i in range {
-                            x[i] *= self.mass[i] / norm;
-                        }
-                    }
-                }
-            }
-            _ => {}
         }
         values
     }
-
-    /// The solution among those fields that have no part along the curves (section 7 of the paper's code: "preserve source
-    /// normals"): conjugate gradients on the multipliers of one row a segment, with the kept factor inside.
-    fn preserve_normals(
-        &self,
-        mesh: &TriangleMesh,
-        triangles: &[Triangle],
-        source: &Source,
-        values: &EdgeVector,
-        free: EdgeVector,
-    ) -> Result<EdgeVector, SignedHeatError> {
-        let rows = TangentRows::new(mesh, triangles, &self.frames, source);
-        let scale = source.segments.len().max(1) as f64;
-        let mut multipliers = vec![0.0; rows.rows.len()];
-        let mut residual = rows.apply(mesh, &free);
-        let mut direction = residual.clone();
-        let mut norm: f64 = residual.iter().map(|r| r * r).sum();
-        let target = norm * PRESERVE_TOLERANCE * PRESERVE_TOLERANCE;
-        for _ in 0..PRESERVE_ITERATIONS {
-            if norm <= target || norm <= f64::MIN_POSITIVE * scale {
-                break;
-            }
-            let image = rows.apply(mesh, &self.solve(&rows.transpose(mesh, &direction))?);
-            let curvature: f64 = direction.iter().zip(&image).map(|(d, s)| d * s).sum();
-            if curvature <= 0.0 {
-                break; // only by rounding: rows that say the same
-            }
-            let step = norm / curvature;
-            for i in 0..multipliers.len() {
-                multipliers[i] += step * direction[i];
-                residual[i] -= step * image[i];
-            }
-            let next: f64 = residual.iter().map(|r| r * r).sum();
-            for i in 0..multipliers.len() {
-                direction[i] = residual[i] + next / norm * direction[i];
-            }
-            norm = next;
-        }
-        let mut constrained = values.clone();
-        match (&mut constrained, rows.transpose(mesh, &multipliers)) {
-            (EdgeVector::Complex(b), EdgeVector::Complex(m)) => {
-                b.iter_mut().zip(m).for_each(|(b, m)| *b -= m)
-            }
-            (EdgeVector::Real(b), EdgeVector::Real(m)) => b.iter_mut().zip(m).for_each(|(b, m)| *b -= m),
-            _ => {}
-        }
-        self.solve(&constrained)
-    }
 }
 
-/// Relative residual at which tangential parts count as gone; each iteration costs one solve.
-const PRESERVE_TOLERANCE: f64 = 1e-8;
-const PRESERVE_ITERATIONS: usize = 200;
-
-fn largest_part(x: &EdgeVector) -> f64 {
-    fn of<T: Scalar>(x: &[T]) -> f64 {
-        x.iter().fold(0.0f64, |m, v| m.max(v.max_part()))
-    }
-    match x {
-        EdgeVector::Complex(x) => of(x),
-        EdgeVector::Real(x) => of(x),
-    }
+fn largest_part<T: Scalar>(x: &[T]) -> f64 {
+    x.iter().fold(0.0f64, |m, v| m.max(v.max_part()))
 }
 
 /// Divides by the largest entry.
-fn normalise(values: &mut EdgeVector) {
+fn scale_to_one<T: Scalar>(values: &mut [T]) {
     let largest = largest_part(values);
     if largest > 0.0 {
-        match values {
-            EdgeVector::Complex(v) => v.iter_mut().for_each(|v| *v = v.scale(1.0 / largest)),
-            EdgeVector::Real(v) => v.iter_mut().for_each(|v| *v /= largest),
-        }
-    }
-}
-
-/// One row for each signed segment: the part of the field along it, at its middle.
-struct TangentRows<'a> {
-    frames: &'a EdgeFrames,
-    /// Halfedges with coefficients `c`: the row is the sum of `Re(conj(c) z_h)`.
-    rows: Vec<Vec<(eikona_mesh::Halfedge, Complex)>>,
-}
-
-impl<'a> TangentRows<'a> {
-    fn new(mesh: &TriangleMesh, triangles: &[Triangle], frames: &'a EdgeFrames, source: &Source) -> Self {
-        let signed =
-            source.segments.iter().zip(&source.kinds).filter(|(_, kind)| **kind == CurveKind::Signed);
-        let rows = signed
-            .map(|(segment, _)| match segment.host {
-                SegmentHost::Edge(edge, _) => {
-                    vec![(mesh.edge_halfedges(edge)[0], Complex { re: 1.0, im: 0.0 })]
-                }
-                SegmentHost::Face(face, [from, to]) => {
-                    let t = &triangles[face.index()];
-                    let vector = t.point(to) - t.point(from);
-                    let tangent = vector.scale(1.0 / vector.norm());
-                    let directions = t.directions();
-                    (0..3)
-                        .map(|k| {
-                            // The Crouzeix-Raviart function of side k at the middle of the segment.
-                            let opposite = (k + 2) % 3;
-                            let value = 1.0 - (from[opposite] + to[opposite]);
-                            (face.halfedge(k), directions[k].conj() * tangent.scale(value))
-                        })
-                        .collect()
-                }
-            })
-            .collect();
-        TangentRows { frames, rows }
-    }
-
-    fn apply(&self, mesh: &TriangleMesh, x: &EdgeVector) -> Vec<f64> {
-        let value = |&(h, c): &(eikona_mesh::Halfedge, Complex)| {
-            let z = self.frames.read(mesh, x, h);
-            c.re * z.re + c.im * z.im
-        };
-        self.rows.iter().map(|row| row.iter().map(value).sum()).collect()
-    }
-
-    fn transpose(&self, mesh: &TriangleMesh, multipliers: &[f64]) -> EdgeVector {
-        let mut values = self.frames.zeros(mesh);
-        for (row, &m) in self.rows.iter().zip(multipliers) {
-            for &(h, c) in row {
-                self.frames.add(mesh, &mut values, h, c.scale(m));
-            }
-        }
-        values
+        values.iter_mut().for_each(|v| *v = v.scale(1.0 / largest));
     }
 }

@@ -13,7 +13,7 @@
 //! | `X_0` | `source.rs` | E | 11; for points and unsigned curves not A.1, A.2 |
 //! | `X`, `Y` | `diffusion.rs`; [`Solution::gradient`] | E; F unit vectors | 12, sec 6 |
 //! | `phi` | [`Solution::distance`] | V, length | 13, 14 |
-//! | `A` | [`LevelSets`], `integration.rs` | rows of constraints | 14, sec 7.1 |
+//! | `A` | [`LevelSets`], `level_sets.rs` | rows of constraints | 14, sec 7.1 |
 //!
 //! **Sign.** Negative on the left of an oriented curve (the paper and geometry-central have it positive there; see
 //! [`SignConvention`]). Isolated points and unsigned curves give distances that are positive on all sides.
@@ -46,8 +46,11 @@ mod confidence;
 mod diffusion;
 mod error;
 mod integration;
+mod level_sets;
+mod normals;
 mod options;
 mod report;
+mod sheets;
 mod side;
 mod solution;
 mod solver;
@@ -56,7 +59,7 @@ mod time;
 
 pub use error::SignedHeatError;
 pub use options::{DiffusionTime, LevelSets, SignConvention, SolveOptions, SolverOptions};
-pub use report::{Phases, Preparation, Report};
+pub use report::{KeptNormals, Phases, Preparation, Report};
 pub use solution::{Confidence, Solution};
 pub use solver::Solver;
 pub use time::ChosenTime;
@@ -65,7 +68,7 @@ use eikona_mesh::{SurfaceCurves, TriangleMesh};
 
 /// Signed distance in one call: builds a [`Solver`] for this source and solves once.
 ///
-/// With [`DiffusionTime::Automatic`] the source has a say in the time: see [`DiffusionTime::for_source`].
+/// The result is that of a [`Solver`] with the same options.
 ///
 /// # Errors
 /// Those of [`Solver::new`] and [`Solver::solve`].

@@ -8,8 +8,14 @@ pub enum DiffusionTime {
     /// `t = coefficient * h^2` with `h` half the mean edge length. 1 is the paper's choice (section 6). Larger values smooth
     /// corners and noise and follow rounder completions; smaller ones follow the nearest normal.
     Coefficient(f64),
-    /// Chosen from the mesh so that the error of smooth curves falls with refinement: `t = 0.1 h sqrt(A)` for surface area
-    /// `A`, but at least `h^2`. The report says what was chosen and why.
+    /// Chosen from mesh and source; the report says what was chosen and why. For a source in which a signed curve is open, that of
+    /// [`AutomaticForGaps`](DiffusionTime::AutomaticForGaps). Else so that the error of smooth curves falls with refinement:
+    /// `t = 0.1 h sqrt(A)` for surface area `A`, but at least `h^2`.
+    ///
+    /// The rule is the same in [`signed_distance`](super::signed_distance) and in a [`Solver`](super::Solver), which knows no
+    /// source when it is built: it factors the diffusion for gaps when the first open curve comes. (A solver with one time for
+    /// all would be off by twice the error on broken curves, or would stop converging on closed ones.) If all sources are
+    /// known to have gaps, [`for_source`](DiffusionTime::for_source) saves it the other factor.
     ///
     /// Deviation: with the paper's `t = h^2` the decay of a discrete vector depends on its direction through the mesh by a
     /// share that does not fall with `h`, so that the error on a sphere stalls near 1e-4 (test `convergence_on_the_sphere`).
@@ -80,7 +86,9 @@ impl Default for SolverOptions {
 pub struct SolveOptions {
     /// Default [`LevelSets::Zero`], as in the paper's figures.
     pub level_sets: LevelSets,
-    /// Keep the diffused vectors normal to the curves, so that corners of a curve are not rounded (default false).
+    /// Keep the diffused vectors normal to the curves, on the mean of each passage through a face or along an edge, so that
+    /// corners of a curve are not rounded (default false). Costs a handful of back-substitutions:
+    /// [`Report::kept_normals`](super::Report::kept_normals) counts them.
     pub preserve_source_normals: bool,
     /// Default [`SignConvention::LeftNegative`].
     pub sign: SignConvention,

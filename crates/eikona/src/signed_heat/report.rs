@@ -63,10 +63,15 @@ pub struct Report {
     pub stages: usize,
     /// Largest relative residual of the diffusion solves.
     pub diffusion_residual: f64,
+    /// How the normals of the source were kept, if asked for.
+    pub kept_normals: Option<KeptNormals>,
     /// Relative residual of the fit.
     pub integration_residual: f64,
-    /// Largest deviation of a constrained value from its level, in the unit of length.
-    pub constraint_violation: f64,
+    /// Largest deviation of the distance from its level at nodes of the curves, middles of segments inside edges and faces, and
+    /// points, in the unit of length: zero to rounding where values are held exactly; elsewhere, and for
+    /// [`LevelSets::Soft`](super::LevelSets::Soft) (whose level is zero), what the weight leaves. `None` for
+    /// [`LevelSets::Free`](super::LevelSets::Free), which asks for nothing.
+    pub constraint_violation: Option<f64>,
     /// Level of each connected piece of the source for [`LevelSets::PerComponent`](super::LevelSets::PerComponent).
     pub levels: Vec<f64>,
     /// Segments of all curves, zero-length ones left out.
@@ -75,6 +80,33 @@ pub struct Report {
     pub source_points: usize,
     /// Sentences for the user, besides those of the preparation.
     pub warnings: Vec<String>,
+}
+
+/// How well the diffused vectors stay normal to the curves, for
+/// [`preserve_source_normals`](super::SolveOptions::preserve_source_normals).
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeptNormals {
+    /// Conjugate gradient iterations, of one back-substitution each.
+    pub iterations: usize,
+    /// What is left of the parts along the curves, as a share of the length of the vectors there (roots of the sums of squares,
+    /// one a passage through a face or along an edge).
+    pub residual: f64,
+    /// The share at which they count as gone; above it there is a warning.
+    pub tolerance: f64,
+}
+
+impl KeptNormals {
+    pub(crate) fn warning(&self) -> Option<String> {
+        // Also for a residual that is not a number.
+        let converged = self.residual <= self.tolerance;
+        (!converged).then(|| {
+            format!(
+                "the normals of the source are kept to {:.1e} only, not {:.0e}, after {} iterations: \
+                 look for curves that are much finer than the mesh, or do without preserve_source_normals",
+                self.residual, self.tolerance, self.iterations
+            )
+        })
+    }
 }
 
 impl Report {

@@ -1,7 +1,10 @@
 //! Which side of a segment is left: by the winding of a reference face, carried along each curve.
 
-use crate::geometry::Triangle;
-use eikona_mesh::{CurveKind, Face, Located, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex};
+use crate::geometry::vector::{cross, dot, sub};
+use eikona_mesh::{
+    CurveKind, Face, Located, Neighbour, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex,
+};
+use std::collections::{HashSet, VecDeque};
 
 /// For each segment a face that it touches, and +1 or -1: whether left is left in the winding of that face.
 pub(crate) struct SideOfSegments {
@@ -9,8 +12,9 @@ pub(crate) struct SideOfSegments {
 }
 
 impl SideOfSegments {
-    /// On a mesh of `consistent` winding left is left. Else carries the side from the first segment of each curve to its last. Where two consecutive segments see no chain of
-    /// faces between them, or on a closed curve that comes back reversed, a warning says so.
+    /// On a mesh of `consistent` winding left is left. Else carries the side from the first segment of each curve to its last:
+    /// left stays left where two consecutive segments see no chain of faces between them, and a warning tells of a closed curve
+    /// that comes back reversed.
     pub fn of(
         mesh: &TriangleMesh,
         consistent: bool,
@@ -67,9 +71,7 @@ fn host_face(mesh: &TriangleMesh, segment: &Segment) -> Face {
 fn first_side(mesh: &TriangleMesh, face: Face, up: Option<[f64; 3]>) -> f64 {
     let Some(up) = up else { return 1.0 };
     let [a, b, c] = mesh.face_positions(face);
-    let (u, v) = ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| c[k] - a[k]));
-    let normal = [0, 1, 2].map(|k| u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]);
-    if (0..3).map(|k| up[k] * normal[k]).sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
+    if dot(up, cross(sub(b, a), sub(c, a))) < 0.0 { -1.0 } else { 1.0 }
 }
 
 /// +1 when two faces at a point have the same winding, -1 when opposite, `None` when no chain of faces around the point joins them.
@@ -88,36 +90,23 @@ fn relative_winding(mesh: &TriangleMesh, from: Face, to: Face, at: Located) -> O
     }
 }
 
+/// # Cost
+/// Linear in the number of faces around the vertex.
 fn relative_winding_around(mesh: &TriangleMesh, from: Face, to: Face, v: Vertex) -> Option<f64> {
-    let mut seen = vec![(from, 1.0)];
-    let mut next = 0;
-    while next < seen.len() {
-        let (face, side) = seen[next];
-        next += 1;
-        for k in 0..3 {
-            let h = face.halfedge(k);
-            if mesh.origin(h) != v && mesh.tip(h) != v {
-                continue;
-            }
-            let across = mesh.edge_halfedges(mesh.edge(h));
-            if across.len() != 2 {
-                continue;
-            }
-            let other = if across[0] == h { across[1] } else { across[0] };
-            if seen.iter().any(|(f, _)| *f == other.face()) {
-                continue;
-            }
+    let mut seen = HashSet::from([from]);
+    let mut waiting = VecDeque::from([(from, 1.0)]);
+    while let Some((face, side)) = waiting.pop_front() {
+        let at_vertex = (0..3).map(|k| face.halfedge(k)).filter(|&h| mesh.origin(h) == v || mesh.tip(h) == v);
+        for h in at_vertex {
+            let Neighbour::Twin(other) = mesh.neighbour(h) else { continue };
             let turn = if mesh.follows_edge(h) == mesh.follows_edge(other) { -1.0 } else { 1.0 };
             if other.face() == to {
                 return Some(side * turn);
             }
-            seen.push((other.face(), side * turn));
+            if seen.insert(other.face()) {
+                waiting.push_back((other.face(), side * turn));
+            }
         }
     }
     None
-}
-
-/// The layouts of all faces.
-pub(crate) fn lay_out(mesh: &TriangleMesh) -> Vec<Triangle> {
-    mesh.faces().map(|f| Triangle::of_face(mesh, f)).collect()
 }

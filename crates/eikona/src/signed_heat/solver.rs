@@ -1,21 +1,25 @@
 //! The solver: factors once, answers curve after curve.
 
-use crate::geometry::Triangle;
-use crate::operators::EdgeFrames;
+use crate::geometry::vector::{add, dot, normalize, scale, sub};
+use crate::geometry::{Triangle, lay_out};
+use crate::operators::{ComplexFrames, divergence};
 use crate::signed_heat::confidence::confidence;
 use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::integration::{Integration, PreparedIntegration};
-use crate::signed_heat::options::{LevelSets, SolveOptions, SolverOptions};
-use crate::signed_heat::report::{Phases, Preparation, Report};
-use crate::signed_heat::side::lay_out;
+use crate::signed_heat::options::{DiffusionTime, LevelSets, SolveOptions, SolverOptions};
+use crate::signed_heat::report::{KeptNormals, Phases, Preparation, Report, Running};
+use crate::signed_heat::sheets::Sheets;
 use crate::signed_heat::solution::Solution;
-use crate::signed_heat::source::{Source, outward_at_vertex};
+use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
-use eikona_mesh::{Components, Face, FaceField, Orientation, SurfaceCurves, TriangleMesh, VertexField};
+use eikona_mesh::{
+    Components, Face, FaceField, Orientation, SurfaceCurves, TriangleMesh, Vertex, VertexField,
+};
 use eikona_numeric::Complex;
+use std::sync::OnceLock;
 
-/// The signed heat method on one triangle mesh, at one diffusion time: both systems factored, any number of sources.
+/// The signed heat method on one triangle mesh: both systems factored, any number of sources.
 ///
 /// ```
 /// use eikona::signed_heat::{Solver, SolverOptions, SolveOptions};
@@ -36,10 +40,19 @@ pub struct Solver {
     /// The mesh with consistent winding wherever there is one; numbering as given.
     mesh: TriangleMesh,
     triangles: Vec<Triangle>,
-    diffusion: Diffusion,
+    diffusion: AtTime,
+    /// With [`DiffusionTime::Automatic`]: for sources with gaps, made when the first of them comes.
+    for_gaps: Option<OnceLock<AtTime>>,
     integration: Integration,
-    time: ChosenTime,
     preparation: Preparation,
+    memory_limit: Option<usize>,
+}
+
+/// The diffusion operator factored at a time.
+#[derive(Debug)]
+struct AtTime {
+    time: ChosenTime,
+    diffusion: Diffusion,
 }
 
 impl Solver {
@@ -70,9 +83,7 @@ impl Solver {
         let diffusion = PreparedDiffusion::new(&mesh, &triangles, integration.vertex_order())?;
         phases.end("analysis");
         let needed_bytes = diffusion.predicted_bytes() + integration.predicted_bytes();
-        if let Some(limit_bytes) = options.memory_limit.filter(|&limit| needed_bytes > limit) {
-            return Err(SignedHeatError::MemoryLimit { needed_bytes, limit_bytes });
-        }
+        check_memory(needed_bytes, options.memory_limit)?;
 
         let component_of_vertex = components.of_vertex.into_vec();
         let unreferenced = component_of_vertex.iter().filter(|c| c.is_none()).count();
@@ -98,21 +109,32 @@ impl Solver {
         let preparation = Preparation {
             phases: phases.finish(),
             factor_bytes: needed_bytes,
-            real_form: matches!(diffusion.frames, EdgeFrames::Real { .. }),
+            real_form: diffusion.is_real(),
             warnings,
         };
-        Ok(Solver { mesh, triangles, diffusion, integration, time, preparation })
+        Ok(Solver {
+            mesh,
+            triangles,
+            diffusion: AtTime { time, diffusion },
+            for_gaps: (options.time == DiffusionTime::Automatic).then(OnceLock::new),
+            integration,
+            preparation,
+            memory_limit: options.memory_limit,
+        })
     }
 
     /// The distance to curves and points.
     ///
     /// # Errors
     /// [`SignedHeatError::Curve`] with the curve and node that is not on the mesh, out of range, or across faces;
-    /// [`SignedHeatError::Option`]; failures of the solves.
+    /// [`SignedHeatError::Option`]; failures of the solves; [`SignedHeatError::MemoryLimit`] when a second diffusion time would
+    /// exceed it.
     ///
     /// # Cost
-    /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more with constraints. A source
-    /// that is hundreds of edges away from parts of the mesh costs one more back-substitution for each such distance.
+    /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more with constraints, and its
+    /// analysis too for [`LevelSets::PerComponent`], whatever the number of pieces. A source that is hundreds of edges away from parts of the mesh costs one more back-substitution for each such distance.
+    /// With [`DiffusionTime::Automatic`] the first source with gaps costs one factorisation of the diffusion at the time for gaps,
+    /// and its memory; [`DiffusionTime::for_source`] chooses that time from the start.
     pub fn solve(&self, source: &SurfaceCurves, options: &SolveOptions) -> Result<Solution, SignedHeatError> {
         let mut phases = Phases::start();
         if let LevelSets::Soft(weight) = options.level_sets
@@ -124,21 +146,13 @@ impl Solver {
                 bound: "from 1e-9 to 1e12",
             });
         }
-        let consistent = matches!(self.diffusion.frames, EdgeFrames::Complex);
-        let source = Source::new(&self.mesh, consistent, source)?;
-        let values =
-            source.values(&self.mesh, &self.diffusion.frames, &self.triangles, options.sign, self.time.time);
+        let AtTime { time, diffusion } = self.at_time_for(source, &mut phases)?;
+        let source = Source::new(&self.mesh, !diffusion.is_real(), source)?;
         phases.end("source");
 
         // Step I and II: diffuse the normals, normalise a face.
-        let mut field = self.diffusion.unit_field(
-            &self.mesh,
-            &self.triangles,
-            &source,
-            values,
-            options.preserve_source_normals,
-        )?;
-        self.bridge_vertices(&source, &mut field)?;
+        let mut field = diffusion.unit_field(&self.mesh, &self.triangles, &source, options)?;
+        self.bridge_vertices(diffusion, &source, &mut field)?;
         phases.end("diffusion");
 
         // Step III: integrate.
@@ -158,6 +172,7 @@ impl Solver {
         phases.end("confidence");
 
         let mut warnings = source.warnings;
+        warnings.extend(field.kept_normals.as_ref().and_then(KeptNormals::warning));
         self.warn_unreached(&integrated.values, &mut warnings);
         Ok(Solution {
             distance: VertexField::from(integrated.values),
@@ -165,10 +180,11 @@ impl Solver {
             confidence,
             report: Report {
                 preparation: self.preparation.clone(),
-                time: self.time.clone(),
+                time: time.clone(),
                 phases: phases.finish(),
                 stages: field.stages,
                 diffusion_residual: field.residual,
+                kept_normals: field.kept_normals,
                 integration_residual: integrated.residual,
                 constraint_violation: integrated.constraint_violation,
                 levels: integrated.levels,
@@ -184,47 +200,66 @@ impl Solver {
         &self.mesh
     }
 
-    /// The diffusion time with the reason for it.
+    /// The diffusion time with the reason for it. With [`DiffusionTime::Automatic`], that for sources without gaps; the
+    /// [`Report`] has the one used.
     pub fn time(&self) -> &ChosenTime {
-        &self.time
+        &self.diffusion.time
     }
 
-    /// Sheets of faces that hang on the rest by single vertices only are not reached by diffusion across edges. Distance
-    /// goes on through such a vertex as from a point.
-    fn bridge_vertices(&self, source: &Source, field: &mut UnitField) -> Result<(), SignedHeatError> {
-        loop {
-            let bridges: Vec<_> = self
-                .mesh
-                .vertices()
-                .filter(|&v| {
-                    let reached = |c: &eikona_mesh::Corner| field.reached[c.face().index()];
-                    let corners = self.mesh.vertex_corners(v);
-                    corners.iter().any(reached) && !corners.iter().all(reached)
-                })
-                .collect();
-            if bridges.is_empty() {
-                return Ok(());
-            }
-            // On faces that are not reached yet the fit is constant: the value at the vertex tells the sign.
-            let mut b = crate::operators::divergence(&self.mesh, &self.triangles, &field.vectors);
-            b.iter_mut().for_each(|x| *x = -*x);
-            let (phi, _) = self.integration.fit(&b)?;
-            let zero = self.integration.mean_at_source(&self.mesh, &phi, source);
-            let mut values = self.diffusion.frames.zeros(&self.mesh);
-            for v in bridges {
-                let component = self.integration.component_of_vertex()[v.index()].unwrap_or(0) as usize;
-                let sign = if phi[v.index()] >= zero[component] { 1.0 } else { -1.0 };
-                let unreached = |face: Face| !field.reached[face.index()];
-                outward_at_vertex(&self.mesh, &self.triangles, v, sign, unreached, |h, vector| {
-                    self.diffusion.frames.add(&self.mesh, &mut values, h, vector);
-                });
-            }
-            let before = field.reached.iter().filter(|r| **r).count();
-            self.diffusion.continue_field(&self.mesh, &self.triangles, values, field, None)?;
-            if field.reached.iter().filter(|r| **r).count() == before {
-                return Ok(());
-            }
+    /// The diffusion for a source, by the rule of [`DiffusionTime::for_source`].
+    fn at_time_for(&self, source: &SurfaceCurves, phases: &mut Running) -> Result<&AtTime, SignedHeatError> {
+        let wanted = DiffusionTime::Automatic.for_source(source);
+        let Some(for_gaps) = self.for_gaps.as_ref().filter(|_| wanted != DiffusionTime::Automatic) else {
+            return Ok(&self.diffusion);
+        };
+        if let Some(made) = for_gaps.get() {
+            return Ok(made);
         }
+        let own = &self.diffusion.diffusion;
+        check_memory(self.preparation.factor_bytes + own.predicted_bytes(), self.memory_limit)?;
+        let time = choose_time(&self.mesh, &self.triangles, wanted)?;
+        let diffusion = own.at(&self.mesh, &self.triangles, time.time)?;
+        phases.end("factorisation");
+        Ok(for_gaps.get_or_init(|| AtTime { time, diffusion }))
+    }
+
+    /// Goes on into the sheets of faces that hang on the reached ones by vertices only: one fit for the signs of the distance
+    /// there, and one more run of the diffusion, in which no sheet knows of another.
+    fn bridge_vertices(
+        &self,
+        diffusion: &Diffusion,
+        source: &Source,
+        field: &mut UnitField,
+    ) -> Result<(), SignedHeatError> {
+        if field.reached.iter().all(|r| *r) {
+            return Ok(());
+        }
+        let sheets = Sheets::of(&self.mesh);
+        let signs = |vertices: &[Vertex]| self.signs_of_distance(source, field, vertices);
+        let entrances = sheets.entrances(&self.mesh, &self.triangles, &field.reached, signs)?;
+        if entrances.is_empty() {
+            return Ok(());
+        }
+        diffusion.continue_from(&self.mesh, &self.triangles, &sheets, &entrances, field)
+    }
+
+    /// Whether the distance is positive (1) or negative (-1) at some vertices of reached faces. On faces that are not reached the fit
+    /// is constant.
+    fn signs_of_distance(
+        &self,
+        source: &Source,
+        field: &UnitField,
+        vertices: &[Vertex],
+    ) -> Result<Vec<f64>, SignedHeatError> {
+        let mut b = divergence(&self.mesh, &self.triangles, &field.vectors);
+        b.iter_mut().for_each(|x| *x = -*x);
+        let (phi, _) = self.integration.fit(&b)?;
+        let zero = self.integration.mean_at_source(&self.mesh, &phi, source);
+        let sign = |v: &Vertex| {
+            let component = self.integration.component_of_vertex()[v.index()].unwrap_or(0) as usize;
+            if phi[v.index()] >= zero[component] { 1.0 } else { -1.0 }
+        };
+        Ok(vertices.iter().map(sign).collect())
     }
 
     fn warn_unreached(&self, values: &[f64], warnings: &mut Vec<String>) {
@@ -249,25 +284,19 @@ impl Solver {
             .zip(vectors)
             .map(|(face, y)| {
                 let [a, b, c] = self.mesh.face_positions(face);
-                let along = unit([0, 1, 2].map(|k| b[k] - a[k]));
-                let other = [0, 1, 2].map(|k| c[k] - a[k]);
-                let part: f64 = (0..3).map(|k| other[k] * along[k]).sum();
-                let across = unit([0, 1, 2].map(|k| other[k] - part * along[k]));
-                [0, 1, 2].map(|k| y.re * along[k] + y.im * across[k])
+                let along = normalize(sub(b, a)).unwrap_or_default();
+                let other = sub(c, a);
+                let across = normalize(sub(other, scale(dot(other, along), along))).unwrap_or_default();
+                add(scale(y.re, along), scale(y.im, across))
             })
             .collect::<Vec<_>>()
             .into()
     }
 }
 
-fn unit(v: [f64; 3]) -> [f64; 3] {
-    let norm = crate::geometry::vector::norm(v);
-    if norm > 0.0 { v.map(|x| x / norm) } else { [0.0; 3] }
-}
-
 /// The mesh itself if its winding is consistent; else with the smaller part of each orientable patch turned over.
 fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> TriangleMesh {
-    if matches!(EdgeFrames::of(mesh), EdgeFrames::Complex) {
+    if ComplexFrames::of(mesh).is_some() {
         return mesh.clone();
     }
     let orientation = Orientation::of(mesh);
@@ -311,6 +340,13 @@ fn check_scale(triangles: &[Triangle]) -> Result<(), SignedHeatError> {
         return Err(scale(its_face));
     }
     Ok(())
+}
+
+fn check_memory(needed_bytes: usize, limit: Option<usize>) -> Result<(), SignedHeatError> {
+    match limit.filter(|&limit| needed_bytes > limit) {
+        Some(limit_bytes) => Err(SignedHeatError::MemoryLimit { needed_bytes, limit_bytes }),
+        None => Ok(()),
+    }
 }
 
 fn note_mollified(triangles: &[Triangle], warnings: &mut Vec<String>) {

@@ -2,7 +2,7 @@
 
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
-use crate::operators::{EdgeFrames, EdgeVector};
+use crate::operators::EdgeFrames;
 use crate::signed_heat::options::SignConvention;
 use crate::signed_heat::side::SideOfSegments;
 use eikona_mesh::{
@@ -36,15 +36,15 @@ impl Source {
     }
 
     /// The values `X_0` for diffusion time `t`.
-    pub fn values(
+    pub fn values<F: EdgeFrames>(
         &self,
         mesh: &TriangleMesh,
-        frames: &EdgeFrames,
+        frames: &F,
         triangles: &[Triangle],
         sign: SignConvention,
         time: f64,
-    ) -> EdgeVector {
-        let mut deposit = Deposit { mesh, frames, triangles, values: frames.zeros(mesh), largest: 0.0 };
+    ) -> Vec<F::Value> {
+        let mut deposit = Deposit { mesh, frames, triangles, values: frames.zeros(), largest: 0.0 };
         // A gradient of height 1 / sqrt(t) balances the normal of a signed curve: both leave the same field on flat ground.
         let spread = time.sqrt();
         for (i, (segment, kind)) in self.segments.iter().zip(&self.kinds).enumerate() {
@@ -63,11 +63,11 @@ impl Source {
     }
 }
 
-struct Deposit<'a> {
+struct Deposit<'a, F: EdgeFrames> {
     mesh: &'a TriangleMesh,
-    frames: &'a EdgeFrames,
+    frames: &'a F,
     triangles: &'a [Triangle],
-    values: EdgeVector,
+    values: Vec<F::Value>,
     /// The largest single contribution.
     largest: f64,
 }
@@ -77,7 +77,7 @@ const I: Complex = Complex { re: 0.0, im: 1.0 };
 /// Sums below this share of the largest contribution are what rounding leaves of normals that cancel.
 const CANCELLED: f64 = 1e-13;
 
-impl Deposit<'_> {
+impl<F: EdgeFrames> Deposit<'_, F> {
     /// Adds a vector, given in the layout of a face, at one of its sides.
     fn add(&mut self, face: Face, side: usize, vector: Complex) {
         let along = self.triangles[face.index()].directions()[side];
@@ -91,14 +91,9 @@ impl Deposit<'_> {
     }
 
     /// The sums, with those that cancelled set to zero.
-    fn finish(mut self) -> EdgeVector {
-        fn clear<T: Scalar>(values: &mut [T], smallest: f64) {
-            values.iter_mut().filter(|v| v.max_part() < smallest).for_each(|v| *v = T::ZERO);
-        }
-        match &mut self.values {
-            EdgeVector::Complex(z) => clear(z, CANCELLED * self.largest),
-            EdgeVector::Real(x) => clear(x, CANCELLED * self.largest),
-        }
+    fn finish(mut self) -> Vec<F::Value> {
+        let smallest = CANCELLED * self.largest;
+        self.values.iter_mut().filter(|v| v.max_part() < smallest).for_each(|v| *v = F::Value::ZERO);
         self.values
     }
 

@@ -1,6 +1,6 @@
 //! How long to diffuse.
 
-use crate::geometry::Triangle;
+use crate::geometry::{Triangle, mean_edge_length};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::options::DiffusionTime;
 use eikona_mesh::TriangleMesh;
@@ -42,17 +42,6 @@ pub(crate) fn choose_time(
         DiffusionTime::AutomaticForGaps => (GAPS_COEFFICIENT, "automatic, for curves with gaps".to_string()),
     };
     Ok(ChosenTime { time: coefficient * edge_spacing * edge_spacing, coefficient, edge_spacing, reason })
-}
-
-fn mean_edge_length(mesh: &TriangleMesh, triangles: &[Triangle]) -> f64 {
-    let sum: f64 = mesh
-        .edges()
-        .map(|e| {
-            let h = mesh.edge_halfedges(e)[0];
-            triangles[h.face().index()].lengths[h.side()]
-        })
-        .sum();
-    sum / mesh.edge_count().max(1) as f64
 }
 
 /// See [`DiffusionTime::AutomaticForGaps`].

@@ -173,6 +173,7 @@ pub fn signed_distance(
     source: &SurfaceCurves,
     coefficient: f64,
     constraint: Constraint,
+    preserve_normals: bool,
 ) -> Vec<f64> {
     let segments = source.segments(mesh).unwrap();
     assert!(source.curves.iter().all(|c| c.kind == CurveKind::Signed));
@@ -182,7 +183,12 @@ pub fn signed_distance(
     let (mass, energy) = vector_operators(mesh);
     let mut system = mass;
     system.entries.iter_mut().zip(&energy.entries).for_each(|(m, e)| *m += time * e);
-    let x = system.solve(&normals(mesh, &segments));
+    let x0 = normals(mesh, &segments);
+    let x = if preserve_normals {
+        constrained(&system, &x0, &independent(tangents(mesh, &segments)))
+    } else {
+        system.solve(&x0)
+    };
 
     let mut rhs = vec![0.0; mesh.vertex_count()];
     for f in mesh.faces() {
@@ -233,6 +239,29 @@ fn normals(mesh: &TriangleMesh, segments: &[Segment]) -> Vec<f64> {
     values
 }
 
+/// One row a segment: the part along it of a field, at its middle.
+fn tangents(mesh: &TriangleMesh, segments: &[Segment]) -> Vec<Vec<f64>> {
+    let tangent = |s: &Segment| {
+        let mut row = vec![0.0; 2 * mesh.edge_count()];
+        match s.host {
+            SegmentHost::Face(f, [a, b]) => {
+                let frame = FaceFrame::of(mesh, f);
+                let along = sub(position(mesh, f, b), position(mesh, f, a));
+                for (k, e) in mesh.face_edges(f).into_iter().enumerate() {
+                    let opposite = (k + 2) % 3;
+                    let value = 1.0 - 2.0 * (0.5 * (a[opposite] + b[opposite]));
+                    for (part, basis) in frame.basis(k).into_iter().enumerate() {
+                        row[2 * e.index() + part] += value * dot(along, basis) / norm(along);
+                    }
+                }
+            }
+            SegmentHost::Edge(e, _) => row[2 * e.index()] = 1.0,
+        }
+        row
+    };
+    segments.iter().map(tangent).collect()
+}
+
 fn integrate(
     mesh: &TriangleMesh,
     source: &SurfaceCurves,
@@ -251,16 +280,10 @@ fn integrate(
     let mut rows: Vec<Vec<f64>> = Vec::new();
     match constraint {
         Constraint::Free => rows.push(vec![1.0; n]), // any constant
-        Constraint::Zero => {
-            rows.extend(segments.iter().flat_map(|s| s.ends).map(row));
-        }
+        Constraint::Zero => return held(mesh, segments, rhs, None),
         Constraint::PerPiece => {
-            rows.push(vec![1.0; n]);
-            for curve in 0..source.curves.len() {
-                let own: Vec<&Segment> = segments.iter().filter(|s| s.curve == curve).collect();
-                let first = row(own[0].ends[0]);
-                rows.extend(own.iter().map(|s| minus(&row(s.ends[1]), &first)));
-            }
+            let phi = held(mesh, segments, rhs, Some(source.curves.len()));
+            return minus(&phi, &vec![mean_along(mesh, segments, &phi); n]);
         }
         Constraint::Soft(weight) => {
             let mut system = laplacian.clone();
@@ -281,17 +304,73 @@ fn integrate(
         }
     }
     let phi = constrained(&laplacian, rhs, &independent(rows));
-    if matches!(constraint, Constraint::Zero) {
-        return phi;
-    }
+    minus(&phi, &vec![mean_along(mesh, segments, &phi); n])
+}
+
+fn mean_along(mesh: &TriangleMesh, segments: &[Segment], phi: &[f64]) -> f64 {
     let (mut sum, mut length) = (0.0, 0.0);
     for s in segments {
         let [p, q] = s.ends.map(|e| e.position(mesh));
-        let [a, b] = s.ends.map(|e| e.interpolate(mesh, &phi));
+        let [a, b] = s.ends.map(|e| e.interpolate(mesh, phi));
         sum += norm(sub(q, p)) * 0.5 * (a + b);
         length += norm(sub(q, p));
     }
-    phi.iter().map(|x| x - sum / length).collect()
+    sum / length
+}
+
+/// How strongly curves inside edges and faces are held (`ALONG_CURVES` of the library).
+const ALONG_CURVES: f64 = 10.0;
+
+/// The fit with values of zero along the curves, or at a level of its own along each (with mean zero over the vertices): exactly at
+/// vertices, and by weight along segments inside edges and faces. No two curves touch. The levels are unknowns as the values are.
+fn held(mesh: &TriangleMesh, segments: &[Segment], rhs: &[f64], curves: Option<usize>) -> Vec<f64> {
+    let (laplacian, n) = (scalar_laplacian(mesh), mesh.vertex_count());
+    let m = n + curves.unwrap_or(0);
+    let mut system = Dense::zeros(m);
+    for i in 0..n {
+        for j in 0..n {
+            *system.at(i, j) = laplacian.get(i, j);
+        }
+    }
+    let mut rows: Vec<Vec<f64>> = Vec::new();
+    if curves.is_some() {
+        rows.push((0..m).map(|i| if i < n { 1.0 } else { 0.0 }).collect());
+    }
+    for s in segments {
+        let [a, b] = s.ends.map(|end| {
+            let mut row = vec![0.0; m];
+            end.weights(mesh).for_each(|(v, w)| row[v.index()] += w);
+            if curves.is_some() {
+                row[n + s.curve] = -1.0;
+            }
+            row
+        });
+        let [p, q] = s.ends.map(|e| e.position(mesh));
+        let host = match s.host {
+            SegmentHost::Edge(e, _) => {
+                let [a, b] = mesh.edge_vertices(e).map(|v| mesh.position(v));
+                norm(sub(b, a))
+            }
+            SegmentHost::Face(f, _) => {
+                let p = mesh.face_positions(f);
+                (0..3).map(|k| norm(sub(p[(k + 1) % 3], p[k]))).fold(0.0, f64::max)
+            }
+        };
+        let weight = ALONG_CURVES * norm(sub(q, p)) / host;
+        let at_vertex = s.ends.map(|end| matches!(end, eikona_mesh::Located::Vertex(_)));
+        for i in (0..m).filter(|_| at_vertex != [true, true]) {
+            for j in 0..m {
+                let cross = 0.5 * (a[i] * b[j] + b[i] * a[j]);
+                *system.at(i, j) += weight / 3.0 * (a[i] * a[j] + cross + b[i] * b[j]);
+            }
+        }
+        rows.extend(
+            [a, b].into_iter().zip(at_vertex).filter(|(_, at_vertex)| *at_vertex).map(|(row, _)| row),
+        );
+    }
+    let mut rhs = rhs.to_vec();
+    rhs.resize(m, 0.0);
+    constrained(&system, &rhs, &independent(rows))[..n].to_vec()
 }
 
 /// The minimum of x C x / 2 - b x with A x = 0, from its saddle system.
