@@ -59,7 +59,8 @@ fn vertex_agreement(mesh: &TriangleMesh, triangles: &[Triangle], field: &UnitFie
                 sum += triangles[f].area * field.agreement[f];
                 area += triangles[f].area;
             }
-            if area > 0.0 { sum / area } else { f64::NAN }
+            // Above 1 by rounding only.
+            if area > 0.0 { (sum / area).min(1.0) } else { f64::NAN }
         })
         .collect()
 }

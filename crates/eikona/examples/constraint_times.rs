@@ -1,5 +1,5 @@
 //! Times and memory of the signed heat method on a sphere of 100,000 faces, one thread, a case a process:
-//! `cargo run -p eikona --example times -- CASE [PIECES [COEFFICIENT]]` with a case of `free`, `zero`, `levels`, `soft`, `normals`.
+//! `cargo run -p eikona --example constraint_times -- CASE [PIECES [COEFFICIENT]]` with a case of `free`, `zero`, `levels`, `soft`, `normals`.
 
 use eikona::contour::plane_cut;
 use eikona::mesh::{Curve, SurfaceCurves, TriangleMesh, shapes};
