@@ -233,6 +233,12 @@ fn solve(
             ("diffusion_residual", json!(report.diffusion_residual)),
             ("integration_residual", json!(report.integration_residual)),
             ("constraint_violation", json!(report.constraint_violation)),
+            (
+                "kept_normals",
+                json!(report.kept_normals.as_ref().map(|kept| json!({
+                    "iterations": kept.iterations, "residual": kept.residual, "tolerance": kept.tolerance,
+                }))),
+            ),
             ("levels", json!(report.levels)),
             ("source_segments", json!(report.source_segments)),
             ("source_points", json!(report.source_points)),

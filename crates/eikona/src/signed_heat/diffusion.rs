@@ -44,6 +44,12 @@ impl PreparedDiffusion {
             Self::Real(prepared) => prepared.symbolic.predicted_bytes::<f64>(),
         }
     }
+    pub fn factor_bytes(&self) -> usize {
+        match self {
+            Self::Complex(prepared) => prepared.symbolic.factor_bytes::<Complex>(),
+            Self::Real(prepared) => prepared.symbolic.factor_bytes::<f64>(),
+        }
+    }
     pub fn factor(self, time: f64) -> Result<Diffusion, SignedHeatError> {
         Ok(match self {
             Self::Complex(prepared) => Diffusion::Complex(prepared.factor(time)?),

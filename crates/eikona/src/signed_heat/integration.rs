@@ -73,6 +73,10 @@ impl PreparedIntegration {
         self.symbolic.predicted_bytes::<f64>()
     }
 
+    pub fn factor_bytes(&self) -> usize {
+        self.symbolic.factor_bytes::<f64>()
+    }
+
     pub fn factor(
         self,
         mesh: &TriangleMesh,

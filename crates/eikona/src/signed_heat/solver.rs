@@ -84,6 +84,7 @@ impl Solver {
         phases.end("analysis");
         let needed_bytes = diffusion.predicted_bytes() + integration.predicted_bytes();
         check_memory(needed_bytes, options.memory_limit)?;
+        let factor_bytes = diffusion.factor_bytes() + integration.factor_bytes();
 
         let component_of_vertex = components.of_vertex.into_vec();
         let unreferenced = component_of_vertex.iter().filter(|c| c.is_none()).count();
@@ -106,12 +107,8 @@ impl Solver {
         if unreferenced > 0 {
             warnings.push(format!("{unreferenced} vertices are used by no face; their distance is NaN"));
         }
-        let preparation = Preparation {
-            phases: phases.finish(),
-            factor_bytes: needed_bytes,
-            real_form: diffusion.is_real(),
-            warnings,
-        };
+        let preparation =
+            Preparation { phases: phases.finish(), factor_bytes, real_form: diffusion.is_real(), warnings };
         Ok(Solver {
             mesh,
             triangles,
