@@ -105,7 +105,10 @@ impl Solver {
         let (diffusion, integration) = (diffusion?, integration?);
         phases.end("factorisation");
         if unreferenced > 0 {
-            warnings.push(format!("{unreferenced} vertices are used by no face; their distance is NaN"));
+            warnings.push(format!(
+                "{} used by no face; the distance there is NaN",
+                counted(unreferenced, "vertex is", "vertices are")
+            ));
         }
         let preparation =
             Preparation { phases: phases.finish(), factor_bytes, real_form: diffusion.is_real(), warnings };
@@ -269,7 +272,8 @@ impl Solver {
         }
         for (component, &count) in faces.iter().enumerate().filter(|(_, count)| **count > 0) {
             warnings.push(format!(
-                "component {component} ({count} faces) is reached by no curve or point; its distance is NaN"
+                "component {component} ({}) is reached by no curve or point; its distance is NaN",
+                counted(count, "face", "faces")
             ));
         }
     }
@@ -308,7 +312,10 @@ fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> Triang
     if flipped == 0 {
         return mesh.clone();
     }
-    warnings.push(format!("{flipped} faces were turned over to make the winding consistent"));
+    warnings.push(format!(
+        "{} turned over to make the winding consistent",
+        counted(flipped, "face was", "faces were")
+    ));
     mesh.with_flipped_faces(|f| orientation.sign_of_face[f] < 0)
 }
 
@@ -339,6 +346,10 @@ fn check_scale(triangles: &[Triangle]) -> Result<(), SignedHeatError> {
     Ok(())
 }
 
+fn counted(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
+}
+
 fn check_memory(needed_bytes: usize, limit: Option<usize>) -> Result<(), SignedHeatError> {
     match limit.filter(|&limit| needed_bytes > limit) {
         Some(limit_bytes) => Err(SignedHeatError::MemoryLimit { needed_bytes, limit_bytes }),
@@ -350,7 +361,9 @@ fn note_mollified(triangles: &[Triangle], warnings: &mut Vec<String>) {
     let count = triangles.iter().filter(|t| t.mollified).count();
     if let Some(first) = triangles.iter().position(|t| t.mollified) {
         warnings.push(format!(
-            "{count} faces (the first is face {first}) have no area to speak of; they were given angles without changing a length by more than 1e-7 of their longest side"
+            "{} no area to speak of, the first is face {first}: angles are found without changing a length by more than 1e-7 \
+             of their longest side",
+            counted(count, "face has", "faces have")
         ));
     }
 }
