@@ -15,6 +15,7 @@ use crate::symbolic::Symbolic;
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatMut, MatRef, Par};
+use std::ops::Range;
 
 /// Fill-in below this share of the root of the largest diagonal entry is set to zero. The product of two larger numbers is no denormal. A
 /// vector that diffuses so far has gone through entries nearby by then, which are kept; what is smaller in a solution has
@@ -68,7 +69,7 @@ fn factor_fronts<S: pulp::Simd, T: Scalar>(
     let (mut even, mut odd) = (even?, odd?);
     let mut children: Vec<Child> = Vec::new();
     for s in 0..supernodes.count() {
-        let std::ops::Range { start: first, end: last } = supernodes.columns(s);
+        let Range { start: first, end: last } = supernodes.columns(s);
         let width = last - first;
         let rows = supernodes.rows(s);
         let height = width + rows.len();
@@ -182,38 +183,46 @@ fn eliminate<S: pulp::Simd, T: Scalar>(
     height: usize,
     negligible: f64,
 ) -> Result<(), usize> {
-    for begin in (0..width).step_by(BLOCK) {
-        let end = (begin + BLOCK).min(width);
-        kernels::eliminate_columns(simd, panel, begin..end, height, negligible)?;
-        if end < width {
-            update_columns(panel, begin, end, width, height);
+    let blocks = width.div_ceil(BLOCK);
+    for block in 0..blocks {
+        let columns = block * BLOCK..((block + 1) * BLOCK).min(width);
+        kernels::eliminate_columns(simd, panel, columns.clone(), height, negligible)?;
+        // As by halving the blocks again and again: whenever a left half is done its right half is updated at once, so that
+        // most of the work is done by few, deep products.
+        let done = block + 1;
+        let depth = 1 << done.trailing_zeros();
+        let right = (done + depth).min(blocks);
+        if done < blocks {
+            let begin = (done - depth) * BLOCK;
+            update_columns(panel, begin..columns.end, (right * BLOCK).min(width), height);
         }
     }
     Ok(())
 }
 
-/// Subtracts what columns `begin..end` contribute to columns `end..width`.
+/// Subtracts what columns `done` contribute to the columns from there to `end`.
 #[inline(always)]
-fn update_columns<T: Scalar>(panel: &mut [T], begin: usize, end: usize, width: usize, height: usize) {
-    let (done, rest) = panel.split_at_mut(end * height);
-    let done =
-        MatRef::from_column_major_slice(&done[begin * height..], height, end - begin).split_at_row(end).1;
-    let rest = MatMut::from_column_major_slice_mut(rest, height, width - end).split_at_row_mut(end).1;
-    let (top, below) = rest.split_at_row_mut(width - end);
-    let (done_top, done_below) = done.split_at_row(width - end);
+fn update_columns<T: Scalar>(panel: &mut [T], done: Range<usize>, end: usize, height: usize) {
+    let count = end - done.end;
+    let (left, right) = panel[..end * height].split_at_mut(done.end * height);
+    let left = MatRef::from_column_major_slice(&left[done.start * height..], height, done.len());
+    let left = left.split_at_row(done.end).1;
+    let right = MatMut::from_column_major_slice_mut(right, height, count).split_at_row_mut(done.end).1;
+    let (top, below) = right.split_at_row_mut(count);
+    let (left_top, left_below) = left.split_at_row(count);
     let minus_one = -T::real(1.0);
     triangular::matmul(
         top,
         BlockStructure::TriangularLower,
         Accum::Add,
-        done_top,
+        left_top,
         BlockStructure::Rectangular,
-        done_top.adjoint(),
+        left_top.adjoint(),
         BlockStructure::Rectangular,
         minus_one,
         Par::Seq,
     );
-    matmul(below, Accum::Add, done_below, done_top.adjoint(), minus_one, Par::Seq);
+    matmul(below, Accum::Add, left_below, left_top.adjoint(), minus_one, Par::Seq);
 }
 
 /// The lower triangle of `update <- -L L^H`, for the rows `L` of the panel below its columns.
