@@ -9,8 +9,11 @@ pub use eikona_mesh as mesh;
 pub mod contour;
 pub mod geometry;
 pub mod operators;
+mod phases;
 pub mod signed_heat;
 pub mod spatial;
+pub mod winding;
+mod wording;
 
 /// The program of the README compiles.
 #[cfg(doctest)]

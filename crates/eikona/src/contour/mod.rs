@@ -13,6 +13,7 @@ mod levels;
 mod meeting;
 mod nearest_end;
 mod plane_cut;
+pub(crate) mod side;
 mod straighten;
 mod trace;
 mod vertex_path;

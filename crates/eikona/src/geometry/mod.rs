@@ -1,8 +1,10 @@
 //! Lengths, areas, angles: intrinsic first.
 
+mod consistency;
 mod fast_marching;
 mod triangle;
 pub mod vector;
 
+pub(crate) use consistency::winding_is_consistent;
 pub use fast_marching::fast_marching;
 pub use triangle::{Triangle, lay_out, mean_edge_length};

@@ -1,6 +1,6 @@
 //! The edge operators of step I: Crouzeix-Raviart mass matrix and connection Laplacian.
 
-use crate::geometry::Triangle;
+use crate::geometry::{Triangle, winding_is_consistent};
 use eikona_mesh::{Edge, Face, Halfedge, TriangleMesh};
 use eikona_numeric::{Complex, Graph, Scalar, SymmetricMatrix};
 use std::ops::Range;
@@ -48,12 +48,7 @@ impl ComplexFrames {
     /// The frames of a mesh of consistent winding; `None` for one where some edge has more than two faces, or two that run
     /// along it in the same direction.
     pub fn of(mesh: &TriangleMesh) -> Option<ComplexFrames> {
-        let consistent = mesh.edges().all(|e| match mesh.edge_halfedges(e) {
-            [_] => true,
-            &[a, b] => mesh.origin(a) != mesh.origin(b),
-            _ => false,
-        });
-        consistent.then(|| ComplexFrames { edges: mesh.edge_count() })
+        winding_is_consistent(mesh).then(|| ComplexFrames { edges: mesh.edge_count() })
     }
 }
 

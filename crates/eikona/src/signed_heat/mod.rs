@@ -51,7 +51,6 @@ mod normals;
 mod options;
 mod report;
 mod sheets;
-mod side;
 mod solution;
 mod solver;
 mod source;
@@ -59,7 +58,8 @@ mod time;
 
 pub use error::SignedHeatError;
 pub use options::{DiffusionTime, LevelSets, SignConvention, SolveOptions, SolverOptions};
-pub use report::{KeptNormals, Phases, Preparation, Report};
+pub use crate::phases::Phases;
+pub use report::{KeptNormals, Preparation, Report};
 pub use solution::{Confidence, Solution};
 pub use solver::Solver;
 pub use time::ChosenTime;

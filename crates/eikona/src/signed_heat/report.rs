@@ -1,41 +1,7 @@
 //! What the solver did, measured.
 
+use crate::phases::Phases;
 use crate::signed_heat::time::ChosenTime;
-use std::time::{Duration, Instant};
-
-/// Names and durations of the phases of a computation, in order.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Phases(pub Vec<(&'static str, Duration)>);
-
-impl Phases {
-    /// Starts the clock.
-    pub(crate) fn start() -> Running {
-        Running { phases: Phases::default(), since: Instant::now() }
-    }
-    /// The time of all phases.
-    pub fn total(&self) -> Duration {
-        self.0.iter().map(|(_, d)| *d).sum()
-    }
-}
-
-/// Phases of which the last is still running.
-pub(crate) struct Running {
-    phases: Phases,
-    since: Instant,
-}
-
-impl Running {
-    /// Ends the running phase under this name and starts the next.
-    pub fn end(&mut self, name: &'static str) {
-        let now = Instant::now();
-        self.phases.0.push((name, now - self.since));
-        self.since = now;
-    }
-    /// All ended phases.
-    pub fn finish(self) -> Phases {
-        self.phases
-    }
-}
 
 /// What building the solver took and noticed.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -8,7 +8,10 @@ use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::integration::{Integration, PreparedIntegration};
 use crate::signed_heat::options::{DiffusionTime, LevelSets, SolveOptions, SolverOptions};
-use crate::signed_heat::report::{KeptNormals, Phases, Preparation, Report, Running};
+use crate::contour::side::consistently_wound;
+use crate::phases::{Phases, Running};
+use crate::wording::counted;
+use crate::signed_heat::report::{KeptNormals, Preparation, Report};
 use crate::signed_heat::sheets::Sheets;
 use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
@@ -295,30 +298,6 @@ impl Solver {
     }
 }
 
-/// The mesh itself if its winding is consistent; else with the smaller part of each orientable patch turned over.
-fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> TriangleMesh {
-    if ComplexFrames::of(mesh).is_some() {
-        return mesh.clone();
-    }
-    let orientation = Orientation::of(mesh);
-    let flipped = orientation.flipped_faces().len();
-    if !orientation.is_orientable() {
-        warnings.push(
-            "the surface has no consistent orientation: left is told by the winding of the first face that a curve touches, \
-             or by its `up`, and carried along the curve"
-                .into(),
-        );
-    }
-    if flipped == 0 {
-        return mesh.clone();
-    }
-    warnings.push(format!(
-        "{} turned over to make the winding consistent",
-        counted(flipped, "face was", "faces were")
-    ));
-    mesh.with_flipped_faces(|f| orientation.sign_of_face[f] < 0)
-}
-
 /// Outside, the weight drowns in rounding, or everything else does.
 const SOFT_WEIGHTS: std::ops::RangeInclusive<f64> = 1e-9..=1e12;
 
@@ -344,10 +323,6 @@ fn check_scale(triangles: &[Triangle]) -> Result<(), SignedHeatError> {
         return Err(scale(its_face));
     }
     Ok(())
-}
-
-fn counted(count: usize, one: &str, several: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { several })
 }
 
 fn check_memory(needed_bytes: usize, limit: Option<usize>) -> Result<(), SignedHeatError> {

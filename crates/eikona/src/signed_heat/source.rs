@@ -4,7 +4,7 @@ use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
 use crate::operators::EdgeFrames;
 use crate::signed_heat::options::SignConvention;
-use crate::signed_heat::side::SideOfSegments;
+use crate::contour::side::SideOfSegments;
 use eikona_mesh::{
     CurveError, CurveKind, Face, Halfedge, Located, Neighbour, Segment, SegmentHost, SurfaceCurves,
     TriangleMesh, Vertex,

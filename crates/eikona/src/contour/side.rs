@@ -1,8 +1,10 @@
-//! Which side of a segment is left: by the winding of a reference face, carried along each curve.
+//! Which side of a curve is left: faces wound alike, and segments that see which way the face beside them is wound.
 
 use crate::geometry::vector::{cross, dot, sub};
+use crate::geometry::winding_is_consistent;
+use crate::wording::counted;
 use eikona_mesh::{
-    CurveKind, Face, Located, Neighbour, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex,
+    CurveKind, Face, Located, Neighbour, Orientation, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex,
 };
 use std::collections::{HashSet, VecDeque};
 
@@ -109,4 +111,28 @@ fn relative_winding_around(mesh: &TriangleMesh, from: Face, to: Face, v: Vertex)
         }
     }
     None
+}
+
+/// The mesh itself if its winding is consistent; else with the smaller part of each orientable patch turned over.
+pub(crate) fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> TriangleMesh {
+    if winding_is_consistent(mesh) {
+        return mesh.clone();
+    }
+    let orientation = Orientation::of(mesh);
+    let flipped = orientation.flipped_faces().len();
+    if !orientation.is_orientable() {
+        warnings.push(
+            "the surface has no consistent orientation: left is told by the winding of the first face that a curve touches, \
+             or by its `up`, and carried along the curve"
+                .into(),
+        );
+    }
+    if flipped == 0 {
+        return mesh.clone();
+    }
+    warnings.push(format!(
+        "{} turned over to make the winding consistent",
+        counted(flipped, "face was", "faces were")
+    ));
+    mesh.with_flipped_faces(|f| orientation.sign_of_face[f] < 0)
 }

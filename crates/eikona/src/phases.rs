@@ -1,0 +1,37 @@
+//! How long each part of a computation took.
+
+use std::time::{Duration, Instant};
+
+/// Names and durations of the phases of a computation, in order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Phases(pub Vec<(&'static str, Duration)>);
+
+impl Phases {
+    /// Starts the clock.
+    pub(crate) fn start() -> Running {
+        Running { phases: Phases::default(), since: Instant::now() }
+    }
+    /// The time of all phases.
+    pub fn total(&self) -> Duration {
+        self.0.iter().map(|(_, d)| *d).sum()
+    }
+}
+
+/// Phases of which the last is still running.
+pub(crate) struct Running {
+    phases: Phases,
+    since: Instant,
+}
+
+impl Running {
+    /// Ends the running phase under this name and starts the next.
+    pub fn end(&mut self, name: &'static str) {
+        let now = Instant::now();
+        self.phases.0.push((name, now - self.since));
+        self.since = now;
+    }
+    /// All ended phases.
+    pub fn finish(self) -> Phases {
+        self.phases
+    }
+}

@@ -1,0 +1,59 @@
+//! Why no winding number could be computed.
+
+use eikona_mesh::{CurveError, Edge};
+use eikona_numeric::NumericError;
+use eikona_numeric::flow::FlowError;
+use thiserror::Error;
+
+/// Why no winding number could be computed.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum WindingError {
+    /// The curve is not on the mesh.
+    #[error(transparent)]
+    Curve(#[from] CurveError),
+    /// The mesh has no faces.
+    #[error("the mesh has no faces, so there is nothing to be inside of")]
+    NoFaces,
+    /// There is no curve.
+    #[error("there is no curve, so every region is outside; give at least one oriented curve")]
+    NoCurve,
+    /// A curve without direction bounds nothing.
+    #[error("curve {curve} has no direction, so it has no inside; give it as a signed curve")]
+    Unsigned {
+        /// 0-based index of the curve.
+        curve: usize,
+    },
+    /// A segment is not a whole edge of the mesh.
+    #[error("curve {curve}, node {node}: the segment to the next node is no edge of the mesh; embed the curves first")]
+    NotAlongEdges {
+        /// 0-based index of the curve.
+        curve: usize,
+        /// 0-based index of the node.
+        node: usize,
+    },
+    /// An edge is walked too often.
+    #[error("edge {} is walked more than {most} times in one direction; leave repeated copies of the curve out", edge.index())]
+    Multiplicity {
+        /// The edge.
+        edge: Edge,
+        /// The largest multiplicity that is accepted.
+        most: i32,
+    },
+    /// An option is out of range.
+    #[error("{name} = {value} is out of range: {bound}")]
+    Option {
+        /// The option.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// What is allowed.
+        bound: &'static str,
+    },
+    /// A linear system could not be solved.
+    #[error(transparent)]
+    Numeric(#[from] NumericError),
+    /// The linear program could not be solved.
+    #[error(transparent)]
+    Program(#[from] FlowError),
+}

@@ -1,0 +1,41 @@
+//! What the user wants.
+
+use eikona_mesh::Face;
+
+/// Where jumps of the nonbounding part are imposed in the last solve (step 9).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Completion {
+    /// Everywhere: the function jumps by the curve minus its completed nonbounding part, as the supplement has it.
+    #[default]
+    Full,
+    /// At vertices of the curve only: off the curve the function stays continuous. What the public program does.
+    Curve,
+}
+
+/// Where the level of the labels is fixed. The winding number is defined up to one constant a connected component.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reference {
+    /// The label that covers most of the area is 0, in each component.
+    #[default]
+    LargestArea,
+    /// The label of this face is 0 in its component; in others the one that covers most.
+    Face(Face),
+}
+
+/// Choices of a solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WindingOptions {
+    /// Where the nonbounding part is taken off.
+    pub completion: Completion,
+    /// Cost of a nonbounding loop along the curve, as a share of its cost elsewhere (eq. 11). Larger than zero, since ties would
+    /// decide otherwise.
+    pub epsilon: f64,
+    /// Where labels are zero.
+    pub reference: Reference,
+}
+
+impl Default for WindingOptions {
+    fn default() -> Self {
+        WindingOptions { completion: Completion::Full, epsilon: 1e-2, reference: Reference::LargestArea }
+    }
+}

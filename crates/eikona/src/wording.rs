@@ -1,0 +1,6 @@
+//! Words of messages.
+
+/// "1 face", "2 faces".
+pub(crate) fn counted(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
+}
