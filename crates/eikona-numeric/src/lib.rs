@@ -9,6 +9,7 @@ mod cholesky;
 mod dense;
 mod dissection;
 mod error;
+mod flow;
 mod graph;
 mod kernels;
 mod memory;
@@ -21,6 +22,9 @@ mod symbolic;
 pub use cholesky::{Cholesky, SymmetricMatrix};
 pub use dense::solve_dense;
 pub use error::NumericError;
+pub use flow::{
+    Certificate, FlowError, JumpMethod, JumpOptions, JumpSolution, JumpStatistics, JumpTerm, minimise_jumps,
+};
 pub use graph::Graph;
 pub use ordering::{Ordering, nested_dissection_order};
 pub use scalar::{Complex, Scalar};

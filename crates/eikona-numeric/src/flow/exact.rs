@@ -1,0 +1,65 @@
+//! Jumps that are zero become exactly zero.
+
+use super::State;
+use super::network::{Incidence, NONE, Network};
+
+/// Integrates the potentials anew along terms whose jump is zero or at its limit, to the tolerance: nodes joined by such terms form
+/// regions within which the potentials are exact. The first node of a component gets potential 0; whole numbers stay whole.
+/// Returns the jumps, which on those terms are exactly 0 or the limit.
+pub(super) fn purify(network: &Network, state: &mut State, tolerance: f64) -> Vec<f64> {
+    let n = network.nodes();
+    let old = &state.potentials;
+    let tight = |a: usize| {
+        let arc = &network.arcs[a];
+        let jump = arc.jump(old);
+        if jump.abs() <= tolerance {
+            Some(0.0)
+        } else if (jump - arc.limit).abs() <= tolerance {
+            Some(arc.limit)
+        } else {
+            None
+        }
+    };
+    let targets: Vec<Option<f64>> = (0..network.arcs.len()).map(tight).collect();
+    let joins = |a: usize| targets[a].is_some();
+    let incidence = Incidence::of(
+        n,
+        network.arcs.iter().enumerate().filter(|(a, _)| joins(*a)).map(|(a, arc)| (a as u32, arc)),
+    );
+    let whole = |x: f64| x.fract() == 0.0 && x.abs() < 2f64.powi(50);
+    let all_whole =
+        network.arcs.iter().all(|arc| whole(arc.shift) && (!arc.is_boxed() || whole(arc.limit)));
+    // The potential of the root of each node's component.
+    let mut base = vec![0.0; n];
+    let mut new = vec![f64::NAN; n];
+    let mut queue = Vec::new();
+    for v in 0..n {
+        let a = network.forest[v];
+        base[v] = if a == NONE { old[v] } else { base[network.across(a, v as u32) as usize] };
+    }
+    for root in 0..n {
+        if !new[root].is_nan() {
+            continue;
+        }
+        let relative = old[root] - base[root];
+        new[root] = if all_whole { relative.round() } else { relative };
+        queue.push(root as u32);
+        while let Some(v) = queue.pop() {
+            for &a in incidence.at(v as usize) {
+                let w = network.across(a, v);
+                if new[w as usize].is_nan() {
+                    let arc = &network.arcs[a as usize];
+                    let jump = targets[a as usize].unwrap_or(0.0);
+                    new[w as usize] = match arc.from == v {
+                        true => (arc.shift + new[v as usize]) - jump,
+                        false => (new[v as usize] - arc.shift) + jump,
+                    };
+                    queue.push(w);
+                }
+            }
+        }
+    }
+    state.potentials = new;
+    let jumps = network.arcs.iter().zip(&targets);
+    jumps.map(|(arc, target)| target.unwrap_or_else(|| arc.jump(&state.potentials))).collect()
+}

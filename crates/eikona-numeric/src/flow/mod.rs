@@ -1,0 +1,225 @@
+//! Potentials that make the cheapest jumps: a linear program on a graph, solved by its dual, a flow of least cost.
+//!
+//! A [`JumpTerm`] compares the potentials of two nodes, `jump = shift + p[from] - p[to]`, and costs `weight * |jump|`. A *boxed* term
+//! has a limit: its jump must lie in `[0, limit]`. The multiplier of a jump flows along its term; at the optimum the flow is a
+//! circulation, jumps are made only where the flow is at its bound, and both have the same value, which is what the
+//! [`Certificate`] checks.
+//!
+//! The way of an instance: terms -> `network` (what binds, a spanning forest, numbers in its order) -> `boxes` (can the limits be
+//! kept?) -> `simplex` (with `tree`) or `levels` (with `maximum_flow`) -> `exact` (zeros that are zero) -> `certificate`.
+
+mod boxes;
+mod certificate;
+mod error;
+mod exact;
+mod levels;
+mod maximum_flow;
+mod network;
+mod simplex;
+mod tree;
+
+pub use certificate::Certificate;
+pub use error::FlowError;
+
+use network::Network;
+
+/// One term of the objective: `weight * |jump|` of the jump `shift + p[from] - p[to]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JumpTerm {
+    /// The node whose potential raises the jump.
+    pub from: u32,
+    /// The node whose potential lowers it. May be the same: such a jump is always `shift`.
+    pub to: u32,
+    /// The jump where the potentials are equal.
+    pub shift: f64,
+    /// What a jump of 1 costs; at least 0.
+    pub weight: f64,
+    /// `Some(limit)`: the jump must lie in `[0, limit]`, and `limit` must be positive.
+    pub limit: Option<f64>,
+    /// What the perturbation of the weight is made from. Equal keys give equal perturbations; keys that come from the geometry
+    /// rather than from the numbering make answers independent of the numbering.
+    pub key: u64,
+}
+
+impl JumpTerm {
+    /// The jump that potentials make.
+    #[inline]
+    pub fn jump(&self, potentials: &[f64]) -> f64 {
+        self.shift + potentials[self.from as usize] - potentials[self.to as usize]
+    }
+}
+
+/// How to minimise jumps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JumpOptions {
+    /// Weights are multiplied by `1 + perturbation * r`, where `r` in `[0, 1)` is a hash of the term's key, so that of several equally
+    /// cheap answers always the same is found. At most 0.1; 0 leaves the weights alone.
+    pub perturbation: f64,
+    /// Which method to use; `None` chooses.
+    pub method: Option<JumpMethod>,
+    /// The most steps (nodes and terms touched) that may be taken, about 10^8 a second.
+    pub work_limit: u64,
+}
+
+impl Default for JumpOptions {
+    fn default() -> Self {
+        JumpOptions { perturbation: 1e-4, method: None, work_limit: 1_000_000_000_000 }
+    }
+}
+
+/// How a flow of least cost is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JumpMethod {
+    /// Network simplex: exchanges one term of a spanning forest at a time. For shifts of many different values.
+    NetworkSimplex,
+    /// Primal-dual: a maximum flow for each level of jumps. For shifts of few different values.
+    PrimalDual,
+}
+
+/// The potentials of least cost and the flow that proves it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JumpSolution {
+    /// A potential for each node; 0 at the first node of each component.
+    pub potentials: Vec<f64>,
+    /// The jump of each term. Jumps that are 0 or at their limit are so exactly, and if all shifts and limits are whole numbers, so are
+    /// the jumps.
+    pub jumps: Vec<f64>,
+    /// What flows along each term from `from` to `to`.
+    pub flow: Vec<f64>,
+    /// The cost of the jumps with the weights as given.
+    pub objective: f64,
+    /// No potentials cost less than this with the weights as given. The difference to `objective` is at most `perturbation` times
+    /// the objective, and rounding.
+    pub lower_bound: f64,
+    /// The certificate for the perturbed weights: for what was solved.
+    pub certificate: Certificate,
+    /// How it was found.
+    pub statistics: JumpStatistics,
+}
+
+/// How jumps were minimised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct JumpStatistics {
+    /// The method that found the answer.
+    pub method: JumpMethod,
+    /// Exchanges of the network simplex.
+    pub pivots: u64,
+    /// Levels of the primal-dual method.
+    pub levels: u64,
+    /// Steps taken (nodes and terms touched).
+    pub work: u64,
+}
+use JumpStatistics as Statistics;
+
+/// Potentials and flow in the numbering of a network.
+struct State {
+    potentials: Vec<f64>,
+    flow: Vec<f64>,
+}
+
+/// Jumps below this, relative to the largest shift or limit, are no jumps.
+const TOLERANCE: f64 = 1e-9;
+/// The largest relative gap that is accepted.
+const ACCEPTED_GAP: f64 = 1e-6;
+
+/// Doc.
+pub fn minimise_jumps(
+    nodes: usize,
+    terms: &[JumpTerm],
+    options: &JumpOptions,
+) -> Result<JumpSolution, FlowError> {
+    check(nodes, terms, options)?;
+    let perturb = |term: &JumpTerm| term.weight * (1.0 + options.perturbation * fraction(term.key));
+    let weights: Vec<f64> = terms.iter().map(perturb).collect();
+    let network = Network::new(nodes, terms, &weights);
+    let tolerance = TOLERANCE * network.scale;
+    let mut start = network.forest_potentials();
+    boxes::keep_limits(&network, &mut start, 1e-3 * tolerance)?;
+    let method = options.method.unwrap_or_else(|| choose(&network, &start, tolerance));
+    let mut statistics = Statistics { method, pivots: 0, levels: 0, work: 0 };
+    let found = match method {
+        JumpMethod::NetworkSimplex => {
+            simplex::solve(&network, tolerance, options.work_limit, &mut statistics)?
+        }
+        JumpMethod::PrimalDual => {
+            levels::solve(&network, start, tolerance, options.work_limit, &mut statistics)
+        }
+    };
+    let mut state = found.ok_or(FlowError::WorkLimit { work: options.work_limit })?;
+    let arc_jumps = exact::purify(&network, &mut state, tolerance);
+
+    let mut potentials = vec![0.0; nodes];
+    for (v, p) in state.potentials.iter().enumerate() {
+        potentials[network.callers[v] as usize] = *p;
+    }
+    // Terms that are not in the network: their flow has the sign of their jump.
+    let mut jumps: Vec<f64> = terms.iter().map(|term| term.jump(&potentials)).collect();
+    let mut flow: Vec<f64> = jumps
+        .iter()
+        .zip(&weights)
+        .map(|(jump, w)| if jump.abs() > tolerance { jump.signum() * w } else { 0.0 })
+        .collect();
+    for (a, &e) in network.terms.iter().enumerate() {
+        jumps[e as usize] = arc_jumps[a];
+        flow[e as usize] = state.flow[a];
+    }
+    let certificate = certificate::certify(nodes, terms, &weights, &potentials, &flow);
+    if !(certificate.gap.abs() <= ACCEPTED_GAP) {
+        return Err(FlowError::Uncertified { gap: certificate.gap });
+    }
+    Ok(JumpSolution {
+        objective: terms.iter().zip(&jumps).map(|(term, jump)| term.weight * jump.abs()).sum(),
+        lower_bound: certificate::lower_bound(terms, &flow, options.perturbation),
+        potentials,
+        jumps,
+        flow,
+        certificate,
+        statistics,
+    })
+}
+
+fn check(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Result<(), FlowError> {
+    let perturbation = options.perturbation;
+    if !(0.0..=0.1).contains(&perturbation) {
+        return Err(FlowError::BadPerturbation { perturbation });
+    }
+    if nodes >= u32::MAX as usize || 2 * terms.len() >= u32::MAX as usize / 2 {
+        return Err(FlowError::TooLarge { nodes, terms: terms.len() });
+    }
+    for (e, term) in terms.iter().enumerate() {
+        for node in [term.from, term.to] {
+            if node as usize >= nodes {
+                return Err(FlowError::NoSuchNode { term: e, node, nodes });
+            }
+        }
+        let limit = term.limit.unwrap_or(1.0);
+        for (what, value) in [("shift", term.shift), ("weight", term.weight), ("limit", limit)] {
+            if !value.is_finite() {
+                return Err(FlowError::NonFinite { term: e, what });
+            }
+        }
+        if term.weight < 0.0 {
+            return Err(FlowError::NegativeWeight { term: e, weight: term.weight });
+        }
+        if limit <= 0.0 {
+            return Err(FlowError::NonPositiveLimit { term: e, limit });
+        }
+        let outside = (-term.shift).max(term.shift - limit);
+        if term.limit.is_some() && term.from == term.to && outside > 0.0 {
+            return Err(FlowError::Infeasible { terms: vec![e], excess: outside });
+        }
+    }
+    Ok(())
+}
+
+fn choose(_network: &Network, _start: &[f64], _tolerance: f64) -> JumpMethod {
+    JumpMethod::NetworkSimplex
+}
+
+/// A number in [0, 1) that looks random (the finaliser of SplitMix64).
+fn fraction(key: u64) -> f64 {
+    let mut x = key.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((x ^ (x >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+}

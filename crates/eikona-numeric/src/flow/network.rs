@@ -1,0 +1,219 @@
+//! The network that both methods work on: terms that matter, nodes numbered along a spanning forest.
+
+use super::JumpTerm;
+
+/// No node, no arc.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A term between two different nodes. What flows along it from `from` to `to` is the multiplier of its jump.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arc {
+    pub(super) from: u32,
+    pub(super) to: u32,
+    pub(super) shift: f64,
+    pub(super) weight: f64,
+    /// Infinite for a free term, whose jump is not bounded below either.
+    pub(super) limit: f64,
+}
+
+impl Arc {
+    #[inline]
+    pub(super) fn is_boxed(&self) -> bool {
+        self.limit < f64::INFINITY
+    }
+    #[inline]
+    pub(super) fn jump(&self, potentials: &[f64]) -> f64 {
+        self.shift + potentials[self.from as usize] - potentials[self.to as usize]
+    }
+}
+
+/// Terms that bind two nodes, with a spanning forest of them. Nodes are renumbered: breadth first along free terms, so that
+/// neighbours lie near each other in memory and parents come before their children.
+pub(super) struct Network {
+    pub(super) arcs: Vec<Arc>,
+    /// Term of each arc.
+    pub(super) terms: Vec<u32>,
+    /// The caller's number of each node.
+    pub(super) callers: Vec<u32>,
+    /// The arc to the parent in the forest; `NONE` for roots.
+    pub(super) forest: Vec<u32>,
+    /// The largest |shift| or limit: what tolerances are relative to.
+    pub(super) scale: f64,
+}
+
+impl Network {
+    /// `weights[e]` replaces the weight of term `e`. Terms without weight and limit bind nothing, nor do those that join a node
+    /// to itself: they are left out.
+    pub(super) fn new(nodes: usize, terms: &[JumpTerm], weights: &[f64]) -> Network {
+        let mut scale = 0.0f64;
+        let mut arcs = Vec::with_capacity(terms.len());
+        let mut term_of = Vec::with_capacity(terms.len());
+        for (e, term) in terms.iter().enumerate() {
+            scale = scale.max(term.shift.abs()).max(term.limit.unwrap_or(0.0));
+            if term.from != term.to && (weights[e] > 0.0 || term.limit.is_some()) {
+                arcs.push(Arc {
+                    from: term.from,
+                    to: term.to,
+                    shift: term.shift,
+                    weight: weights[e],
+                    limit: term.limit.unwrap_or(f64::INFINITY),
+                });
+                term_of.push(e as u32);
+            }
+        }
+        let (callers, forest) = spanning_forest(nodes, &arcs);
+        let mut number = vec![0u32; nodes];
+        for (new, old) in callers.iter().enumerate() {
+            number[*old as usize] = new as u32;
+        }
+        for arc in &mut arcs {
+            arc.from = number[arc.from as usize];
+            arc.to = number[arc.to as usize];
+        }
+        // Arcs in the order of their first node.
+        let mut start = vec![0u32; nodes + 1];
+        for arc in &arcs {
+            start[arc.from.min(arc.to) as usize + 1] += 1;
+        }
+        for v in 0..nodes {
+            start[v + 1] += start[v];
+        }
+        let mut place = vec![0u32; arcs.len()];
+        let mut sorted = arcs.clone();
+        let mut sorted_terms = term_of.clone();
+        for (a, arc) in arcs.iter().enumerate() {
+            let slot = &mut start[arc.from.min(arc.to) as usize];
+            place[a] = *slot;
+            sorted[*slot as usize] = *arc;
+            sorted_terms[*slot as usize] = term_of[a];
+            *slot += 1;
+        }
+        let forest = forest.iter().map(|&a| if a == NONE { NONE } else { place[a as usize] }).collect();
+        Network { arcs: sorted, terms: sorted_terms, callers, forest, scale }
+    }
+
+    pub(super) fn nodes(&self) -> usize {
+        self.callers.len()
+    }
+
+    /// The other end of an arc.
+    #[inline]
+    pub(super) fn across(&self, arc: u32, node: u32) -> u32 {
+        let arc = &self.arcs[arc as usize];
+        if arc.from == node { arc.to } else { arc.from }
+    }
+
+    /// Potentials without jumps on the forest; 0 at its roots.
+    pub(super) fn forest_potentials(&self) -> Vec<f64> {
+        let mut potentials = vec![0.0; self.nodes()];
+        for v in 0..self.nodes() {
+            if self.forest[v] != NONE {
+                let arc = &self.arcs[self.forest[v] as usize];
+                potentials[v] = match arc.to as usize == v {
+                    true => arc.shift + potentials[arc.from as usize],
+                    false => potentials[arc.to as usize] - arc.shift,
+                };
+            }
+        }
+        potentials
+    }
+
+    /// Sends what is left over at the nodes (rounding, in a flow that is meant to be a circulation) along the forest to its roots.
+    pub(super) fn balance(&self, flow: &mut [f64]) {
+        let mut surplus = vec![0.0; self.nodes()];
+        for (arc, y) in self.arcs.iter().zip(flow.iter()) {
+            surplus[arc.from as usize] -= y;
+            surplus[arc.to as usize] += y;
+        }
+        for v in (0..self.nodes()).rev() {
+            let a = self.forest[v];
+            if a != NONE {
+                let sign = if self.arcs[a as usize].from as usize == v { 1.0 } else { -1.0 };
+                flow[a as usize] += sign * surplus[v];
+                surplus[self.across(a, v as u32) as usize] += surplus[v];
+            }
+        }
+    }
+}
+
+/// For each node the arcs that end there.
+pub(super) struct Incidence {
+    start: Vec<u32>,
+    arcs: Vec<u32>,
+}
+
+impl Incidence {
+    pub(super) fn of<'a>(nodes: usize, arcs: impl Iterator<Item = (u32, &'a Arc)> + Clone) -> Incidence {
+        let mut start = vec![0u32; nodes + 1];
+        for (_, arc) in arcs.clone() {
+            start[arc.from as usize + 1] += 1;
+            start[arc.to as usize + 1] += 1;
+        }
+        for v in 0..nodes {
+            start[v + 1] += start[v];
+        }
+        let mut next = start.clone();
+        let mut list = vec![0u32; start[nodes] as usize];
+        for (a, arc) in arcs {
+            for v in [arc.from, arc.to] {
+                list[next[v as usize] as usize] = a;
+                next[v as usize] += 1;
+            }
+        }
+        Incidence { start, arcs: list }
+    }
+    #[inline]
+    pub(super) fn at(&self, node: usize) -> &[u32] {
+        &self.arcs[self.start[node] as usize..self.start[node + 1] as usize]
+    }
+}
+
+/// Nodes breadth first, with the arc over which each was reached. Boxed terms are crossed only where free ones lead no further:
+/// jumps are cheap on them, so that the cycles which must jump somewhere do so there from the start.
+fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
+    let incidence = Incidence::of(nodes, arcs.iter().enumerate().map(|(a, arc)| (a as u32, arc)));
+    let mut reached = vec![false; nodes];
+    let mut order: Vec<u32> = Vec::with_capacity(nodes);
+    let mut forest = Vec::with_capacity(nodes);
+    // Boxed arcs met, to be crossed later.
+    let mut waiting: Vec<(u32, u32)> = Vec::new();
+    let mut done = 0;
+    for root in 0..nodes {
+        if reached[root] {
+            continue;
+        }
+        reached[root] = true;
+        order.push(root as u32);
+        forest.push(NONE);
+        let mut next_waiting = 0;
+        loop {
+            while done < order.len() {
+                let v = order[done];
+                done += 1;
+                for &a in incidence.at(v as usize) {
+                    let arc = &arcs[a as usize];
+                    let w = if arc.from == v { arc.to } else { arc.from };
+                    if reached[w as usize] {
+                        continue;
+                    }
+                    if arc.is_boxed() {
+                        waiting.push((a, w));
+                    } else {
+                        reached[w as usize] = true;
+                        order.push(w);
+                        forest.push(a);
+                    }
+                }
+            }
+            let Some(&(a, w)) = waiting.get(next_waiting) else { break };
+            next_waiting += 1;
+            if !reached[w as usize] {
+                reached[w as usize] = true;
+                order.push(w);
+                forest.push(a);
+            }
+        }
+        waiting.clear();
+    }
+    (order, forest)
+}

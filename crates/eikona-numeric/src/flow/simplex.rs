@@ -1,0 +1,294 @@
+//! The network simplex method, with bounds on the flow and no artificial arcs.
+//!
+//! It starts with no flow at all: the forest is a basis on which no jump is, and whose arcs have room in both directions, so that
+//! the first steps are not degenerate. All other arcs lie at flow 0 between their bounds ("superbasic"); only those on which there
+//! is a jump may enter. The leaving arc is the last that blocks, seen from the apex along the cycle (Cunningham 1976): the forest
+//! stays strongly feasible and no basis occurs twice.
+
+use super::error::FlowError;
+use super::network::{NONE, Network};
+use super::tree::Tree;
+use super::{State, Statistics};
+
+/// What the pricing and the walks along cycles touch, in one cache line.
+#[derive(Clone, Copy)]
+struct SimplexArc {
+    from: u32,
+    to: u32,
+    shift: f64,
+    lower: f64,
+    upper: f64,
+    flow: f64,
+}
+
+struct Simplex<'a> {
+    network: &'a Network,
+    arcs: Vec<SimplexArc>,
+    potentials: Vec<f64>,
+    tree: Tree,
+    tolerance: f64,
+    /// Arcs that violated optimality when they were last looked at.
+    candidates: Vec<u32>,
+    /// How many they were after the last sweep.
+    collected: usize,
+    /// Where the next sweep over all arcs goes on.
+    cursor: usize,
+}
+
+/// How many candidates a sweep collects.
+const CANDIDATES: usize = 400;
+
+/// Solves by the network simplex method. `None` when `work` steps do not suffice.
+///
+/// A boxed term is two arcs: one that carries any flow up to its weight, at cost -shift, and one for what exceeds the weight, at
+/// cost limit - shift.
+pub(super) fn solve(
+    network: &Network,
+    tolerance: f64,
+    work_limit: u64,
+    statistics: &mut Statistics,
+) -> Result<Option<State>, FlowError> {
+    let mut simplex = Simplex::new(network, tolerance);
+    let mut work = 0u64;
+    loop {
+        let finished = simplex.run(work_limit, &mut work, statistics)?;
+        statistics.work += std::mem::take(&mut work);
+        if !finished || statistics.work > work_limit {
+            return Ok(None);
+        }
+        // What many small updates have added up to must not hide a violation.
+        simplex.integrate();
+        if simplex.violations() == 0 {
+            break;
+        }
+    }
+    simplex.rebalance();
+    let terms = network.arcs.len();
+    let mut flow: Vec<f64> = simplex.arcs[..terms].iter().map(|arc| arc.flow).collect();
+    let boxed = network.arcs.iter().enumerate().filter(|(_, arc)| arc.is_boxed());
+    for ((a, _), above) in boxed.zip(&simplex.arcs[terms..]) {
+        flow[a] += above.flow;
+    }
+    Ok(Some(State { potentials: simplex.potentials, flow }))
+}
+
+impl<'a> Simplex<'a> {
+    fn new(network: &'a Network, tolerance: f64) -> Self {
+        let below = network.arcs.iter().map(|arc| SimplexArc {
+            from: arc.from,
+            to: arc.to,
+            shift: arc.shift,
+            lower: if arc.is_boxed() { f64::NEG_INFINITY } else { -arc.weight },
+            upper: arc.weight,
+            flow: 0.0,
+        });
+        let above = network.arcs.iter().filter(|arc| arc.is_boxed()).map(|arc| SimplexArc {
+            from: arc.from,
+            to: arc.to,
+            shift: arc.shift - arc.limit,
+            lower: 0.0,
+            upper: f64::INFINITY,
+            flow: 0.0,
+        });
+        Simplex {
+            network,
+            arcs: below.chain(above).collect(),
+            potentials: network.forest_potentials(),
+            tree: Tree::new(network),
+            tolerance,
+            candidates: Vec::new(),
+            collected: 0,
+            cursor: 0,
+        }
+    }
+
+    /// Pivots until no candidate is left. False when the work limit was reached.
+    fn run(&mut self, work_limit: u64, work: &mut u64, statistics: &mut Statistics) -> Result<bool, FlowError> {
+        loop {
+            let Some(arc) = self.price(work) else { return Ok(true) };
+            self.pivot(arc, work)?;
+            statistics.pivots += 1;
+            if statistics.work + *work > work_limit {
+                return Ok(false);
+            }
+        }
+    }
+
+    /// The jump on an arc if its flow may change in that direction.
+    #[inline]
+    fn gain(&self, arc: &SimplexArc) -> f64 {
+        let jump = arc.shift + self.potentials[arc.from as usize] - self.potentials[arc.to as usize];
+        let open = (jump > self.tolerance && arc.flow < arc.upper)
+            || (jump < -self.tolerance && arc.flow > arc.lower);
+        if open { jump.abs() } else { 0.0 }
+    }
+
+    fn violations(&self) -> usize {
+        self.arcs.iter().filter(|arc| self.gain(arc) > 0.0).count()
+    }
+
+    /// The candidate with the largest jump. When half of the candidates are used up, a sweep over the arcs collects more.
+    fn price(&mut self, work: &mut u64) -> Option<usize> {
+        let mut best = None;
+        let mut best_gain = 0.0;
+        let mut candidates = std::mem::take(&mut self.candidates);
+        *work += candidates.len() as u64;
+        candidates.retain(|&a| {
+            let gain = self.gain(&self.arcs[a as usize]);
+            if gain > best_gain {
+                (best_gain, best) = (gain, Some(a as usize));
+            }
+            gain > 0.0
+        });
+        if 2 * candidates.len() <= self.collected {
+            // A candidate may be met again: it is dropped when it is no longer one.
+            let mut swept = 0;
+            while swept < self.arcs.len() && candidates.len() < CANDIDATES {
+                let a = self.cursor;
+                self.cursor = if a + 1 == self.arcs.len() { 0 } else { a + 1 };
+                swept += 1;
+                let gain = self.gain(&self.arcs[a]);
+                if gain > 0.0 {
+                    candidates.push(a as u32);
+                    if gain > best_gain {
+                        (best_gain, best) = (gain, Some(a));
+                    }
+                }
+            }
+            *work += swept as u64;
+            self.collected = candidates.len();
+        }
+        self.candidates = candidates;
+        best
+    }
+
+    /// Sends as much flow as fits around the cycle that an arc closes, and exchanges it for the arc that blocks.
+    fn pivot(&mut self, entering: usize, work: &mut u64) -> Result<(), FlowError> {
+        let arc = self.arcs[entering];
+        let jump = arc.shift + self.potentials[arc.from as usize] - self.potentials[arc.to as usize];
+        let more = jump > 0.0;
+        // Flow goes from the apex down to `tail`, over the arc to `head`, and up again.
+        let (tail, head) = if more { (arc.from, arc.to) } else { (arc.to, arc.from) };
+        let apex = self.tree.apex(tail, head);
+        let room = |arc: &SimplexArc, more: bool| if more { arc.upper - arc.flow } else { arc.flow - arc.lower };
+        let mut step = f64::INFINITY;
+        let mut leaving = None;
+        let mut v = tail;
+        while v != apex {
+            let (a, down) = self.tree.link(v);
+            let here = room(&self.arcs[a], down);
+            if here < step {
+                (step, leaving) = (here, Some((v, a, down, true)));
+            }
+            v = self.tree.parent(v);
+            *work += 1;
+        }
+        let here = room(&arc, more);
+        if here <= step {
+            (step, leaving) = (here, None);
+        }
+        let mut v = head;
+        while v != apex {
+            let (a, down) = self.tree.link(v);
+            let here = room(&self.arcs[a], !down);
+            if here <= step {
+                (step, leaving) = (here, Some((v, a, !down, false)));
+            }
+            v = self.tree.parent(v);
+            *work += 1;
+        }
+        if step == f64::INFINITY {
+            // The limits contradict each other by more than the check of the boxes lets pass, but hardly more.
+            return Err(self.contradiction(entering, tail, head, apex, jump.abs()));
+        }
+        let step = step.max(0.0);
+        if step > 0.0 {
+            for (mut v, way) in [(tail, true), (head, false)] {
+                while v != apex {
+                    let (a, down) = self.tree.link(v);
+                    self.arcs[a].flow += if down == way { step } else { -step };
+                    v = self.tree.parent(v);
+                }
+            }
+            self.arcs[entering].flow += if more { step } else { -step };
+        }
+        let Some((top, a, up_bound, tail_side)) = leaving else {
+            self.arcs[entering].flow = if more { arc.upper } else { arc.lower };
+            return Ok(());
+        };
+        self.arcs[a].flow = if up_bound { self.arcs[a].upper } else { self.arcs[a].lower };
+        let (inner, outer) = if tail_side { (tail, head) } else { (head, tail) };
+        // The jump on the entering arc vanishes: one side of the cut moves by it.
+        let inside = 2 * self.tree.size(top) <= self.tree.size(self.tree.root(top));
+        let with_from = (inner == arc.from) == inside;
+        let change = if with_from { -jump } else { jump };
+        for v in self.tree.side(top, inside) {
+            self.potentials[v as usize] += change;
+            *work += 1;
+        }
+        self.tree.rehang(top, inner, outer, apex, entering as u32, arc.from == outer);
+        Ok(())
+    }
+
+    /// The cycle that an arc closes, as a contradiction of limits.
+    fn contradiction(&self, entering: usize, tail: u32, head: u32, apex: u32, excess: f64) -> FlowError {
+        let mut cycle = vec![entering];
+        for mut v in [tail, head] {
+            while v != apex {
+                cycle.push(self.tree.link(v).0);
+                v = self.tree.parent(v);
+            }
+        }
+        let boxed: Vec<usize> =
+            (0..self.network.arcs.len()).filter(|&a| self.network.arcs[a].is_boxed()).collect();
+        let arc_of = |a: usize| a.checked_sub(self.network.arcs.len()).map_or(a, |above| boxed[above]);
+        FlowError::Infeasible {
+            terms: cycle.into_iter().map(|a| self.network.terms[arc_of(a)] as usize).collect(),
+            excess,
+        }
+    }
+
+    /// Potentials from the tree, without what updates have added up to.
+    fn integrate(&mut self) {
+        for root in 0..self.network.nodes() as u32 {
+            if self.tree.root(root) != root {
+                continue;
+            }
+            for v in self.tree.side(root, true).skip(1) {
+                let (a, down) = self.tree.link(v);
+                let shift = self.arcs[a].shift;
+                let above = self.potentials[self.tree.parent(v) as usize];
+                self.potentials[v as usize] = if down { above + shift } else { above - shift };
+            }
+        }
+    }
+
+    /// The flow on the tree from that on the other arcs, without what updates have added up to.
+    fn rebalance(&mut self) {
+        let n = self.network.nodes();
+        let mut order = Vec::with_capacity(n);
+        for root in 0..n as u32 {
+            if self.tree.root(root) == root {
+                order.extend(self.tree.side(root, true));
+            }
+        }
+        for &v in &order {
+            if self.tree.parent(v) != NONE {
+                self.arcs[self.tree.link(v).0].flow = 0.0;
+            }
+        }
+        let mut surplus = vec![0.0; n];
+        for arc in &self.arcs {
+            surplus[arc.from as usize] -= arc.flow;
+            surplus[arc.to as usize] += arc.flow;
+        }
+        for &v in order.iter().rev() {
+            let parent = self.tree.parent(v);
+            if parent != NONE {
+                let (a, down) = self.tree.link(v);
+                self.arcs[a].flow = if down { -surplus[v as usize] } else { surplus[v as usize] };
+                surplus[parent as usize] += surplus[v as usize];
+            }
+        }
+    }
+}

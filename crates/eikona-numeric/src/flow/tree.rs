@@ -1,0 +1,190 @@
+//! The spanning forest of the network simplex.
+
+use super::network::{NONE, Network};
+
+/// Nodes of the forest in preorder: a doubly linked ring for each component, so that a subtree and its complement are stretches of
+/// the ring and either can be walked.
+pub(super) struct Tree {
+    nodes: Vec<Node>,
+    /// The root of each node's component. Roots never change.
+    root: Vec<u32>,
+    /// The path that is turned over by `rehang`; with each node what follows its subtree in the ring.
+    stem: Vec<(u32, u32)>,
+}
+
+#[derive(Clone, Copy)]
+struct Node {
+    parent: u32,
+    /// Twice the arc to the parent, plus 1 if the arc leads from the parent to this node.
+    link: u32,
+    next: u32,
+    previous: u32,
+    /// The last node of the subtree in preorder.
+    last: u32,
+    /// Nodes in the subtree.
+    size: u32,
+}
+
+impl Tree {
+    pub(super) fn new(network: &Network) -> Tree {
+        let n = network.nodes();
+        let mut root: Vec<u32> = (0..n as u32).collect();
+        let mut nodes: Vec<Node> = (0..n as u32)
+            .map(|v| Node { parent: NONE, link: NONE, next: v, previous: v, last: v, size: 1 })
+            .collect();
+        // Parents have smaller numbers than their children.
+        for v in 0..n {
+            let a = network.forest[v];
+            if a != NONE {
+                let parent = network.across(a, v as u32);
+                nodes[v].parent = parent;
+                nodes[v].link = 2 * a + u32::from(network.arcs[a as usize].from == parent);
+                root[v] = root[parent as usize];
+            }
+        }
+        let mut tree = Tree { nodes, root, stem: Vec::new() };
+        // A finished subtree is put behind its parent, ahead of those put there before.
+        for v in (0..n as u32).rev() {
+            let Node { parent, size, last, .. } = tree.nodes[v as usize];
+            if parent != NONE {
+                let after = tree.nodes[parent as usize].next;
+                tree.join(parent, v);
+                tree.join(last, after);
+                if tree.nodes[parent as usize].size == 1 {
+                    tree.nodes[parent as usize].last = last;
+                }
+                tree.nodes[parent as usize].size += size;
+            }
+        }
+        tree
+    }
+
+    #[inline]
+    pub(super) fn parent(&self, v: u32) -> u32 {
+        self.nodes[v as usize].parent
+    }
+    /// The arc to the parent, and whether it leads from the parent down to `v`.
+    #[inline]
+    pub(super) fn link(&self, v: u32) -> (usize, bool) {
+        let link = self.nodes[v as usize].link;
+        ((link >> 1) as usize, link & 1 == 1)
+    }
+    #[inline]
+    pub(super) fn size(&self, v: u32) -> u32 {
+        self.nodes[v as usize].size
+    }
+    #[inline]
+    pub(super) fn root(&self, v: u32) -> u32 {
+        self.root[v as usize]
+    }
+    #[inline]
+    fn join(&mut self, a: u32, b: u32) {
+        self.nodes[a as usize].next = b;
+        self.nodes[b as usize].previous = a;
+    }
+
+    /// The node where the paths of two nodes to the root meet.
+    pub(super) fn apex(&self, mut u: u32, mut v: u32) -> u32 {
+        // A node that has the smaller subtree is no ancestor of the other.
+        while u != v {
+            if self.size(u) < self.size(v) {
+                u = self.parent(u);
+            } else {
+                v = self.parent(v);
+            }
+        }
+        u
+    }
+
+    /// The nodes of the subtree of `top` in preorder, or those of its component outside of it.
+    pub(super) fn side(&self, top: u32, inside: bool) -> impl Iterator<Item = u32> {
+        let node = self.nodes[top as usize];
+        let (mut at, mut left) = match inside {
+            true => (top, node.size),
+            false => (self.nodes[node.last as usize].next, self.size(self.root(top)) - node.size),
+        };
+        std::iter::from_fn(move || {
+            if left == 0 {
+                return None;
+            }
+            left -= 1;
+            let here = at;
+            at = self.nodes[at as usize].next;
+            Some(here)
+        })
+    }
+
+    /// Cuts off the subtree of `top` and hangs it, turned over so that its node `inner` is its root, below `outer` by an arc; `down`
+    /// tells that the arc leads from `outer` to `inner`. `apex` is a common ancestor of both.
+    pub(super) fn rehang(&mut self, top: u32, inner: u32, outer: u32, apex: u32, arc: u32, down: bool) {
+        let Node { size: total, last: top_last, previous: before, parent: old_parent, .. } =
+            self.nodes[top as usize];
+        // Out of the ring, and out of the counts of its ancestors.
+        let after = self.nodes[top_last as usize].next;
+        self.join(before, after);
+        let mut v = old_parent;
+        while v != NONE && self.nodes[v as usize].last == top_last {
+            self.nodes[v as usize].last = before;
+            v = self.parent(v);
+        }
+        let mut v = old_parent;
+        while v != apex {
+            self.nodes[v as usize].size -= total;
+            v = self.parent(v);
+        }
+        // The stem from `inner` to `top` is turned over: in preorder the block of each of its nodes, less the block of the one before
+        // it, follows the block of that.
+        let mut stem = std::mem::take(&mut self.stem);
+        stem.clear();
+        let mut v = inner;
+        loop {
+            let last = self.nodes[v as usize].last;
+            stem.push((v, self.nodes[last as usize].next));
+            if v == top {
+                break;
+            }
+            v = self.parent(v);
+        }
+        let successor = self.nodes[outer as usize].next;
+        let mut tail = outer;
+        let mut block_end = self.nodes[inner as usize].last;
+        for (i, &(v, behind)) in stem.iter().enumerate() {
+            let Node { previous: ahead, last, .. } = self.nodes[v as usize];
+            self.join(tail, v);
+            tail = block_end;
+            if let Some(&(up, _)) = stem.get(i + 1) {
+                let up_last = self.nodes[up as usize].last;
+                block_end = if last == up_last { ahead } else { up_last };
+                if last != up_last {
+                    self.join(ahead, behind);
+                }
+            }
+        }
+        self.join(tail, successor);
+        // Parents, links and sizes along the stem; the last of it first, since each takes what its successor had.
+        for i in (1..stem.len()).rev() {
+            let child = self.nodes[stem[i - 1].0 as usize];
+            let node = &mut self.nodes[stem[i].0 as usize];
+            node.parent = stem[i - 1].0;
+            node.link = child.link ^ 1;
+            node.size = total - child.size;
+            node.last = tail;
+        }
+        let node = &mut self.nodes[inner as usize];
+        node.parent = outer;
+        node.link = 2 * arc + u32::from(down);
+        node.size = total;
+        node.last = tail;
+        self.stem = stem;
+        let mut v = outer;
+        while v != NONE && self.nodes[v as usize].last == outer {
+            self.nodes[v as usize].last = tail;
+            v = self.parent(v);
+        }
+        let mut v = outer;
+        while v != apex {
+            self.nodes[v as usize].size += total;
+            v = self.parent(v);
+        }
+    }
+}
