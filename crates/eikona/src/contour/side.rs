@@ -4,7 +4,8 @@ use crate::geometry::vector::{cross, dot, sub};
 use crate::geometry::winding_is_consistent;
 use crate::wording::counted;
 use eikona_mesh::{
-    CurveKind, Face, Located, Neighbour, Orientation, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex,
+    CurveKind, Face, Located, Neighbour, Orientation, Segment, SegmentHost, SurfaceCurves, TriangleMesh,
+    Vertex,
 };
 use std::collections::{HashSet, VecDeque};
 

@@ -56,9 +56,9 @@ mod solver;
 mod source;
 mod time;
 
+pub use crate::phases::Phases;
 pub use error::SignedHeatError;
 pub use options::{DiffusionTime, LevelSets, SignConvention, SolveOptions, SolverOptions};
-pub use crate::phases::Phases;
 pub use report::{KeptNormals, Preparation, Report};
 pub use solution::{Confidence, Solution};
 pub use solver::Solver;

@@ -1,24 +1,22 @@
 //! The solver: factors once, answers curve after curve.
 
+use crate::contour::side::consistently_wound;
 use crate::geometry::vector::{add, dot, normalize, scale, sub};
 use crate::geometry::{Triangle, lay_out};
-use crate::operators::{ComplexFrames, divergence};
+use crate::operators::divergence;
+use crate::phases::{Phases, Running};
 use crate::signed_heat::confidence::confidence;
 use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::integration::{Integration, PreparedIntegration};
 use crate::signed_heat::options::{DiffusionTime, LevelSets, SolveOptions, SolverOptions};
-use crate::contour::side::consistently_wound;
-use crate::phases::{Phases, Running};
-use crate::wording::counted;
 use crate::signed_heat::report::{KeptNormals, Preparation, Report};
 use crate::signed_heat::sheets::Sheets;
 use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
-use eikona_mesh::{
-    Components, Face, FaceField, Orientation, SurfaceCurves, TriangleMesh, Vertex, VertexField,
-};
+use crate::wording::counted;
+use eikona_mesh::{Components, Face, FaceField, SurfaceCurves, TriangleMesh, Vertex, VertexField};
 use eikona_numeric::Complex;
 use std::sync::OnceLock;
 

@@ -1,10 +1,10 @@
 //! Step I, right-hand side: what curves and points put on the edges (SHM section 5.6 and appendix A).
 
+use crate::contour::side::SideOfSegments;
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
 use crate::operators::EdgeFrames;
 use crate::signed_heat::options::SignConvention;
-use crate::contour::side::SideOfSegments;
 use eikona_mesh::{
     CurveError, CurveKind, Face, Halfedge, Located, Neighbour, Segment, SegmentHost, SurfaceCurves,
     TriangleMesh, Vertex,

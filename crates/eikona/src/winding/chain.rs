@@ -24,8 +24,6 @@ pub(crate) struct Chain {
 pub(crate) struct Step {
     pub curve: usize,
     pub edge: Edge,
-    /// From the tail of the edge to its tip.
-    pub forward: bool,
     /// What it adds to the jump of the edge: left is one higher than right.
     pub jump: i32,
 }
@@ -47,12 +45,8 @@ impl Chain {
         }
         let segments = curves.segments(mesh)?;
         let sides = SideOfSegments::of(mesh, consistent, curves, &segments, warnings);
-        let mut chain = Chain {
-            jump: vec![0; mesh.edge_count()],
-            cancelled: 0,
-            on_boundary: 0,
-            on_nonmanifold: 0,
-        };
+        let mut chain =
+            Chain { jump: vec![0; mesh.edge_count()], cancelled: 0, on_boundary: 0, on_nonmanifold: 0 };
         let mut steps = Vec::with_capacity(segments.len());
         for (i, segment) in segments.iter().enumerate() {
             let (edge, forward) = match segment.host {
@@ -63,7 +57,7 @@ impl Chain {
             let &[first, _] = mesh.edge_halfedges(edge) else {
                 let is_boundary = mesh.edge_halfedges(edge).len() == 1;
                 *(if is_boundary { &mut chain.on_boundary } else { &mut chain.on_nonmanifold }) += 1;
-                steps.push(Step { curve: segment.curve, edge, forward, jump: 0 });
+                steps.push(Step { curve: segment.curve, edge, jump: 0 });
                 continue;
             };
             // The side is that of the face of the first halfedge, which has it on its left if both run the same way.
@@ -76,7 +70,7 @@ impl Chain {
             if sum.abs() > MOST_COPIES {
                 return Err(WindingError::Multiplicity { edge, most: MOST_COPIES });
             }
-            steps.push(Step { curve: segment.curve, edge, forward, jump });
+            steps.push(Step { curve: segment.curve, edge, jump });
         }
         let mut touched: Vec<Edge> = steps.iter().filter(|s| s.jump != 0).map(|s| s.edge).collect();
         touched.sort_unstable();
@@ -133,13 +127,10 @@ impl Fan {
             let (out, back) = sides(c);
             let is_rim = |h| matches!(mesh.neighbour(h), Neighbour::Boundary);
             // Leave by the other side.
-            if is_rim(out) {
-                Some((c, back))
-            } else {
-                is_rim(back).then_some((c, out))
-            }
+            if is_rim(out) { Some((c, back)) } else { is_rim(back).then_some((c, out)) }
         });
-        let Some((start, mut exit)) = at_rim.or(corners.first().map(|c| (c.index(), sides(c.index()).1))) else {
+        let Some((start, mut exit)) = at_rim.or(corners.first().map(|c| (c.index(), sides(c.index()).1)))
+        else {
             return false;
         };
         let mut corner = start;

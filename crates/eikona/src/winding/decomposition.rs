@@ -33,7 +33,9 @@ pub(crate) fn polylines(mesh: &TriangleMesh, jump: impl Fn(Edge) -> f64) -> Vec<
     let mut surplus: BTreeMap<Vertex, i64> = BTreeMap::new();
     for e in mesh.edges() {
         let value = jump(e);
-        let (Some(&first), true) = (mesh.edge_halfedges(e).first(), value.abs() > THRESHOLD) else { continue };
+        let (Some(&first), true) = (mesh.edge_halfedges(e).first(), value.abs() > THRESHOLD) else {
+            continue;
+        };
         let (mut from, mut to) = (mesh.origin(first), mesh.tip(first));
         if value < 0.0 {
             (from, to) = (to, from);
@@ -45,7 +47,8 @@ pub(crate) fn polylines(mesh: &TriangleMesh, jump: impl Fn(Edge) -> f64) -> Vec<
         }
     }
     // Open ones first, from where more leave than arrive.
-    let starts: Vec<Vertex> = surplus.iter().filter(|(_, s)| **s > 0).flat_map(|(&v, &s)| (0..s).map(move |_| v)).collect();
+    let starts: Vec<Vertex> =
+        surplus.iter().filter(|(_, s)| **s > 0).flat_map(|(&v, &s)| (0..s).map(move |_| v)).collect();
     let mut result = Vec::new();
     for start in starts {
         result.extend(walk(&mut leaving, start));

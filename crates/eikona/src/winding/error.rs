@@ -1,8 +1,8 @@
 //! Why no winding number could be computed.
 
 use eikona_mesh::{CurveError, Edge};
+use eikona_numeric::FlowError;
 use eikona_numeric::NumericError;
-use eikona_numeric::flow::FlowError;
 use thiserror::Error;
 
 /// Why no winding number could be computed.
@@ -25,7 +25,9 @@ pub enum WindingError {
         curve: usize,
     },
     /// A segment is not a whole edge of the mesh.
-    #[error("curve {curve}, node {node}: the segment to the next node is no edge of the mesh; embed the curves first")]
+    #[error(
+        "curve {curve}, node {node}: the segment to the next node is no edge of the mesh; embed the curves first"
+    )]
     NotAlongEdges {
         /// 0-based index of the curve.
         curve: usize,

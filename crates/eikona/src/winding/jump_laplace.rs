@@ -24,8 +24,11 @@ impl Coordinates {
     /// Walks around every vertex at an edge with a jump. Around an inner vertex jumps that add up to more than `tolerance` make it
     /// an endpoint.
     pub fn of(mesh: &TriangleMesh, jump: &[f64], tolerance: f64) -> Coordinates {
-        let mut result =
-            Coordinates { corner: vec![0.0; 3 * mesh.face_count()], endpoints: Vec::new(), ignored: Vec::new() };
+        let mut result = Coordinates {
+            corner: vec![0.0; 3 * mesh.face_count()],
+            endpoints: Vec::new(),
+            ignored: Vec::new(),
+        };
         let mut fan = Fan::default();
         for v in vertices_at_jumps(mesh, jump) {
             if !fan.walk(mesh, v) {
@@ -70,9 +73,6 @@ impl JumpLaplace {
         Ok(JumpLaplace { symbolic: Symbolic::new(&graph, Ordering::Given(&order))?.into() })
     }
 
-    pub fn predicted_bytes(&self) -> usize {
-        self.symbolic.predicted_bytes::<f64>()
-    }
 
     /// Factors the operator without the vertices that are excluded. Of every connected part that is left the first vertex is
     /// held at zero; the part is singular otherwise, and its right-hand sides add up to zero.

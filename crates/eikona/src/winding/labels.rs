@@ -57,7 +57,8 @@ pub(crate) fn labels(
             add(component(f), mean, triangles[f.index()].area);
         }
     }
-    let shift: Vec<f64> = phase.iter().map(|[x, y]| if *x == 0.0 && *y == 0.0 { 0.0 } else { -y.atan2(*x) / TAU }).collect();
+    let shift: Vec<f64> =
+        phase.iter().map(|[x, y]| if *x == 0.0 && *y == 0.0 { 0.0 } else { -y.atan2(*x) / TAU }).collect();
 
     let mut label = vec![0; mesh.face_count()];
     let mut margin = vec![0.0; mesh.face_count()];
@@ -77,14 +78,18 @@ pub(crate) fn labels(
 }
 
 /// Halfway between the values on both sides of an edge, in its middle, and the length of the edge.
-fn middle_of_jump(mesh: &TriangleMesh, triangles: &[Triangle], values: &[f64], e: Edge) -> Option<(f64, f64)> {
+fn middle_of_jump(
+    mesh: &TriangleMesh,
+    triangles: &[Triangle],
+    values: &[f64],
+    e: Edge,
+) -> Option<(f64, f64)> {
     let halfedges = mesh.edge_halfedges(e);
     let (mut sum, mut count) = (0.0, 0);
     // An end that is an endpoint has no value on either side.
     for v in mesh.edge_vertices(e) {
-        let at = |h: &eikona_mesh::Halfedge| {
-            values[if mesh.origin(*h) == v { h.index() } else { tip_corner(*h) }]
-        };
+        let at =
+            |h: &eikona_mesh::Halfedge| values[if mesh.origin(*h) == v { h.index() } else { tip_corner(*h) }];
         let mean = halfedges.iter().map(at).sum::<f64>() / halfedges.len() as f64;
         if !mean.is_nan() {
             sum += mean;
@@ -107,7 +112,8 @@ fn zero_levels(
 ) -> Vec<i32> {
     let mut areas: Vec<BTreeMap<i32, f64>> = vec![BTreeMap::new(); components.count];
     for f in mesh.faces().filter(|&f| face_mean(values, f).is_some()) {
-        *areas[components.of_face[f] as usize].entry(label[f.index()]).or_default() += triangles[f.index()].area;
+        *areas[components.of_face[f] as usize].entry(label[f.index()]).or_default() +=
+            triangles[f.index()].area;
     }
     let most = |areas: &BTreeMap<i32, f64>| {
         let largest = areas.iter().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)));

@@ -3,7 +3,7 @@
 use crate::geometry::Triangle;
 use crate::winding::error::WindingError;
 use eikona_mesh::{Edge, TriangleMesh};
-use eikona_numeric::flow::{Certificate, JumpOptions, JumpStatistics, JumpTerm, minimise_jumps};
+use eikona_numeric::{Certificate, JumpOptions, JumpStatistics, JumpTerm, minimise_jumps};
 
 /// The nonbounding part of a curve.
 #[derive(Debug)]
@@ -37,7 +37,9 @@ pub(crate) fn nonbounding_part(
         edges.push(e);
         terms.push(match copies {
             0 => JumpTerm { from, to, shift, weight: length, limit: None, key },
-            1.. => JumpTerm { from, to, shift, weight: epsilon * length, limit: Some(f64::from(copies)), key },
+            1.. => {
+                JumpTerm { from, to, shift, weight: epsilon * length, limit: Some(f64::from(copies)), key }
+            }
             _ => JumpTerm {
                 from: to,
                 to: from,

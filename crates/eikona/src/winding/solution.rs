@@ -2,7 +2,7 @@
 
 use crate::phases::Phases;
 use eikona_mesh::{CornerField, Edge, EdgeField, Face, FaceField, TriangleMesh, Vertex};
-use eikona_numeric::flow::{Certificate, JumpStatistics};
+use eikona_numeric::{Certificate, JumpStatistics};
 
 /// The winding number of curves on a surface, and what follows from it. All fields are on [`mesh`](Winding::mesh).
 #[derive(Clone, Debug)]

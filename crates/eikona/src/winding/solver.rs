@@ -99,8 +99,7 @@ impl Solver {
             &own
         };
         phases.end("factorisation");
-        let equation =
-            |corner: &[f64]| solve_jump_equation(mesh, &self.weights, factor, &excluded, corner);
+        let equation = |corner: &[f64]| solve_jump_equation(mesh, &self.weights, factor, &excluded, corner);
         let (mut values, mut residual) = equation(&coordinates.corner)?;
         phases.end("jump equation");
 
@@ -130,7 +129,8 @@ impl Solver {
                 phases.end("linear program");
 
                 let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
-                let corrected = self.corrected(&coordinates.endpoints, &chain.jump, &rest, options.completion);
+                let corrected =
+                    self.corrected(&coordinates.endpoints, &chain.jump, &rest, options.completion);
                 let second;
                 (values, second) = equation(&corrected)?;
                 residual = residual.max(second);
@@ -195,7 +195,13 @@ impl Solver {
 
     /// Reduced coordinates of the curve without its nonbounding part (algorithm 8, with the running sum that it leaves out). The
     /// endpoints stay what they are, as what was taken off is closed.
-    fn corrected(&self, endpoints: &[Vertex], curve: &[i32], rest: &[f64], completion: Completion) -> Vec<f64> {
+    fn corrected(
+        &self,
+        endpoints: &[Vertex],
+        curve: &[i32],
+        rest: &[f64],
+        completion: Completion,
+    ) -> Vec<f64> {
         let mesh = &self.mesh;
         let mut corner = Coordinates::of(mesh, rest, f64::INFINITY).corner;
         let mut clear = |v: Vertex| mesh.vertex_corners(v).iter().for_each(|c| corner[c.index()] = 0.0);
@@ -235,7 +241,7 @@ const NO_HARMONIC_PART: f64 = 1e-9;
 fn is_simply_connected(mesh: &TriangleMesh) -> bool {
     let topology = Topology::of(mesh);
     topology.is_manifold()
-        && topology.components.iter().all(|c| c.genus == Some(0) && c.boundary_loops <= 1)
+        && topology.components.iter().all(|c| c.genus == Some(0) && c.boundary_loop_count <= 1)
 }
 
 fn by_curve(curves: &SurfaceCurves, steps: &[Step], nonbounding: &[bool]) -> Vec<Vec<bool>> {
@@ -257,13 +263,16 @@ fn note_chain(chain: &Chain, warnings: &mut Vec<String>) {
     }
     if chain.on_nonmanifold > 0 {
         let steps = counted(chain.on_nonmanifold, "step runs", "steps run");
-        warnings.push(format!("{steps} along edges of three or more faces, where there is no left; they are left out"));
+        warnings.push(format!(
+            "{steps} along edges of three or more faces, where there is no left; they are left out"
+        ));
     }
 }
 
 fn note_ignored(coordinates: &Coordinates, warnings: &mut Vec<String>) {
     if let Some(first) = coordinates.ignored.first() {
-        let vertices = counted(coordinates.ignored.len(), "vertex of the curve has", "vertices of the curve have");
+        let vertices =
+            counted(coordinates.ignored.len(), "vertex of the curve has", "vertices of the curve have");
         warnings.push(format!(
             "{vertices} more than one fan of faces, the first is vertex {}; the curve is ignored there",
             first.index()

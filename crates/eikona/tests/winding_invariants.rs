@@ -1,0 +1,232 @@
+//! What must hold for winding numbers on surfaces (spec 2.6), on shapes where the answer is known.
+
+use eikona::mesh::{Curve, Face, Neighbour, SurfaceCurves, TriangleMesh, Vertex, shapes};
+use eikona::winding::{Completion, Solver, Winding, WindingOptions, surface_winding_number};
+
+fn centre(mesh: &TriangleMesh, f: Face) -> [f64; 3] {
+    let [a, b, c] = mesh.face_positions(f);
+    [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
+}
+
+/// The sides of a region's boundary, with the region on their left; a curve a side.
+fn boundary_of(mesh: &TriangleMesh, inside: impl Fn(Face) -> bool) -> Vec<Curve> {
+    let mut sides = Vec::new();
+    for h in mesh.faces().filter(|&f| inside(f)).flat_map(|f| [0, 1, 2].map(|k| f.halfedge(k))) {
+        if matches!(mesh.neighbour(h), Neighbour::Twin(other) if !inside(other.face())) {
+            sides.push(Curve::signed([mesh.origin(h), mesh.tip(h)]));
+        }
+    }
+    sides
+}
+
+fn solve(mesh: &TriangleMesh, curves: &[Curve]) -> Winding {
+    let curves = SurfaceCurves { curves: curves.to_vec(), points: Vec::new() };
+    surface_winding_number(mesh, &curves, &WindingOptions::default()).unwrap()
+}
+
+/// A torus whose vertex (i, j) has number i * nv + j, slightly disturbed so that no two loops are equally long.
+fn torus(nu: usize, nv: usize) -> TriangleMesh {
+    let torus = shapes::torus(1.0, 0.4, nu, nv).unwrap();
+    eikona::mesh::damage::jitter(&torus, 0.15, 5).unwrap()
+}
+
+fn around_tube(nv: usize, i: usize) -> Curve {
+    Curve::signed((0..=nv).map(|j| Vertex((i * nv + j % nv) as u32)))
+}
+
+/// Largest deviation of the values from label minus shift.
+fn roughness(w: &Winding) -> f64 {
+    w.mesh
+        .faces()
+        .flat_map(|f| (0..3).map(move |k| (f, k)))
+        .map(|(f, k)| {
+            let value = w.values.as_slice()[3 * f.index() + k] + w.shift[w.component[f] as usize];
+            (value - f64::from(w.labels[f])).abs()
+        })
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn a_region_of_the_sphere_is_one_and_the_rest_zero() {
+    let sphere = shapes::geodesic_sphere(16).unwrap();
+    let cap = |f: Face| centre(&sphere, f)[2] > 0.4;
+    let w = solve(&sphere, &boundary_of(&sphere, cap));
+    assert!(w.endpoints.is_empty() && w.report.program.is_none());
+    assert!(roughness(&w) < 1e-12, "{}", roughness(&w));
+    for f in sphere.faces() {
+        assert_eq!(w.labels[f], i32::from(cap(f)));
+        assert!(w.margin[f] > 0.5 - 1e-12);
+    }
+    assert_eq!(w.bounding_loops.len(), 1);
+    assert!(w.nonbounding_loops.is_empty());
+    assert!(w.bounds.iter().flatten().all(|b| *b));
+}
+
+#[test]
+fn crossing_loops_add_up() {
+    let sphere = shapes::geodesic_sphere(16).unwrap();
+    let a = |f: Face| centre(&sphere, f)[2] > 0.6;
+    let b = |f: Face| centre(&sphere, f)[0] > 0.3;
+    let w = solve(&sphere, &[boundary_of(&sphere, a), boundary_of(&sphere, b)].concat());
+    assert!(roughness(&w) < 1e-12);
+    assert!(sphere.faces().all(|f| w.labels[f] == i32::from(a(f)) + i32::from(b(f))));
+}
+
+#[test]
+fn a_loop_around_the_tube_of_a_torus_bounds_nothing() {
+    let torus = torus(40, 20);
+    let w = solve(&torus, &[around_tube(20, 7)]);
+    for e in torus.edges() {
+        assert!((w.nonbounding[e] - f64::from(w.curve[e])).abs() < 1e-9);
+    }
+    assert!(w.labels.iter().all(|(_, l)| *l == 0));
+    let (low, high) = w.values.iter().fold((f64::MAX, f64::MIN), |(l, h), (_, v)| (l.min(*v), h.max(*v)));
+    assert!(high - low < 1e-9, "constant but for rounding");
+    assert!(w.bounds[0].iter().all(|b| !b));
+    assert!(w.bounding_loops.is_empty());
+    assert_eq!(w.nonbounding_loops.len(), 1);
+    assert_eq!(w.nonbounding_loops[0].len(), 21);
+    assert_eq!(w.nonbounding_loops[0].first(), w.nonbounding_loops[0].last());
+    let program = w.report.program.unwrap();
+    assert!(program.certificate.gap.abs() < 1e-9, "{:?}", program.certificate);
+}
+
+#[test]
+fn opposite_loops_bound_a_band_and_parallel_ones_do_not() {
+    let torus = torus(40, 20);
+    let w = solve(&torus, &[around_tube(20, 7), around_tube(20, 15).reversed()]);
+    assert!(w.report.largest_nonbounding < 1e-9, "{}", w.report.largest_nonbounding);
+    assert!(roughness(&w) < 1e-9);
+    let band: Vec<Face> = torus.faces().filter(|&f| w.labels[f] != 0).collect();
+    assert_eq!(band.len(), 2 * 8 * 20, "eight columns of twenty quads");
+    assert_eq!(w.bounding_loops.len(), 2);
+
+    let w = solve(&torus, &[around_tube(20, 7), around_tube(20, 15)]);
+    for e in torus.edges() {
+        assert!((w.nonbounding[e] - f64::from(w.curve[e])).abs() < 1e-9, "neither may move onto the other");
+    }
+}
+
+#[test]
+fn a_loop_that_bounds_nothing_leaves_a_disk_alone() {
+    let torus = torus(48, 24);
+    let disk = |f: Face| {
+        let [x, y, z] = centre(&torus, f);
+        ((x - 1.0).powi(2) + y.powi(2) + (z - 0.35).powi(2)).sqrt() < 0.2
+    };
+    let mut curves = boundary_of(&torus, disk);
+    curves.push(around_tube(24, 24));
+    let w = solve(&torus, &curves);
+    for f in torus.faces() {
+        assert_eq!(w.labels[f], i32::from(disk(f)));
+    }
+    assert!(roughness(&w) < 1e-9);
+    let (last, rest) = w.bounds.split_last().unwrap();
+    assert!(last.iter().all(|b| !b) && rest.iter().flatten().all(|b| *b));
+}
+
+#[test]
+fn reversal_turns_the_sign() {
+    let torus = torus(30, 15);
+    let disk = |f: Face| centre(&torus, f)[0] > 1.2;
+    let mut curves = boundary_of(&torus, disk);
+    curves.push(around_tube(15, 12));
+    let reversed: Vec<Curve> = curves.iter().cloned().map(Curve::reversed).collect();
+    let (w, r) = (solve(&torus, &curves), solve(&torus, &reversed));
+    for e in torus.edges() {
+        assert!((w.nonbounding[e] + r.nonbounding[e]).abs() < 1e-9);
+    }
+    for f in torus.faces() {
+        assert_eq!(w.labels[f], -r.labels[f]);
+    }
+}
+
+#[test]
+fn jumps_of_the_values_are_those_asked_for() {
+    let torus = torus(40, 20);
+    let mut broken = around_tube(20, 7);
+    broken.nodes.truncate(15);
+    let disk = |f: Face| centre(&torus, f)[0] > 1.25;
+    let mut curves = boundary_of(&torus, disk);
+    curves.truncate(curves.len() * 4 / 5);
+    curves.push(broken);
+    let input = SurfaceCurves { curves, points: Vec::new() };
+    for completion in [Completion::Full, Completion::Curve] {
+        let w = surface_winding_number(&torus, &input, &WindingOptions { completion, ..Default::default() }).unwrap();
+        assert!(!w.endpoints.is_empty());
+        let program = w.report.program.as_ref().unwrap();
+        assert!(program.certificate.gap.abs() < 1e-9);
+        let mut touched = vec![false; torus.vertex_count()];
+        for e in torus.edges().filter(|&e| w.curve[e] != 0) {
+            torus.edge_vertices(e).into_iter().for_each(|v| touched[v.index()] = true);
+        }
+        for e in torus.edges() {
+            let &[a, b] = torus.edge_halfedges(e) else { panic!("the torus is closed") };
+            for v in torus.edge_vertices(e) {
+                if completion == Completion::Curve && !touched[v.index()] {
+                    continue;
+                }
+                let at = |h: eikona::mesh::Halfedge| {
+                    let k = (0..3).find(|&k| torus.face_vertices(h.face())[k] == v).unwrap();
+                    w.values.as_slice()[3 * h.face().index() + k]
+                };
+                let jump = at(a) - at(b);
+                assert!(jump.is_nan() || (jump - w.bounding_jump(e)).abs() < 1e-12, "{jump} at {e:?}");
+            }
+            // Between nothing and the curve.
+            let (t, c) = (w.nonbounding[e], f64::from(w.curve[e]));
+            assert!(c == 0.0 || (t / c >= -1e-9 && t / c <= 1.0 + 1e-9));
+        }
+        // Closed: around every vertex the nonbounding jumps add up to nothing.
+        let mut sum = vec![0.0; torus.vertex_count()];
+        for e in torus.edges() {
+            let first = torus.edge_halfedges(e)[0];
+            sum[torus.origin(first).index()] += w.nonbounding[e];
+            sum[torus.tip(first).index()] -= w.nonbounding[e];
+        }
+        assert!(sum.iter().all(|s| s.abs() < 1e-9));
+    }
+}
+
+#[test]
+fn a_broken_circle_on_the_sphere_labels_nearly_all_faces_right() {
+    let sphere = shapes::geodesic_sphere(40).unwrap();
+    let cap = |f: Face| centre(&sphere, f)[2] > 0.3;
+    let whole = boundary_of(&sphere, cap);
+    // A quarter is missing, in three gaps, told by the angle.
+    let kept: Vec<Curve> = whole
+        .into_iter()
+        .filter(|c| {
+            let nodes = eikona::contour::curve_points(&sphere, c).unwrap();
+            let (p, q) = (nodes[0], nodes[1]);
+            let turn = ((p[1] + q[1]).atan2(p[0] + q[0]) / std::f64::consts::TAU * 3.0).rem_euclid(1.0);
+            turn > 0.25
+        })
+        .collect();
+    let w = solve(&sphere, &kept);
+    assert_eq!(w.endpoints.len(), 6);
+    let area = |f: Face| {
+        let [a, b, c] = sphere.face_positions(f);
+        let (u, v) = ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| c[k] - a[k]));
+        let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+        0.5 * n.iter().map(|x| x * x).sum::<f64>().sqrt()
+    };
+    let total: f64 = sphere.faces().map(area).sum();
+    let wrong: f64 = sphere.faces().filter(|&f| w.labels[f] != i32::from(cap(f))).map(area).sum();
+    assert!(wrong < 0.01 * total, "{:.2} % of the area is wrong", 100.0 * wrong / total);
+}
+
+#[test]
+fn one_solver_answers_as_fresh_ones_do() {
+    let torus = torus(30, 15);
+    let solver = Solver::new(&torus).unwrap();
+    let mut open = around_tube(15, 3);
+    open.nodes.truncate(9);
+    for curve in [around_tube(15, 5), open, around_tube(15, 20)] {
+        let input = SurfaceCurves::from_curve(curve.clone());
+        let kept = solver.solve(&input, &WindingOptions::default()).unwrap();
+        let fresh = solve(&torus, &[curve]);
+        assert_eq!(kept.labels, fresh.labels);
+        assert_eq!(kept.nonbounding, fresh.nonbounding);
+    }
+}
