@@ -2,6 +2,7 @@
 
 use eikona::contour::ContourError;
 use eikona::signed_heat::SignedHeatError;
+use eikona::winding::WindingError;
 use eikona_mesh::{CurveError, FileError, MeshError};
 use eikona_render::RenderError;
 use std::io::ErrorKind;
@@ -94,6 +95,17 @@ impl From<SignedHeatError> for Failure {
 }
 
 /// A parameter on the command line is out of range.
+impl From<WindingError> for Failure {
+    fn from(fault: WindingError) -> Failure {
+        use WindingError as E;
+        match fault {
+            E::Option { .. } => Failure::Usage(fault.to_string()),
+            E::Numeric(_) | E::Program(_) => Failure::Failed(fault.to_string()),
+            _ => Failure::Input(fault.to_string()),
+        }
+    }
+}
+
 impl From<ContourError> for Failure {
     fn from(fault: ContourError) -> Failure {
         match fault {

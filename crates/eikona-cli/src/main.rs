@@ -17,6 +17,7 @@ mod report;
 mod sdf;
 mod session;
 mod source;
+mod winding;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
@@ -49,6 +50,8 @@ Exit codes: 0 done, 1 failed, 2 bad usage, 3 bad input, 4 finished with warnings
 enum Verb {
     /// Signed distance on a surface to curves and points
     Sdf(Box<sdf::SdfArguments>),
+    /// Inside or outside of curves on a surface, and how often
+    Winding(Box<winding::WindingArguments>),
     /// What a mesh is and what is wrong with it; curves too
     Inspect(Box<inspect::InspectArguments>),
     /// Procedural shapes, damaged on request, and curves on them
@@ -97,6 +100,7 @@ fn run(arguments: Vec<OsString>) -> u8 {
     }
     let done = match &cli.verb {
         Verb::Sdf(arguments) => sdf::run(arguments, general),
+        Verb::Winding(arguments) => winding::run(arguments, general),
         Verb::Inspect(arguments) => inspect::run(arguments, general),
         Verb::Make(arguments) => make::run(arguments, general),
         Verb::Render(arguments) => render::run(arguments, general),

@@ -102,6 +102,8 @@ pub struct Drawing<'a> {
     pub field: Option<(&'a [f64], &'a str)>,
     /// Values per face, and their name; drawn when there are none per vertex.
     pub face_field: Option<(&'a [f64], &'a str)>,
+    /// Whole numbers per face, drawn as regions.
+    pub labels: Option<&'a [i64]>,
     /// Isolines of the field.
     pub levels: Option<Levels>,
     /// Curves and points on the mesh.
@@ -146,6 +148,8 @@ pub fn draw(
         scene = scene.vertex_scalar(values).title(title);
     } else if let Some((values, title)) = drawing.face_field {
         scene = scene.face_scalar(values).title(title);
+    } else if let Some(labels) = drawing.labels {
+        scene = scene.face_labels(labels).title("winding number");
     }
     if let Some(levels) = drawing.levels.clone() {
         let lines = Isolines::default();

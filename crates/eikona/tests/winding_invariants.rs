@@ -152,7 +152,8 @@ fn jumps_of_the_values_are_those_asked_for() {
     curves.push(broken);
     let input = SurfaceCurves { curves, points: Vec::new() };
     for completion in [Completion::Full, Completion::Curve] {
-        let w = surface_winding_number(&torus, &input, &WindingOptions { completion, ..Default::default() }).unwrap();
+        let w = surface_winding_number(&torus, &input, &WindingOptions { completion, ..Default::default() })
+            .unwrap();
         assert!(!w.endpoints.is_empty());
         let program = w.report.program.as_ref().unwrap();
         assert!(program.certificate.gap.abs() < 1e-9);

@@ -73,7 +73,6 @@ impl JumpLaplace {
         Ok(JumpLaplace { symbolic: Symbolic::new(&graph, Ordering::Given(&order))?.into() })
     }
 
-
     /// Factors the operator without the vertices that are excluded. Of every connected part that is left the first vertex is
     /// held at zero; the part is singular otherwise, and its right-hand sides add up to zero.
     pub fn factor(
