@@ -230,6 +230,7 @@ fn solve(
             ("stages", json!(report.stages)),
             ("real_form", json!(report.preparation.real_form)),
             ("factor_bytes", json!(report.preparation.factor_bytes)),
+            ("needed_bytes", json!(report.preparation.needed_bytes)),
             ("diffusion_residual", json!(report.diffusion_residual)),
             ("integration_residual", json!(report.integration_residual)),
             ("constraint_violation", json!(report.constraint_violation)),

@@ -171,7 +171,7 @@ impl TriangleMesh {
     pub fn edge_vertices(&self, e: Edge) -> [Vertex; 2] {
         self.connectivity.edge_vertices[e.index()].map(Vertex)
     }
-    /// The halfedges of an edge: one on the boundary, two inside, more where the surface is nonmanifold.
+    /// The halfedges of an edge, ascending: one on the boundary, two inside, more where the surface is nonmanifold.
     #[inline]
     pub fn edge_halfedges(&self, e: Edge) -> &[Halfedge] {
         let e = e.index();
@@ -202,11 +202,13 @@ impl TriangleMesh {
     /// The edge between two vertices, if there is one.
     ///
     /// # Cost
-    /// O(degree of `a`).
+    /// O(the smaller of their degrees).
     pub fn find_edge(&self, a: Vertex, b: Vertex) -> Option<Edge> {
         if a.index() >= self.vertex_count() || b.index() >= self.vertex_count() || a == b {
             return None;
         }
+        let (a, b) =
+            if self.vertex_corners(a).len() <= self.vertex_corners(b).len() { (a, b) } else { (b, a) };
         self.vertex_corners(a).iter().find_map(|&c| {
             let h = c.halfedge();
             if self.tip(h) == b {
@@ -223,7 +225,8 @@ impl TriangleMesh {
         if vertices.iter().any(|v| v.index() >= self.vertex_count()) {
             return None;
         }
-        self.vertex_corners(vertices[0]).iter().map(|c| c.face()).find(|&f| {
+        let rarest = vertices.into_iter().min_by_key(|&v| self.vertex_corners(v).len())?;
+        self.vertex_corners(rarest).iter().map(|c| c.face()).find(|&f| {
             let corners = self.face_vertices(f);
             vertices.iter().all(|v| corners.contains(v))
         })

@@ -228,3 +228,31 @@ fn flush<T: Scalar>(x: &mut T) {
         *x = T::ZERO;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Complex, Graph, Ordering};
+
+    #[test]
+    fn processors_without_vectors_get_the_same_solution() {
+        let n = 200u32;
+        let pairs: Vec<[u32; 2]> =
+            (1..n).flat_map(|j| [[j, j - 1], [j, j / 2]]).filter(|[a, b]| a != b).collect();
+        let value = |k: usize| Complex { re: (k as f64).sin(), im: (k as f64).cos() };
+        let matrix = SymmetricMatrix {
+            diagonal: vec![9.0; n as usize],
+            off_diagonal: (0..pairs.len()).map(value).collect(),
+        };
+        let symbolic =
+            Symbolic::new(&Graph { unknowns: n as usize, pairs }, Ordering::MinimumDegree).unwrap();
+        let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
+        let mut columns = vec![(0..n as usize).map(value).collect::<Vec<Complex>>()];
+        let mut plain = columns.clone();
+        dispatch(Sweeps { factor: &factor, columns: &mut columns, needed: None });
+        Sweeps { factor: &factor, columns: &mut plain, needed: None }.run(pulp::Scalar128b);
+        for (a, b) in columns[0].iter().zip(&plain[0]) {
+            assert!((*a - *b).abs_sq().sqrt() < 1e-14, "{a} {b}");
+        }
+    }
+}

@@ -105,7 +105,7 @@ pub(crate) fn dispatch<W: Vectorized>(work: W) -> W::Output {
         type Output = W::Output;
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> W::Output {
-            // A complex number takes at least two doubles.
+            // A complex number takes at least two doubles. (Rare processors without vectors run this in software: slow, but right.)
             if S::F64_LANES < 2 { self.0.run(pulp::Scalar128b) } else { self.0.run(simd) }
         }
     }

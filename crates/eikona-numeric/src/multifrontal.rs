@@ -251,3 +251,44 @@ fn minus_outer_product<S: pulp::Simd, T: Scalar>(
         Par::Seq,
     );
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Complex, Graph, Ordering, SymmetricMatrix};
+
+    /// A band matrix that is diagonally dominant, with fronts of all kinds.
+    fn agrees_without_vectors<T: Scalar>(value: impl Fn(usize) -> T) {
+        let n = 300u32;
+        let pairs: Vec<[u32; 2]> = (0..n)
+            .flat_map(|i| [1, 2, 7, 40].into_iter().map(move |d| [i, i + d]))
+            .filter(|[_, j]| *j < n)
+            .collect();
+        let matrix = SymmetricMatrix {
+            diagonal: vec![9.0; n as usize],
+            off_diagonal: (0..pairs.len()).map(value).collect(),
+        };
+        let symbolic =
+            Symbolic::new(&Graph { unknowns: n as usize, pairs }, Ordering::MinimumDegree).unwrap();
+        let entries = symbolic.permute(&matrix).unwrap();
+        let mut fast = vec![T::ZERO; symbolic.factor_entries()];
+        let mut plain = fast.clone();
+        factor(&symbolic, &entries, &mut fast).unwrap();
+        factor_fronts(pulp::Scalar128b, &symbolic, &entries, &mut plain).unwrap();
+        for s in 0..symbolic.supernodes().count() {
+            let (columns, rows) =
+                (symbolic.supernodes().columns(s).len(), symbolic.supernodes().rows(s).len());
+            let panel = symbolic.supernodes().panel(s);
+            for (i, (a, b)) in fast[panel.clone()].iter().zip(&plain[panel]).enumerate() {
+                let above_diagonal = i % (columns + rows) < i / (columns + rows);
+                assert!(above_diagonal || (*a - *b).abs_sq().sqrt() < 1e-13, "{a:?} {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn processors_without_vectors_get_the_same_factor() {
+        agrees_without_vectors(|k| (k as f64).sin());
+        agrees_without_vectors(|k| Complex { re: (k as f64).sin(), im: (k as f64).cos() });
+    }
+}

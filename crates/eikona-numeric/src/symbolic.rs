@@ -33,11 +33,11 @@ impl Symbolic {
     /// Analyses the pattern of a system.
     ///
     /// # Errors
-    /// [`NumericError::TooLarge`] past 2^31 entries, [`NumericError::WrongLength`] and [`NumericError::NotAnOrder`] for an
+    /// [`NumericError::TooLarge`] past 2^30 entries, [`NumericError::WrongLength`] and [`NumericError::NotAnOrder`] for an
     /// order that does not name every unknown once.
     pub fn new(graph: &Graph, ordering: Ordering<'_>) -> Result<Symbolic, NumericError> {
         let n = graph.unknowns;
-        if n >= MIRRORED as usize || graph.pairs.len() >= (MIRRORED as usize) / 2 - n {
+        if n + graph.pairs.len() >= (MIRRORED as usize) / 2 {
             return Err(NumericError::TooLarge { unknowns: n });
         }
         let given = ordering.order(graph)?;

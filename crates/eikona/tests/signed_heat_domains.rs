@@ -432,7 +432,8 @@ fn unreferenced_vertices_are_nan() {
                 let d = solution.distance[v];
                 assert!(if x == 50.0 { d.is_nan() } else { (d - (x - 2.0)).abs() < 1e-6 }, "{v}: {d}");
             }
-            let said = format!("{} vertices are used by no face", places.len());
+            let are = if places.len() == 1 { "vertex is" } else { "vertices are" };
+            let said = format!("{} {are} used by no face", places.len());
             assert!(solution.report.all_warnings().any(|w| w.contains(&said)));
         }
     }

@@ -270,7 +270,7 @@ fn automatic_time_follows_the_source() {
         assert!(reasons[0] > reasons[1], "{reasons:?}");
         assert_eq!(reasons[0], solver.time().coefficient);
         // The second time counts against the limit.
-        let tight = SolverOptions { memory_limit: Some(solver_bytes(&solver, &closed)), ..options };
+        let tight = SolverOptions { memory_limit: Some(needed_bytes(&solver, &closed)), ..options };
         let tight = Solver::new(mesh, &tight).unwrap();
         assert!(tight.solve(&closed, &SolveOptions::default()).is_ok());
         let refused = tight.solve(&open, &SolveOptions::default()).unwrap_err();
@@ -278,8 +278,8 @@ fn automatic_time_follows_the_source() {
     }
 }
 
-fn solver_bytes(solver: &Solver, source: &SurfaceCurves) -> usize {
-    solver.solve(source, &SolveOptions::default()).unwrap().report.preparation.factor_bytes
+fn needed_bytes(solver: &Solver, source: &SurfaceCurves) -> usize {
+    solver.solve(source, &SolveOptions::default()).unwrap().report.preparation.needed_bytes
 }
 
 #[test]

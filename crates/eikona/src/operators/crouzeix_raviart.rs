@@ -109,7 +109,7 @@ impl EdgeFrames for ComplexFrames {
 /// all faces at a nonmanifold edge alike (tests `flipped_faces_change_nothing`, `fin_on_a_strip`).
 #[derive(Clone, Debug)]
 pub struct RealFrames {
-    /// First unknown of each edge, the one along it, and the number of all at the end.
+    /// First unknown of each edge, and the number of all at the end.
     first: Vec<u32>,
 }
 
@@ -208,18 +208,23 @@ impl EdgeFrames for RealFrames {
 fn visit_real(mesh: &TriangleMesh, first: &[u32], h: Halfedge, mut visit: impl FnMut(usize, Complex)) {
     let e = mesh.edge(h);
     let start = first[e.index()] as usize;
-    visit(start, Complex { re: if mesh.follows_edge(h) { 1.0 } else { -1.0 }, im: 0.0 });
-    let halfedges = mesh.edge_halfedges(e);
-    let k = halfedges.len();
-    let place = halfedges.iter().position(|&x| x == h).unwrap_or(0);
-    match k {
-        1 => visit(start + 1, Complex { re: 0.0, im: 1.0 }),
-        2 => visit(start + 1, Complex { re: 0.0, im: if place == 0 { 1.0 } else { -1.0 } }),
-        _ => {
+    let along = Complex { re: if mesh.follows_edge(h) { 1.0 } else { -1.0 }, im: 0.0 };
+    match mesh.edge_halfedges(e) {
+        [_] => {
+            visit(start, along);
+            visit(start + 1, Complex { re: 0.0, im: 1.0 });
+        }
+        &[a, _] => {
+            visit(start, along);
+            visit(start + 1, Complex { re: 0.0, im: if a == h { 1.0 } else { -1.0 } });
+        }
+        halfedges => {
             // Haar's orthonormal basis of the vectors whose entries add up to zero: the faces are halved again and again,
             // and each cut has a vector that is positive on one half and negative on the other. A face meets only the
-            // log k cuts that it lies in, and the cut before face `middle` is unknown `middle`.
-            let (mut low, mut high) = (0, k);
+            // log k cuts that it lies in. Cuts are numbered after those of their halves, and the unknown along the edge comes
+            // last, since unknowns of an edge are eliminated in this order: so nothing fills in.
+            let (place, k) = (halfedges.partition_point(|x| *x < h), halfedges.len());
+            let (mut low, mut high, mut number) = (0, k, start);
             while high - low > 1 {
                 let middle = (low + high) / 2;
                 let (left, right) = ((middle - low) as f64, (high - middle) as f64);
@@ -228,13 +233,15 @@ fn visit_real(mesh: &TriangleMesh, first: &[u32], h: Halfedge, mut visit: impl F
                 } else {
                     -(left / (right * (left + right))).sqrt()
                 };
-                visit(start + middle, Complex { re: 0.0, im: entry });
+                visit(number + (high - low) - 2, Complex { re: 0.0, im: entry });
                 if place < middle {
                     high = middle;
                 } else {
+                    number += middle - low - 1;
                     low = middle;
                 }
             }
+            visit(start + k - 1, along);
         }
     }
 }

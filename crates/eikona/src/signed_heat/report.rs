@@ -10,6 +10,8 @@ pub struct Preparation {
     pub phases: Phases,
     /// Bytes of both factors.
     pub factor_bytes: usize,
+    /// Bytes that building them was predicted to take: what a memory limit is compared with.
+    pub needed_bytes: usize,
     /// Whether the real form was needed (nonmanifold edges, or no consistent orientation).
     pub real_form: bool,
     /// Sentences for the user.

@@ -111,8 +111,13 @@ impl Solver {
                 counted(unreferenced, "vertex is", "vertices are")
             ));
         }
-        let preparation =
-            Preparation { phases: phases.finish(), factor_bytes, real_form: diffusion.is_real(), warnings };
+        let preparation = Preparation {
+            phases: phases.finish(),
+            factor_bytes,
+            needed_bytes,
+            real_form: diffusion.is_real(),
+            warnings,
+        };
         Ok(Solver {
             mesh,
             triangles,

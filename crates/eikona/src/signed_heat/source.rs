@@ -10,6 +10,7 @@ use eikona_mesh::{
     TriangleMesh, Vertex,
 };
 use eikona_numeric::{Complex, Scalar};
+use std::collections::BTreeMap;
 
 /// A source looked up on the mesh.
 pub(crate) struct Source {
@@ -44,7 +45,14 @@ impl Source {
         sign: SignConvention,
         time: f64,
     ) -> Vec<F::Value> {
-        let mut deposit = Deposit { mesh, frames, triangles, values: frames.zeros(), largest: 0.0 };
+        let mut deposit = Deposit {
+            mesh,
+            frames,
+            triangles,
+            values: frames.zeros(),
+            largest: 0.0,
+            outward: BTreeMap::new(),
+        };
         // A gradient of height 1 / sqrt(t) balances the normal of a signed curve: both leave the same field on flat ground.
         let spread = time.sqrt();
         for (i, (segment, kind)) in self.segments.iter().zip(&self.kinds).enumerate() {
@@ -70,6 +78,8 @@ struct Deposit<'a, F: EdgeFrames> {
     values: Vec<F::Value>,
     /// The largest single contribution.
     largest: f64,
+    /// How much points outward from each vertex. Summed first: a hub of a curve is visited once, not once a segment.
+    outward: BTreeMap<Vertex, f64>,
 }
 
 const I: Complex = Complex { re: 0.0, im: 1.0 };
@@ -92,6 +102,13 @@ impl<F: EdgeFrames> Deposit<'_, F> {
 
     /// The sums, with those that cancelled set to zero.
     fn finish(mut self) -> Vec<F::Value> {
+        for (v, weight) in std::mem::take(&mut self.outward) {
+            let add = |h: Halfedge, vector: Complex| {
+                self.largest = self.largest.max(vector.max_part());
+                self.frames.add(self.mesh, &mut self.values, h, vector);
+            };
+            outward_at_vertex(self.mesh, self.triangles, v, weight, |_| true, add);
+        }
         let smallest = CANCELLED * self.largest;
         self.values.iter_mut().filter(|v| v.max_part() < smallest).for_each(|v| *v = F::Value::ZERO);
         self.values
@@ -142,17 +159,7 @@ impl<F: EdgeFrames> Deposit<'_, F> {
     /// `unsigned_segment_across_faces`); and they need vertices and edges as sources.
     fn outward(&mut self, point: Located, weight: f64) {
         for (v, share) in point.weights(self.mesh) {
-            outward_at_vertex(
-                self.mesh,
-                self.triangles,
-                v,
-                weight * share,
-                |_| true,
-                |h, vector| {
-                    self.largest = self.largest.max(vector.max_part());
-                    self.frames.add(self.mesh, &mut self.values, h, vector);
-                },
-            );
+            *self.outward.entry(v).or_default() += weight * share;
         }
     }
 }
