@@ -39,7 +39,10 @@ fn main() {
         ("genus2-closed-35k", Box::new(|| double_torus(146, 60, [CLOSED; 2], 1))),
         ("genus2-broken-35k", Box::new(move || double_torus(146, 60, [BROKEN, half], 1))),
     ];
-    println!("{:22} {:>8} {:>8}  method  pivots levels      work seconds     gap  objective", "", "nodes", "terms");
+    println!(
+        "{:22} {:>8} {:>8}  method  pivots levels      work seconds     gap  objective",
+        "", "nodes", "terms"
+    );
     for (name, make) in &instances {
         if !names.is_empty() && !names.iter().any(|n| name.contains(n.as_str())) {
             continue;

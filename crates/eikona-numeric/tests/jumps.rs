@@ -195,10 +195,7 @@ fn refusals_name_the_term() {
         assert_eq!(refusal(JumpTerm { limit: Some(value), ..good }), error("limit"));
     }
     assert_eq!(refusal(term(0, 1, 0.0, -1.0, None)), FlowError::NegativeWeight { term: 1, weight: -1.0 });
-    assert_eq!(
-        refusal(term(0, 1, 0.0, 1.0, Some(0.0))),
-        FlowError::NonPositiveLimit { term: 1, limit: 0.0 }
-    );
+    assert_eq!(refusal(term(0, 1, 0.0, 1.0, Some(0.0))), FlowError::NonPositiveLimit { term: 1, limit: 0.0 });
     assert_eq!(refusal(term(0, 2, 0.0, 1.0, None)), FlowError::NoSuchNode { term: 1, node: 2, nodes: 2 });
     let options = JumpOptions { perturbation: f64::NAN, ..JumpOptions::default() };
     assert!(matches!(minimise_jumps(2, &[good], &options), Err(FlowError::BadPerturbation { .. })));
@@ -224,7 +221,9 @@ fn contradicting_limits_are_named() {
         // More than all limits together.
         terms[2].shift = 5.25;
         let error = minimise_jumps(6, &terms, &with(method)).unwrap_err();
-        assert!(matches!(&error, FlowError::Infeasible { terms, excess } if terms.len() == 5 && *excess == 0.25));
+        assert!(
+            matches!(&error, FlowError::Infeasible { terms, excess } if terms.len() == 5 && *excess == 0.25)
+        );
         // Just enough.
         terms[2].shift = 5.0;
         let jumps = solved(&(6, terms), &with(method)).jumps;
@@ -362,7 +361,8 @@ fn units_do_not_matter() {
         };
         for method in METHODS {
             let options = JumpOptions { method: Some(method), ..JumpOptions::default() };
-            let scaled = minimise_jumps(nodes, &terms.iter().map(in_unit).collect::<Vec<_>>(), &options).unwrap();
+            let scaled =
+                minimise_jumps(nodes, &terms.iter().map(in_unit).collect::<Vec<_>>(), &options).unwrap();
             assert!((scaled.objective - plain.objective).abs() < 1e-12 * plain.objective);
             assert!(scaled.certificate.gap.abs() < 1e-12);
         }

@@ -10,7 +10,11 @@ use super::network::{Arc, Incidence, NONE, Network};
 ///
 /// # Cost
 /// O(boxed terms) when few are violated; O(nodes x terms) of the boxed part at worst.
-pub(super) fn keep_limits(network: &Network, potentials: &mut [f64], tolerance: f64) -> Result<(), FlowError> {
+pub(super) fn keep_limits(
+    network: &Network,
+    potentials: &mut [f64],
+    tolerance: f64,
+) -> Result<(), FlowError> {
     let arcs = &network.arcs;
     let boxed = || arcs.iter().enumerate().filter(|(_, arc)| arc.is_boxed()).map(|(a, arc)| (a as u32, arc));
     if boxed().all(|(_, arc)| within(arc, arc.jump(potentials), tolerance)) {

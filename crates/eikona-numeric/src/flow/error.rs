@@ -62,7 +62,9 @@ pub enum FlowError {
         work: u64,
     },
     /// The method stopped, but its answer does not pass its own check: the numbers span too many orders of magnitude.
-    #[error("the flow found leaves a relative gap of {gap:e}; scale the weights and shifts to fewer orders of magnitude")]
+    #[error(
+        "the flow found leaves a relative gap of {gap:e}; scale the weights and shifts to fewer orders of magnitude"
+    )]
     Uncertified {
         /// The relative gap between the objective and its lower bound.
         gap: f64,

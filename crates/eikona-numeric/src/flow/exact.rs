@@ -27,8 +27,7 @@ pub(super) fn purify(network: &Network, state: &mut State, tolerance: f64) -> Ve
         network.arcs.iter().enumerate().filter(|(a, _)| joins(*a)).map(|(a, arc)| (a as u32, arc)),
     );
     let whole = |x: f64| x.fract() == 0.0 && x.abs() < 2f64.powi(50);
-    let all_whole =
-        network.arcs.iter().all(|arc| whole(arc.shift) && (!arc.is_boxed() || whole(arc.limit)));
+    let all_whole = network.arcs.iter().all(|arc| whole(arc.shift) && (!arc.is_boxed() || whole(arc.limit)));
     let base = first_potentials(network, old);
     let mut new = vec![f64::NAN; n];
     let mut queue = Vec::new();

@@ -5,8 +5,8 @@
 //! moved until the next such term opens (shortest paths, Dijkstra), and so on until nothing is left over. Every potential is that of a
 //! solution within the limits, the objective never rises, and each level costs O(m log m) and one maximum flow.
 
-use super::Statistics;
 use super::State;
+use super::Statistics;
 use super::maximum_flow::{Half, Halves, MaximumFlow};
 use super::network::Network;
 use std::cmp::Reverse;

@@ -49,7 +49,6 @@ pub(super) struct MaximumFlow {
     queue: Vec<u32>,
     /// Steps taken.
     pub(super) work: u64,
-    pub(super) searches: u64,
 }
 
 impl MaximumFlow {
@@ -64,7 +63,6 @@ impl MaximumFlow {
             gap: CUT_OFF,
             queue: Vec::new(),
             work: 0,
-            searches: 0,
         }
     }
 
@@ -100,7 +98,6 @@ impl MaximumFlow {
 
     /// Exact labels: distances to the nearest deficit.
     fn search(&mut self, halves: &Halves, surplus: &[f64], nothing: f64) {
-        self.searches += 1;
         self.labels.fill(CUT_OFF);
         self.first.fill(NONE);
         self.count.fill(0);

@@ -103,7 +103,12 @@ impl<'a> Simplex<'a> {
     }
 
     /// Pivots until no candidate is left. False when the work limit was reached.
-    fn run(&mut self, work_limit: u64, work: &mut u64, statistics: &mut Statistics) -> Result<bool, FlowError> {
+    fn run(
+        &mut self,
+        work_limit: u64,
+        work: &mut u64,
+        statistics: &mut Statistics,
+    ) -> Result<bool, FlowError> {
         loop {
             let Some(arc) = self.price(work) else { return Ok(true) };
             self.pivot(arc, work)?;
@@ -170,7 +175,8 @@ impl<'a> Simplex<'a> {
         // Flow goes from the apex down to `tail`, over the arc to `head`, and up again.
         let (tail, head) = if more { (arc.from, arc.to) } else { (arc.to, arc.from) };
         let apex = self.tree.apex(tail, head);
-        let room = |arc: &SimplexArc, more: bool| if more { arc.upper - arc.flow } else { arc.flow - arc.lower };
+        let room =
+            |arc: &SimplexArc, more: bool| if more { arc.upper - arc.flow } else { arc.flow - arc.lower };
         let mut step = f64::INFINITY;
         let mut leaving = None;
         let mut v = tail;
