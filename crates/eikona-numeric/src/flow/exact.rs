@@ -28,14 +28,9 @@ pub(super) fn purify(network: &Network, state: &mut State, tolerance: f64) -> Ve
     );
     let whole = |x: f64| x.fract() == 0.0 && x.abs() < 2f64.powi(50);
     let all_whole = network.arcs.iter().all(|arc| whole(arc.shift) && (!arc.is_boxed() || whole(arc.limit)));
-    // The potential of the root of each node's component.
-    let mut base = vec![0.0; n];
+    let base = first_potentials(network, old);
     let mut new = vec![f64::NAN; n];
     let mut queue = Vec::new();
-    for v in 0..n {
-        let a = network.forest[v];
-        base[v] = if a == NONE { old[v] } else { base[network.across(a, v as u32) as usize] };
-    }
     for root in 0..n {
         if !new[root].is_nan() {
             continue;
@@ -61,4 +56,21 @@ pub(super) fn purify(network: &Network, state: &mut State, tolerance: f64) -> Ve
     state.potentials = new;
     let jumps = network.arcs.iter().zip(&targets);
     jumps.map(|(arc, target)| target.unwrap_or_else(|| arc.jump(&state.potentials))).collect()
+}
+
+/// For each node the potential of that node of its component which comes first in the caller's numbering.
+fn first_potentials(network: &Network, potentials: &[f64]) -> Vec<f64> {
+    let n = network.nodes();
+    let mut root: Vec<u32> = (0..n as u32).collect();
+    let mut first = root.clone();
+    for v in 0..n {
+        if network.forest[v] != NONE {
+            root[v] = root[network.across(network.forest[v], v as u32) as usize];
+        }
+        let first = &mut first[root[v] as usize];
+        if network.callers[v] < network.callers[*first as usize] {
+            *first = v as u32;
+        }
+    }
+    root.iter().map(|&r| potentials[first[r as usize] as usize]).collect()
 }

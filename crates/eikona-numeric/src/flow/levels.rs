@@ -18,6 +18,8 @@ struct Levels<'a> {
     flow: Vec<f64>,
     surplus: Vec<f64>,
     halves: Halves,
+    /// What a unit of flow costs over each half; infinite if there is no room at any price.
+    costs: Vec<f64>,
     /// The half of each arc that starts at its `from`.
     forward: Vec<u32>,
     tolerance: f64,
@@ -89,7 +91,8 @@ impl<'a> Levels<'a> {
             surplus[arc.from as usize] -= *y;
             surplus[arc.to as usize] += *y;
         }
-        Levels { network, potentials, flow, surplus, halves, forward, tolerance }
+        let costs = vec![0.0; halves.list.len()];
+        Levels { network, potentials, flow, surplus, halves, costs, forward, tolerance }
     }
 
     /// Whether an arc's jump is 0 and whether it is at its limit.
@@ -139,8 +142,8 @@ impl<'a> Levels<'a> {
                 _ if jump > 0.0 => (f64::INFINITY, jump),
                 _ => (-jump, f64::INFINITY),
             };
-            self.halves.list[h].cost = cost_more;
-            self.halves.list[mate].cost = cost_less;
+            self.costs[h] = cost_more;
+            self.costs[mate] = cost_less;
         }
     }
 
@@ -173,14 +176,15 @@ impl<'a> Levels<'a> {
                 found = Some(here);
                 break 'search;
             }
-            for half in &self.halves.list[self.halves.range(v)] {
-                let there = here + half.cost;
-                if there < price[half.head as usize] {
-                    price[half.head as usize] = there;
-                    if half.cost == 0.0 {
-                        stack.push(half.head);
+            for h in self.halves.range(v) {
+                let (head, cost) = (self.halves.list[h].head, self.costs[h]);
+                let there = here + cost;
+                if there < price[head as usize] {
+                    price[head as usize] = there;
+                    if cost == 0.0 {
+                        stack.push(head);
                     } else {
-                        heap.push(Reverse(Reached { price: there, node: half.head }));
+                        heap.push(Reverse(Reached { price: there, node: head }));
                     }
                 }
             }
@@ -204,7 +208,7 @@ fn halves(network: &Network) -> (Halves, Vec<u32>) {
         start[v + 1] += start[v];
     }
     let mut next = start.clone();
-    let empty = Half { head: 0, mate: 0, room: 0.0, cost: 0.0 };
+    let empty = Half { head: 0, mate: 0, room: 0.0 };
     let mut list = vec![empty; 2 * network.arcs.len()];
     let mut forward = Vec::with_capacity(network.arcs.len());
     let mut slot = |v: u32| {

@@ -27,8 +27,8 @@ impl Arc {
     }
 }
 
-/// Terms that bind two nodes, with a spanning forest of them. Nodes are renumbered: breadth first along free terms, so that
-/// neighbours lie near each other in memory and parents come before their children.
+/// Terms that bind two nodes, with a spanning forest of them. Nodes are numbered in the order in which the forest reaches them, so
+/// that parents come before their children and neighbours lie near each other in memory, however the caller numbered them.
 pub(super) struct Network {
     pub(super) arcs: Vec<Arc>,
     /// Term of each arc.
@@ -168,52 +168,82 @@ impl Incidence {
     }
 }
 
-/// Nodes breadth first, with the arc over which each was reached. Boxed terms are crossed only where free ones lead no further:
-/// jumps are cheap on them, so that the cycles which must jump somewhere do so there from the start.
+/// Nodes in the order in which a forest reaches them, with the arc over which each was reached.
+///
+/// The forest is flooded from the nodes farthest from boxed terms towards these, and crosses them last. Its branches then meet where
+/// they are: jumps of the start lie on boxed terms, where they are cheap, or on a valley of the distance between two of
+/// them, which for a broken curve is the straight way across the gap.
 fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
     let incidence = Incidence::of(nodes, arcs.iter().enumerate().map(|(a, arc)| (a as u32, arc)));
+    let distance = distance_to_boxed(nodes, arcs, &incidence);
     let mut reached = vec![false; nodes];
     let mut order: Vec<u32> = Vec::with_capacity(nodes);
     let mut forest = Vec::with_capacity(nodes);
-    // Boxed arcs met, to be crossed later.
-    let mut waiting: Vec<(u32, u32)> = Vec::new();
-    let mut done = 0;
-    for root in 0..nodes {
-        if reached[root] {
+    // Arcs to nodes not reached yet, by the distance of these plus 1; boxed ones in front.
+    let highest = distance.iter().max().map_or(0, |d| *d as usize);
+    let mut waiting: Vec<std::collections::VecDeque<(u32, u32)>> = vec![Default::default(); highest + 2];
+    let mut roots: Vec<Vec<u32>> = vec![Vec::new(); highest + 1];
+    for (v, d) in distance.iter().enumerate() {
+        roots[*d as usize].push(v as u32);
+    }
+    for &root in roots.iter().rev().flatten() {
+        if reached[root as usize] {
             continue;
         }
-        reached[root] = true;
-        order.push(root as u32);
-        forest.push(NONE);
-        let mut next_waiting = 0;
+        let mut level = distance[root as usize] as usize + 1;
+        waiting[level].push_back((NONE, root));
         loop {
-            while done < order.len() {
-                let v = order[done];
-                done += 1;
-                for &a in incidence.at(v as usize) {
-                    let arc = &arcs[a as usize];
-                    let w = if arc.from == v { arc.to } else { arc.from };
-                    if reached[w as usize] {
-                        continue;
-                    }
-                    if arc.is_boxed() {
-                        waiting.push((a, w));
-                    } else {
-                        reached[w as usize] = true;
-                        order.push(w);
-                        forest.push(a);
-                    }
+            let Some((a, v)) = waiting[level].pop_front() else {
+                if level == 0 {
+                    break;
+                }
+                level -= 1;
+                continue;
+            };
+            if std::mem::replace(&mut reached[v as usize], true) {
+                continue;
+            }
+            order.push(v);
+            forest.push(a);
+            for &a in incidence.at(v as usize) {
+                let arc = &arcs[a as usize];
+                let w = if arc.from == v { arc.to } else { arc.from };
+                if !reached[w as usize] {
+                    let key = if arc.is_boxed() { 0 } else { distance[w as usize] as usize + 1 };
+                    waiting[key].push_back((a, w));
+                    level = level.max(key);
                 }
             }
-            let Some(&(a, w)) = waiting.get(next_waiting) else { break };
-            next_waiting += 1;
-            if !reached[w as usize] {
-                reached[w as usize] = true;
-                order.push(w);
-                forest.push(a);
-            }
         }
-        waiting.clear();
     }
     (order, forest)
+}
+
+/// How many free terms each node is away from the nearest boxed one; 0 where there is none.
+fn distance_to_boxed(nodes: usize, arcs: &[Arc], incidence: &Incidence) -> Vec<u32> {
+    let mut distance = vec![NONE; nodes];
+    let mut queue: Vec<u32> = Vec::new();
+    for arc in arcs.iter().filter(|arc| arc.is_boxed()) {
+        for v in [arc.from, arc.to] {
+            if std::mem::replace(&mut distance[v as usize], 0) != 0 {
+                queue.push(v);
+            }
+        }
+    }
+    let mut at = 0;
+    while let Some(&v) = queue.get(at) {
+        at += 1;
+        for &a in incidence.at(v as usize) {
+            let arc = &arcs[a as usize];
+            let w = if arc.from == v { arc.to } else { arc.from };
+            if distance[w as usize] == NONE {
+                distance[w as usize] = distance[v as usize] + 1;
+                queue.push(w);
+            }
+        }
+    }
+    for d in distance.iter_mut().filter(|d| **d == NONE) {
+        *d = 0;
+    }
+    distance
 }

@@ -143,6 +143,15 @@ pub fn noisy(instance: Instance, seed: u64) -> Instance {
     (nodes, terms)
 }
 
+/// Every jump is noisy, of a few values: multiples of `1 / steps`.
+pub fn stepped(instance: Instance, steps: f64, seed: u64) -> Instance {
+    let (nodes, mut terms) = noisy(instance, seed);
+    for term in &mut terms {
+        term.shift = (term.shift * steps).round() / steps;
+    }
+    (nodes, terms)
+}
+
 /// Two tori joined where a square hole is cut out of each.
 pub fn double_torus(nu: usize, nv: usize, curves: [Curves; 2], seed: u64) -> Instance {
     let parts = [torus(nu, nv, curves[0], seed), torus(nu, nv, curves[1], seed + 1)];

@@ -1,0 +1,197 @@
+//! Winding numbers where surfaces have boundary, parts, one side, flipped faces or more than two faces at an edge; and bad input.
+
+use eikona::mesh::{
+    Curve, CurveError, Face, Neighbour, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, damage, shapes,
+};
+use eikona::winding::{Reference, Winding, WindingError, WindingOptions, surface_winding_number};
+
+fn solve(mesh: &TriangleMesh, curves: Vec<Curve>) -> Winding {
+    let curves = SurfaceCurves { curves, points: Vec::new() };
+    surface_winding_number(mesh, &curves, &WindingOptions::default()).unwrap()
+}
+
+fn centre(mesh: &TriangleMesh, f: Face) -> [f64; 3] {
+    let [a, b, c] = mesh.face_positions(f);
+    [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
+}
+
+/// The sides of a region's boundary, with the region on their left in the winding of its faces.
+fn boundary_of(mesh: &TriangleMesh, inside: impl Fn(Face) -> bool) -> Vec<Curve> {
+    let mut sides = Vec::new();
+    for h in mesh.faces().filter(|&f| inside(f)).flat_map(|f| [0, 1, 2].map(|k| f.halfedge(k))) {
+        if matches!(mesh.neighbour(h), Neighbour::Twin(other) if !inside(other.face())) {
+            sides.push(Curve::signed([mesh.origin(h), mesh.tip(h)]));
+        }
+    }
+    sides
+}
+
+/// The edges of a disturbed annulus whose ends lie on a circle of rings or on a ray.
+fn annulus() -> TriangleMesh {
+    shapes::annulus(1.0, 2.0, 12, 40).unwrap()
+}
+
+fn nearest(mesh: &TriangleMesh, p: [f64; 3]) -> Vertex {
+    let distance = |v: &Vertex| (0..3).map(|k| (mesh.position(*v)[k] - p[k]).powi(2)).sum::<f64>();
+    mesh.vertices().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap()
+}
+
+#[test]
+fn a_circle_around_the_hole_of_an_annulus_bounds_and_a_ray_does_not() {
+    let mesh = annulus();
+    // The middle circle: the rim of all that lies inside of it.
+    let inner = |f: Face| centre(&mesh, f).iter().map(|x| x * x).sum::<f64>().sqrt() < 1.5;
+    let w = solve(&mesh, boundary_of(&mesh, inner));
+    assert!(w.endpoints.is_empty() && w.report.largest_nonbounding < 1e-9);
+    for f in mesh.faces() {
+        assert_eq!(w.labels[f] - w.labels[Face(0)], i32::from(inner(f)) - i32::from(inner(Face(0))));
+        assert!(w.margin[f] > 0.5 - 1e-9);
+    }
+    // From rim to rim: it ends on the boundary, which is no endpoint.
+    let ray = Curve::signed((0..=12).map(|i| nearest(&mesh, [1.0 + f64::from(i) / 12.0, 0.0, 0.0])));
+    let w = solve(&mesh, vec![ray]);
+    assert!(w.endpoints.is_empty());
+    assert!(w.labels.iter().all(|(_, label)| *label == 0));
+    assert!((w.report.largest_nonbounding - 1.0).abs() < 1e-9 && w.report.farthest_from_whole < 1e-9);
+    assert!(w.bounds[0].iter().all(|bounds| !bounds));
+    assert_eq!(w.nonbounding_loops.len(), 1);
+}
+
+#[test]
+fn flipped_faces_change_no_label() {
+    let torus = shapes::torus(1.0, 0.4, 30, 16).unwrap();
+    let disk = |f: Face| centre(&torus, f)[0] > 1.15;
+    let curves = boundary_of(&torus, disk);
+    let whole = solve(&torus, curves.clone());
+    assert!(torus.faces().all(|f| whole.labels[f] == i32::from(disk(f))));
+    let flipped = damage::flip_faces(&torus, 0.3, 4).unwrap().mesh;
+    let same = solve(&flipped, curves);
+    assert!(torus.faces().all(|f| whole.labels[f] == same.labels[f]));
+    assert!(same.report.warnings.iter().any(|w| w.contains("turned over")), "{:?}", same.report.warnings);
+}
+
+#[test]
+fn a_disk_on_a_moebius_band_is_one_inside() {
+    let band = shapes::moebius_band(1.0, 0.6, 80, 10).unwrap();
+    let inside = |f: Face| {
+        let c = centre(&band, f);
+        (0..3).map(|k| (c[k] - [1.0, 0.0, 0.0][k]).powi(2)).sum::<f64>().sqrt() < 0.22
+    };
+    // One closed walk, so that its side is carried around.
+    let sides = boundary_of(&band, inside);
+    let next = |v: &SurfacePoint| sides.iter().find(|c| c.nodes[0] == *v).unwrap().nodes[1];
+    let mut nodes = vec![sides[0].nodes[0]];
+    while nodes.len() <= sides.len() {
+        nodes.push(next(nodes.last().unwrap()));
+    }
+    assert_eq!(nodes.first(), nodes.last());
+    let w = solve(&band, vec![Curve::signed(nodes)]);
+    assert!(
+        w.endpoints.is_empty() && w.report.largest_nonbounding < 1e-9,
+        "{}",
+        w.report.largest_nonbounding
+    );
+    let sign = w.labels[band.faces().find(|&f| inside(f)).unwrap()];
+    assert_eq!(sign.abs(), 1);
+    assert!(band.faces().all(|f| w.labels[f] == if inside(f) { sign } else { 0 }));
+}
+
+#[test]
+fn components_have_their_own_zero() {
+    let sphere = shapes::geodesic_sphere(8).unwrap();
+    let n = sphere.vertex_count() as u32;
+    let mut positions = sphere.positions().to_vec();
+    positions.extend(sphere.positions().iter().map(|p| [p[0] + 3.0, p[1], p[2]]));
+    let mut faces = sphere.triangles().to_vec();
+    faces.extend(sphere.triangles().iter().map(|f| f.map(|v| v + n)));
+    let both = TriangleMesh::new(positions, faces).unwrap();
+    let cap = |f: Face| centre(&both, f)[2] > 0.5 && centre(&both, f)[0] < 1.5;
+    let w = solve(&both, boundary_of(&both, cap));
+    assert!(both.faces().all(|f| w.labels[f] == i32::from(cap(f))));
+    // Another zero where it is asked for, in that component only.
+    let top = both.faces().find(|&f| cap(f)).unwrap();
+    let options = WindingOptions { reference: Reference::Face(top), ..Default::default() };
+    let curves = SurfaceCurves { curves: boundary_of(&both, cap), points: Vec::new() };
+    let w = surface_winding_number(&both, &curves, &options).unwrap();
+    let first = |f: Face| centre(&both, f)[0] < 1.5;
+    assert!(both.faces().all(|f| w.labels[f] == if first(f) && !cap(f) { -1 } else { 0 }));
+}
+
+#[test]
+fn a_fin_is_warned_of_and_changes_nothing_elsewhere() {
+    let sphere = shapes::geodesic_sphere(10).unwrap();
+    let cap = |f: Face| centre(&sphere, f)[2] > 0.3;
+    let curves = boundary_of(&sphere, cap);
+    // A triangle on an edge of the curve.
+    let SurfacePoint::Vertex(a) = curves[0].nodes[0] else { panic!() };
+    let SurfacePoint::Vertex(b) = curves[0].nodes[1] else { panic!() };
+    let mut positions = sphere.positions().to_vec();
+    positions.push([0.0, 0.0, 5.0]);
+    let mut faces = sphere.triangles().to_vec();
+    faces.push([a.0, b.0, sphere.vertex_count() as u32]);
+    let finned = TriangleMesh::new(positions, faces).unwrap();
+    let w = solve(&finned, curves);
+    assert!(
+        w.report.warnings.iter().any(|text| text.contains("three or more faces")),
+        "{:?}",
+        w.report.warnings
+    );
+    assert!(w.values.iter().filter(|(_, v)| v.is_nan()).count() < 40, "all but the ends have values");
+    let wrong = sphere.faces().filter(|&f| w.labels[f] != i32::from(cap(f))).count();
+    assert!(wrong < sphere.face_count() / 50, "{wrong} faces");
+}
+
+#[test]
+fn renumbering_moving_and_scaling_change_no_label() {
+    let torus = damage::jitter(&shapes::torus(1.0, 0.4, 24, 12).unwrap(), 0.2, 3).unwrap();
+    let mut open = boundary_of(&torus, |f| centre(&torus, f)[0] > 1.1);
+    open.truncate(open.len() * 3 / 4);
+    open.push(Curve::signed((0..10).map(|j| Vertex(12 * 12 + j))));
+    let plain = solve(&torus, open.clone());
+    for scale in [1e-8, 1e8] {
+        let moved = torus.positions().iter().map(|p| p.map(|x| scale * (x + 3.0))).collect();
+        let w = solve(&torus.with_positions(moved).unwrap(), open.clone());
+        assert_eq!(w.labels, plain.labels);
+        for e in torus.edges() {
+            assert!((w.nonbounding[e] - plain.nonbounding[e]).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn bad_input_is_refused_with_the_reason() {
+    let mesh = annulus();
+    let refused = |curves: SurfaceCurves| {
+        surface_winding_number(&mesh, &curves, &WindingOptions::default()).unwrap_err()
+    };
+    assert_eq!(refused(SurfaceCurves::default()), WindingError::NoCurve);
+    let far = SurfaceCurves::from_curve(Curve::signed([Vertex(0), Vertex(1_000_000)]));
+    assert!(matches!(refused(far), WindingError::Curve(CurveError::At { .. })), "names curve and node");
+    let unsigned = SurfaceCurves::from_curve(Curve::unsigned([Vertex(0), Vertex(1)]));
+    assert_eq!(refused(unsigned), WindingError::Unsigned { curve: 0 });
+    for epsilon in [0.0, -1.0, f64::NAN, 2.0] {
+        let curves = SurfaceCurves::from_curve(Curve::signed([Vertex(0), Vertex(1)]));
+        let options = WindingOptions { epsilon, ..Default::default() };
+        let error = surface_winding_number(&mesh, &curves, &options).unwrap_err();
+        assert!(matches!(error, WindingError::Option { name: "epsilon", .. }));
+    }
+    let empty = TriangleMesh::new(vec![[0.0; 3]], Vec::new()).unwrap();
+    let curves = SurfaceCurves::from_curve(Curve::signed([Vertex(0), Vertex(0)]));
+    assert_eq!(
+        surface_winding_number(&empty, &curves, &WindingOptions::default()).unwrap_err(),
+        WindingError::NoFaces
+    );
+}
+
+#[test]
+fn copies_that_cancel_leave_nothing_and_say_so() {
+    let sphere = shapes::geodesic_sphere(6).unwrap();
+    let loops = boundary_of(&sphere, |f| centre(&sphere, f)[2] > 0.2);
+    let back: Vec<Curve> = loops.iter().cloned().map(Curve::reversed).collect();
+    let w = solve(&sphere, [loops.clone(), back].concat());
+    assert!(w.labels.iter().all(|(_, label)| *label == 0));
+    assert!(w.report.warnings.iter().any(|text| text.contains("cancel")), "{:?}", w.report.warnings);
+    // Twice in one direction counts twice.
+    let w = solve(&sphere, [loops.clone(), loops].concat());
+    assert!(sphere.faces().all(|f| w.labels[f] == if centre(&sphere, f)[2] > 0.2 { 2 } else { 0 }));
+}
