@@ -16,23 +16,31 @@ pub(crate) struct Coordinates {
     pub corner: Vec<f64>,
     /// Vertices around which the jumps do not add up: the curve ends there. They have no coordinates.
     pub endpoints: Vec<Vertex>,
-    /// Vertices with jumps whose faces are not one fan. The jumps are ignored there.
-    pub ignored: Vec<Vertex>,
+    /// Vertices with jumps whose faces are not one fan. They have no coordinates either.
+    ///
+    /// Deviation: the public program takes the curve for absent there, so that the jumps at both ends of an edge differ and the
+    /// derivative is no form any more. (Test `a_fin_is_warned_of_and_changes_little_elsewhere`.)
+    pub not_fans: Vec<Vertex>,
 }
 
 impl Coordinates {
+    /// The vertices that have no coordinates.
+    pub fn left_out(&self) -> impl Iterator<Item = Vertex> {
+        self.endpoints.iter().chain(&self.not_fans).copied()
+    }
+
     /// Walks around every vertex at an edge with a jump. Around an inner vertex jumps that add up to more than `tolerance` make it
     /// an endpoint.
     pub fn of(mesh: &TriangleMesh, jump: &[f64], tolerance: f64) -> Coordinates {
         let mut result = Coordinates {
             corner: vec![0.0; 3 * mesh.face_count()],
             endpoints: Vec::new(),
-            ignored: Vec::new(),
+            not_fans: Vec::new(),
         };
         let mut fan = Fan::default();
         for v in vertices_at_jumps(mesh, jump) {
             if !fan.walk(mesh, v) {
-                result.ignored.push(v);
+                result.not_fans.push(v);
                 continue;
             }
             let mut sum = 0.0;

@@ -86,13 +86,14 @@ impl Solver {
         note_chain(&chain, &mut warnings);
         let jump: Vec<f64> = chain.jump.iter().map(|&j| f64::from(j)).collect();
         let coordinates = Coordinates::of(mesh, &jump, 0.5);
-        note_ignored(&coordinates, &mut warnings);
+        note_not_fans(&coordinates, &mut warnings);
         let mut excluded = vec![false; mesh.vertex_count()];
-        coordinates.endpoints.iter().for_each(|v| excluded[v.index()] = true);
+        coordinates.left_out().for_each(|v| excluded[v.index()] = true);
+        let all_closed = coordinates.left_out().next().is_none();
         phases.end("chain");
 
         let own;
-        let factor = if coordinates.endpoints.is_empty() {
+        let factor = if all_closed {
             self.whole_factor()?
         } else {
             own = self.laplace.factor(mesh, &self.weights, &excluded)?;
@@ -109,7 +110,7 @@ impl Solver {
         if !self.simply_connected {
             let derivative = darboux_derivative(mesh, &values);
             let mut harmonic = derivative;
-            if !coordinates.endpoints.is_empty() {
+            if !all_closed {
                 let hodge_residual;
                 (harmonic, hodge_residual) = self.hodge()?.harmonic_part(mesh, &harmonic)?;
                 residual = residual.max(hodge_residual);
@@ -129,8 +130,7 @@ impl Solver {
                 phases.end("linear program");
 
                 let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
-                let corrected =
-                    self.corrected(&coordinates.endpoints, &chain.jump, &rest, options.completion);
+                let corrected = self.corrected(&coordinates, &chain.jump, &rest, options.completion);
                 let second;
                 (values, second) = equation(&corrected)?;
                 residual = residual.max(second);
@@ -194,10 +194,10 @@ impl Solver {
     }
 
     /// Reduced coordinates of the curve without its nonbounding part (algorithm 8, with the running sum that it leaves out). The
-    /// endpoints stay what they are, as what was taken off is closed.
+    /// curve still ends where it did, as what was taken off is closed.
     fn corrected(
         &self,
-        endpoints: &[Vertex],
+        before: &Coordinates,
         curve: &[i32],
         rest: &[f64],
         completion: Completion,
@@ -205,7 +205,7 @@ impl Solver {
         let mesh = &self.mesh;
         let mut corner = Coordinates::of(mesh, rest, f64::INFINITY).corner;
         let mut clear = |v: Vertex| mesh.vertex_corners(v).iter().for_each(|c| corner[c.index()] = 0.0);
-        endpoints.iter().copied().for_each(&mut clear);
+        before.left_out().for_each(&mut clear);
         if completion == Completion::Curve {
             let mut touched = vec![false; mesh.vertex_count()];
             for e in mesh.edges().filter(|e| curve[e.index()] != 0) {
@@ -269,12 +269,12 @@ fn note_chain(chain: &Chain, warnings: &mut Vec<String>) {
     }
 }
 
-fn note_ignored(coordinates: &Coordinates, warnings: &mut Vec<String>) {
-    if let Some(first) = coordinates.ignored.first() {
+fn note_not_fans(coordinates: &Coordinates, warnings: &mut Vec<String>) {
+    if let Some(first) = coordinates.not_fans.first() {
         let vertices =
-            counted(coordinates.ignored.len(), "vertex of the curve has", "vertices of the curve have");
+            counted(coordinates.not_fans.len(), "vertex of the curve has", "vertices of the curve have");
         warnings.push(format!(
-            "{vertices} more than one fan of faces, the first is vertex {}; the curve is ignored there",
+            "{vertices} more than one fan of faces, the first is vertex {}; the winding number has no value there",
             first.index()
         ));
     }
