@@ -1,0 +1,279 @@
+//! A triangulation of one triangle in which everything that is decided is decided exactly.
+//!
+//! Points are barycentric weights in units of 2^-52, as whole numbers: the weights of corners 1 and 2. So points on a side lie
+//! on it exactly, seen from either face, and orientations fit into 128 bits. Only the choice among valid triangulations, by
+//! the circumcircles of the triangle in its true shape, is made in floating point: an error there costs shape, not validity.
+
+use std::collections::HashMap;
+
+/// Weights of corners 1 and 2, in units of `1 / ONE`.
+pub(super) type Point = [i64; 2];
+
+/// The weight 1.
+pub(super) const ONE: i64 = 1 << 52;
+
+/// Twice the signed area of the triangle `a b c` in grid units: positive if counter-clockwise.
+pub(super) fn turn(a: Point, b: Point, c: Point) -> i128 {
+    let [ux, uy] = [b[0] - a[0], b[1] - a[1]].map(i128::from);
+    let [vx, vy] = [c[0] - a[0], c[1] - a[1]].map(i128::from);
+    ux * vy - uy * vx
+}
+
+/// Where a point lies in a triangulation.
+enum Place {
+    Vertex(u32),
+    /// On this directed edge, which has a triangle on its left.
+    Edge([u32; 2]),
+    Inside([u32; 3]),
+}
+
+/// Triangles by their directed edges.
+pub(super) struct Triangulation {
+    pub points: Vec<Point>,
+    /// The third corner of the triangle on the left of a directed edge; sides of the whole have a triangle on one side only.
+    apex: HashMap<[u32; 2], u32>,
+    /// For each vertex a vertex to which an edge with a triangle on its left leads.
+    around: Vec<u32>,
+    /// The sides 01 and 02 of the triangle in its plane, the longest side about 1.
+    axes: [[f64; 2]; 2],
+    /// An edge near the last place worked at.
+    recent: [u32; 2],
+}
+
+impl Triangulation {
+    /// One triangle of this shape.
+    pub fn new(axes: [[f64; 2]; 2]) -> Self {
+        let mut new = Triangulation {
+            points: vec![[0, 0], [ONE, 0], [0, ONE]],
+            apex: HashMap::new(),
+            around: vec![0; 3],
+            axes,
+            recent: [0, 1],
+        };
+        new.add([0, 1, 2]);
+        new
+    }
+
+    /// The third corner of the triangle on the left of a directed edge.
+    pub fn apex(&self, from: u32, to: u32) -> Option<u32> {
+        self.apex.get(&[from, to]).copied()
+    }
+    /// Whether an edge joins two vertices.
+    pub fn has_edge(&self, a: u32, b: u32) -> bool {
+        self.apex.contains_key(&[a, b]) || self.apex.contains_key(&[b, a])
+    }
+    /// Whether an edge is a part of a side of the whole.
+    pub fn is_rim(&self, a: u32, b: u32) -> bool {
+        self.apex.contains_key(&[a, b]) != self.apex.contains_key(&[b, a])
+    }
+    pub fn turn(&self, a: u32, b: u32, c: u32) -> i128 {
+        turn(self.points[a as usize], self.points[b as usize], self.points[c as usize])
+    }
+
+    fn add(&mut self, [a, b, c]: [u32; 3]) {
+        for [u, v, w] in [[a, b, c], [b, c, a], [c, a, b]] {
+            self.apex.insert([u, v], w);
+            self.around[u as usize] = v;
+        }
+        self.recent = [a, b];
+    }
+    fn remove(&mut self, [a, b, c]: [u32; 3]) {
+        for edge in [[a, b], [b, c], [c, a]] {
+            self.apex.remove(&edge);
+        }
+    }
+
+    /// Calls `visit(b, c)` for the triangles `v b c` at a vertex until it gives a value.
+    pub fn find_around<T>(&self, v: u32, mut visit: impl FnMut(u32, u32) -> Option<T>) -> Option<T> {
+        let first = self.around[v as usize];
+        let mut b = first;
+        while let Some(c) = self.apex(v, b) {
+            let found = visit(b, c);
+            if found.is_some() || c == first {
+                return found;
+            }
+            b = c;
+        }
+        // The rim is reached: the rest lies on the other side of the first edge.
+        b = first;
+        while let Some(c) = self.apex(b, v) {
+            let found = visit(c, b);
+            if found.is_some() {
+                return found;
+            }
+            b = c;
+        }
+        None
+    }
+
+    /// All triangles, each beginning with its smallest vertex, in increasing order.
+    pub fn triangles(&self) -> Vec<[u32; 3]> {
+        let of_edge = self.apex.iter().map(|(&[a, b], &c)| [a, b, c]);
+        let mut all: Vec<[u32; 3]> = of_edge.filter(|[a, b, c]| a < b && a < c).collect();
+        all.sort_unstable();
+        all
+    }
+
+    /// Puts a point in. `None` if it lies outside. `fixed` edges stay; the one that is cut by a point exactly on it is
+    /// returned.
+    pub fn insert(
+        &mut self,
+        point: Point,
+        fixed: impl Fn(u32, u32) -> bool,
+    ) -> Option<(u32, Option<[u32; 2]>)> {
+        match self.locate(point)? {
+            Place::Vertex(v) => Some((v, None)),
+            Place::Inside([a, b, c]) => {
+                let v = self.push(point);
+                self.remove([a, b, c]);
+                self.add([a, b, v]);
+                self.add([b, c, v]);
+                self.add([c, a, v]);
+                self.improve(vec![[a, b], [b, c], [c, a]], fixed);
+                self.recent = [v, self.around[v as usize]];
+                Some((v, None))
+            }
+            Place::Edge([a, b]) => {
+                let cut = fixed(a, b).then_some([a, b]);
+                let v = self.push(point);
+                let rim = self.divide(a, b, v);
+                self.improve(rim, fixed);
+                self.recent = [v, self.around[v as usize]];
+                Some((v, cut))
+            }
+        }
+    }
+
+    /// Puts a point in an edge between its two triangles, without regard to shape. `None` if a triangle would turn over.
+    pub fn insert_in_edge(&mut self, a: u32, b: u32, point: Point) -> Option<u32> {
+        let valid = |a: u32, b: u32| {
+            self.apex(a, b).is_none_or(|c| {
+                let [a, b, c] = [a, b, c].map(|v| self.points[v as usize]);
+                turn(a, point, c) > 0 && turn(point, b, c) > 0
+            })
+        };
+        if !valid(a, b) || !valid(b, a) {
+            return None;
+        }
+        let v = self.push(point);
+        self.divide(a, b, v);
+        Some(v)
+    }
+
+    fn push(&mut self, point: Point) -> u32 {
+        self.points.push(point);
+        self.around.push(0);
+        self.points.len() as u32 - 1
+    }
+
+    /// Cuts the triangles at an edge in two; the edges opposite the new vertex.
+    fn divide(&mut self, a: u32, b: u32, v: u32) -> Vec<[u32; 2]> {
+        let mut rim = Vec::with_capacity(4);
+        for [a, b] in [[a, b], [b, a]] {
+            if let Some(c) = self.apex(a, b) {
+                self.remove([a, b, c]);
+                self.add([a, v, c]);
+                self.add([v, b, c]);
+                rim.extend([[b, c], [c, a]]);
+            }
+        }
+        rim
+    }
+
+    /// Finds the place of a point by walking towards it.
+    fn locate(&self, p: Point) -> Option<Place> {
+        let [mut a, mut b] = self.recent;
+        // A walk by exact orientations may run in circles where triangles are not Delaunay; then all are looked at.
+        'walk: for _ in 0..2 * self.apex.len() + 16 {
+            let Some(c) = self.apex(a, b) else { break };
+            for [u, v] in [[a, b], [b, c], [c, a]] {
+                if turn(self.points[u as usize], self.points[v as usize], p) < 0 && self.apex(v, u).is_some()
+                {
+                    [a, b] = [v, u];
+                    continue 'walk;
+                }
+            }
+            return self.place_in([a, b, c], p);
+        }
+        self.triangles().into_iter().find_map(|t| self.place_in(t, p))
+    }
+
+    fn place_in(&self, [a, b, c]: [u32; 3], p: Point) -> Option<Place> {
+        let corners = [a, b, c];
+        let sides = [0, 1, 2].map(|k| {
+            let [u, v] = [corners[k], corners[(k + 1) % 3]].map(|v| self.points[v as usize]);
+            turn(u, v, p)
+        });
+        if sides.iter().any(|&s| s < 0) {
+            return None;
+        }
+        // On the two sides that meet at a corner, on one side, or on none.
+        let on = [0, 1, 2].map(|k| sides[k] == 0);
+        Some(match on {
+            [true, _, true] => Place::Vertex(a),
+            [true, true, _] => Place::Vertex(b),
+            [_, true, true] => Place::Vertex(c),
+            [true, ..] => Place::Edge([a, b]),
+            [_, true, _] => Place::Edge([b, c]),
+            [.., true] => Place::Edge([c, a]),
+            _ => Place::Inside(corners),
+        })
+    }
+
+    /// Exchanges the edge between two triangles for the other diagonal and gives it; `None` if their union is not strictly
+    /// convex.
+    pub fn flip(&mut self, a: u32, b: u32) -> Option<[u32; 2]> {
+        let (c, d) = (self.apex(a, b)?, self.apex(b, a)?);
+        if self.turn(a, d, c) <= 0 || self.turn(d, b, c) <= 0 {
+            return None;
+        }
+        self.remove([a, b, c]);
+        self.remove([b, a, d]);
+        self.add([a, d, c]);
+        self.add([d, b, c]);
+        Some([c, d])
+    }
+
+    /// Flips these edges, and those that it makes worth flipping, until each is Delaunay in the true shape or fixed.
+    pub fn improve(&mut self, mut edges: Vec<[u32; 2]>, fixed: impl Fn(u32, u32) -> bool) {
+        // Flips end by themselves but for rounding, far within this bound.
+        let mut flips = 64 + 32 * (edges.len() + self.points.len());
+        while let Some([a, b]) = edges.pop() {
+            let (Some(c), Some(d)) = (self.apex(a, b), self.apex(b, a)) else { continue };
+            if fixed(a, b) || !self.inside_circle([a, b, c], d) || self.flip(a, b).is_none() {
+                continue;
+            }
+            flips -= 1;
+            if flips == 0 {
+                return;
+            }
+            edges.extend([[a, d], [d, b], [b, c], [c, a]]);
+        }
+    }
+
+    /// All edges, each once, in increasing order.
+    pub fn edges(&self) -> Vec<[u32; 2]> {
+        let mut edges: Vec<[u32; 2]> = self.apex.keys().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
+    /// Whether `d` lies inside the circle through the corners of a triangle, by more than rounding.
+    fn inside_circle(&self, triangle: [u32; 3], d: u32) -> bool {
+        let d = self.points[d as usize];
+        let rows = triangle.map(|v| {
+            let p = self.points[v as usize];
+            let [x, y] = [0, 1].map(|k| (p[k] - d[k]) as f64 / ONE as f64);
+            [0, 1].map(|k| x * self.axes[0][k] + y * self.axes[1][k])
+        });
+        let (mut sum, mut bound) = (0.0, 0.0);
+        for k in 0..3 {
+            let [u, v, w] = [rows[k], rows[(k + 1) % 3], rows[(k + 2) % 3]];
+            let square = u[0] * u[0] + u[1] * u[1];
+            sum += square * (v[0] * w[1] - v[1] * w[0]);
+            bound += square * ((v[0] * w[1]).abs() + (v[1] * w[0]).abs());
+        }
+        sum > 1e-13 * bound
+    }
+}
