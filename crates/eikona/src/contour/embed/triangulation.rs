@@ -180,9 +180,20 @@ impl Triangulation {
         rim
     }
 
-    /// Finds the place of a point by walking towards it.
+    /// Finds the place of a point by walking towards it, from the nearest of the last vertex and a sample of all, so that the
+    /// way is short also where points come in no order and where thousands of triangles meet at a corner.
     fn locate(&self, p: Point) -> Option<Place> {
+        let square = |v: u32| -> f64 {
+            self.points[v as usize].iter().zip(p).map(|(x, y)| ((x - y) as f64).powi(2)).sum()
+        };
         let [mut a, mut b] = self.recent;
+        let stride = self.points.len().isqrt().max(8);
+        let sample = (0..self.points.len()).step_by(stride).map(|v| (square(v as u32), v as u32));
+        if let Some((near, v)) = sample.min_by(|x, y| x.0.total_cmp(&y.0))
+            && near < square(a)
+        {
+            [a, b] = [v, self.around[v as usize]];
+        }
         // A walk by exact orientations may run in circles where triangles are not Delaunay; then all are looked at.
         'walk: for _ in 0..2 * self.apex.len() + 16 {
             let Some(c) = self.apex(a, b) else { break };
