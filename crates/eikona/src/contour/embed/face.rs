@@ -6,6 +6,7 @@
 //! end by following them. Segments that overlap so come upon the same pieces.
 
 use super::triangulation::{ONE, Point, Triangulation, turn};
+use eikona_mesh::random::Random;
 use std::collections::{HashMap, HashSet, VecDeque};
 
 /// Vertices nearer than this are one, in units of an edge.
@@ -72,18 +73,17 @@ pub(super) fn cut_face(curves: &FaceCurves) -> Result<FaceCut, Stop> {
     (0..3).for_each(|v| work.note_cell(v));
     for (side, points) in curves.sides.iter().enumerate() {
         for &s in points {
-            let (v, _) = work.mesh.insert(on_side(side, s), |_, _| false).ok_or(Stop::Tangled)?;
-            work.note_cell(v);
+            work.push(on_side(side, s));
         }
     }
     let rim = work.mesh.points.len() as u32;
-    let mut vertex_of_point = Vec::with_capacity(curves.inside.len());
-    for &p in &curves.inside {
-        let v = match work.nearest(p, SAME) {
-            Some(v) => v,
-            None => work.insert(p)?,
-        };
-        vertex_of_point.push(v);
+    let vertex_of_point: Vec<u32> =
+        curves.inside.iter().map(|&p| work.nearest(p, SAME).unwrap_or_else(|| work.push(p))).collect();
+    // In order along a curve each point may have to flip edges to all before it; at random it is a few a point.
+    let mut order: Vec<u32> = (3..work.mesh.points.len() as u32).collect();
+    Random::from_seed(0).shuffle(&mut order);
+    for v in order {
+        work.mesh.insert(v, |_, _| false).ok_or(Stop::Tangled)?;
     }
     let vertex = |i: u32| if i < rim { Some(i) } else { vertex_of_point.get((i - rim) as usize).copied() };
     let mut segments = Vec::with_capacity(curves.segments.len());
@@ -131,16 +131,10 @@ impl Arrangement {
         self.mesh.points[v as usize]
     }
 
-    fn insert(&mut self, p: Point) -> Result<u32, Stop> {
-        let before = self.mesh.points.len();
-        let (v, cut) = self.mesh.insert(p, |a, b| self.fixed.contains(&key(a, b))).ok_or(Stop::Tangled)?;
-        if v as usize == before {
-            self.note_cell(v);
-        }
-        if let Some([a, b]) = cut {
-            self.detour(a, b, v);
-        }
-        Ok(v)
+    fn push(&mut self, p: Point) -> u32 {
+        let v = self.mesh.push(p);
+        self.note_cell(v);
+        v
     }
 
     fn note_cell(&mut self, v: u32) {
@@ -297,10 +291,13 @@ impl Arrangement {
         }
         // The fixed edge has to be free while the vertex comes in.
         self.fixed.remove(&key(p, q));
-        let before = self.mesh.points.len();
-        let v = self.insert(crossing)?;
-        if (v as usize) < before || !self.shortens(a, b, v) || !self.shortens(p, q, v) {
+        let v = self.push(crossing);
+        let cut = self.mesh.insert(v, |c, d| self.fixed.contains(&key(c, d))).ok_or(Stop::Tangled)?;
+        if !self.shortens(a, b, v) || !self.shortens(p, q, v) {
             return Err(Stop::Tangled);
+        }
+        if let Some([c, d]) = cut {
+            self.detour(c, d, v);
         }
         self.detour(p, q, v);
         self.detour(a, b, v);

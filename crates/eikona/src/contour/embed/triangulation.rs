@@ -21,7 +21,7 @@ pub(super) fn turn(a: Point, b: Point, c: Point) -> i128 {
 
 /// Where a point lies in a triangulation.
 enum Place {
-    Vertex(u32),
+    Vertex,
     /// On this directed edge, which has a triangle on its left.
     Edge([u32; 2]),
     Inside([u32; 3]),
@@ -32,7 +32,7 @@ pub(super) struct Triangulation {
     pub points: Vec<Point>,
     /// The third corner of the triangle on the left of a directed edge; sides of the whole have a triangle on one side only.
     apex: HashMap<[u32; 2], u32>,
-    /// For each vertex a vertex to which an edge with a triangle on its left leads.
+    /// For each vertex a vertex to which an edge with a triangle on its left leads; itself before it is in a triangle.
     around: Vec<u32>,
     /// The sides 01 and 02 of the triangle in its plane, the longest side about 1.
     axes: [[f64; 2]; 2],
@@ -46,7 +46,7 @@ impl Triangulation {
         let mut new = Triangulation {
             points: vec![[0, 0], [ONE, 0], [0, ONE]],
             apex: HashMap::new(),
-            around: vec![0; 3],
+            around: vec![1, 2, 0],
             axes,
             recent: [0, 1],
         };
@@ -114,34 +114,31 @@ impl Triangulation {
         all
     }
 
-    /// Puts a point in. `None` if it lies outside. `fixed` edges stay; the one that is cut by a point exactly on it is
-    /// returned.
-    pub fn insert(
-        &mut self,
-        point: Point,
-        fixed: impl Fn(u32, u32) -> bool,
-    ) -> Option<(u32, Option<[u32; 2]>)> {
-        match self.locate(point)? {
-            Place::Vertex(v) => Some((v, None)),
+    /// A vertex at this point, not yet in a triangle.
+    pub fn push(&mut self, point: Point) -> u32 {
+        let v = self.points.len() as u32;
+        self.points.push(point);
+        self.around.push(v);
+        v
+    }
+
+    /// Puts a vertex into the triangles. `fixed` edges stay; the one that is cut by a vertex exactly on it is returned. `None`
+    /// if it lies outside or on another vertex.
+    pub fn insert(&mut self, v: u32, fixed: impl Fn(u32, u32) -> bool) -> Option<Option<[u32; 2]>> {
+        let (rim, cut) = match self.locate(self.points[v as usize])? {
+            Place::Vertex => return None,
             Place::Inside([a, b, c]) => {
-                let v = self.push(point);
                 self.remove([a, b, c]);
                 self.add([a, b, v]);
                 self.add([b, c, v]);
                 self.add([c, a, v]);
-                self.improve(vec![[a, b], [b, c], [c, a]], fixed);
-                self.recent = [v, self.around[v as usize]];
-                Some((v, None))
+                (vec![[a, b], [b, c], [c, a]], None)
             }
-            Place::Edge([a, b]) => {
-                let cut = fixed(a, b).then_some([a, b]);
-                let v = self.push(point);
-                let rim = self.divide(a, b, v);
-                self.improve(rim, fixed);
-                self.recent = [v, self.around[v as usize]];
-                Some((v, cut))
-            }
-        }
+            Place::Edge([a, b]) => (self.divide(a, b, v), fixed(a, b).then_some([a, b])),
+        };
+        self.improve(rim, fixed);
+        self.recent = [v, self.around[v as usize]];
+        Some(cut)
     }
 
     /// Puts a point in an edge between its two triangles, without regard to shape. `None` if a triangle would turn over.
@@ -158,12 +155,6 @@ impl Triangulation {
         let v = self.push(point);
         self.divide(a, b, v);
         Some(v)
-    }
-
-    fn push(&mut self, point: Point) -> u32 {
-        self.points.push(point);
-        self.around.push(0);
-        self.points.len() as u32 - 1
     }
 
     /// Cuts the triangles at an edge in two; the edges opposite the new vertex.
@@ -188,7 +179,8 @@ impl Triangulation {
         };
         let [mut a, mut b] = self.recent;
         let stride = self.points.len().isqrt().max(8);
-        let sample = (0..self.points.len()).step_by(stride).map(|v| (square(v as u32), v as u32));
+        let sample = (0..self.points.len() as u32).step_by(stride).filter(|&v| self.around[v as usize] != v);
+        let sample = sample.map(|v| (square(v), v));
         if let Some((near, v)) = sample.min_by(|x, y| x.0.total_cmp(&y.0))
             && near < square(a)
         {
@@ -221,9 +213,7 @@ impl Triangulation {
         // On the two sides that meet at a corner, on one side, or on none.
         let on = [0, 1, 2].map(|k| sides[k] == 0);
         Some(match on {
-            [true, _, true] => Place::Vertex(a),
-            [true, true, _] => Place::Vertex(b),
-            [_, true, true] => Place::Vertex(c),
+            [true, _, true] | [true, true, _] | [_, true, true] => Place::Vertex,
             [true, ..] => Place::Edge([a, b]),
             [_, true, _] => Place::Edge([b, c]),
             [.., true] => Place::Edge([c, a]),
