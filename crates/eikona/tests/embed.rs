@@ -630,6 +630,30 @@ fn degenerate_faces_are_cut() {
 }
 
 #[test]
+fn the_cost_is_linear_in_the_faces() {
+    for n in [100, 400] {
+        let mesh = rough_grid(n, 1);
+        let bvh = Bvh::new(&mesh);
+        let line = |y: f64| [[0.0, y, 0.0], [0.3, 1.0 - y, 0.0], [1.0, y, 0.0]];
+        let curves = (0..n / 8).map(|i| {
+            let y = i as f64 / (n / 8) as f64;
+            trace_polyline(&mesh, &bvh, &line(y), false, CurveKind::Signed, DEFAULT_TOLERANCE).unwrap().curve
+        });
+        let curves = SurfaceCurves { curves: curves.collect(), points: Vec::new() };
+        let start = Instant::now();
+        let cut = embed_curves(&mesh, &curves).unwrap();
+        let took = start.elapsed();
+        println!(
+            "{} segments over {} faces: {} faces in {took:?}",
+            curves.segment_count(),
+            mesh.face_count(),
+            cut.mesh.face_count()
+        );
+        check("many", &mesh, &curves, &cut, 1e-15);
+    }
+}
+
+#[test]
 fn ten_thousand_segments_in_one_face() {
     let mesh = square();
     let face = [0, 1, 2];

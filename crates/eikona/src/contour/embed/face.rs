@@ -5,9 +5,9 @@
 //! `b` goes by way of `c`. A detour leads to shorter pieces always, so that it ends; and each segment is read off at the
 //! end by following them. Segments that overlap so come upon the same pieces.
 
-use super::triangulation::{ONE, Point, Triangulation, turn};
+use super::triangulation::{ByPair, ONE, Point, Triangulation, turn};
 use eikona_mesh::random::Random;
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::{HashMap, VecDeque};
 
 /// Vertices nearer than this are one, in units of an edge.
 pub(super) const SAME: f64 = 1e-9;
@@ -65,8 +65,8 @@ pub(super) fn on_side(side: usize, s: i64) -> Point {
 pub(super) fn cut_face(curves: &FaceCurves) -> Result<FaceCut, Stop> {
     let mut work = Arrangement {
         mesh: Triangulation::new(curves.axes),
-        fixed: HashSet::new(),
-        detours: HashMap::new(),
+        fixed: ByPair::default(),
+        detours: ByPair::default(),
         cells: HashMap::new(),
         pending: Vec::new(),
     };
@@ -93,7 +93,7 @@ pub(super) fn cut_face(curves: &FaceCurves) -> Result<FaceCut, Stop> {
         work.pending.push(ends);
         work.settle()?;
     }
-    work.mesh.improve(work.mesh.edges(), |a, b| work.fixed.contains(&key(a, b)));
+    work.mesh.improve(work.mesh.edges(), |a, b| work.fixed.contains_key(&key(a, b)));
     if curves.doubled {
         work.divide_chords(rim)?;
     }
@@ -117,9 +117,9 @@ enum Way {
 struct Arrangement {
     mesh: Triangulation,
     /// Edges that are pieces of curves.
-    fixed: HashSet<[u32; 2]>,
+    fixed: ByPair<()>,
     /// Vertices by way of which edges go.
-    detours: HashMap<[u32; 2], u32>,
+    detours: ByPair<u32>,
     /// Vertices by the cells of a grid.
     cells: HashMap<Point, Vec<u32>>,
     /// Segments still to be put in.
@@ -174,18 +174,18 @@ impl Arrangement {
     fn settle(&mut self) -> Result<(), Stop> {
         while let Some([a, b]) = self.pending.pop() {
             // The pieces of a detour were put in, or are pending, since it was made.
-            if a == b || self.fixed.contains(&key(a, b)) || self.detours.contains_key(&key(a, b)) {
+            if a == b || self.fixed.contains_key(&key(a, b)) || self.detours.contains_key(&key(a, b)) {
                 continue;
             }
             match self.way(a, b)? {
                 Way::Edge => {
-                    self.fixed.insert(key(a, b));
+                    self.fixed.insert(key(a, b), ());
                 }
                 Way::Through(v) => self.detour(a, b, v),
                 Way::Across([p, q]) => self.cross([a, b], [p, q])?,
                 Way::Free(edges) => {
                     self.flip_in(a, b, edges)?;
-                    self.fixed.insert(key(a, b));
+                    self.fixed.insert(key(a, b), ());
                 }
             }
         }
@@ -227,7 +227,7 @@ impl Arrangement {
             if let Some(v) = [right, left].into_iter().find(|&v| self.passes(a, b, v)) {
                 return Ok(Way::Through(v));
             }
-            if self.fixed.contains(&key(right, left)) {
+            if self.fixed.contains_key(&key(right, left)) {
                 return Ok(Way::Across([right, left]));
             }
             crossed.push([right, left]);
@@ -292,7 +292,7 @@ impl Arrangement {
         // The fixed edge has to be free while the vertex comes in.
         self.fixed.remove(&key(p, q));
         let v = self.push(crossing);
-        let cut = self.mesh.insert(v, |c, d| self.fixed.contains(&key(c, d))).ok_or(Stop::Tangled)?;
+        let cut = self.mesh.insert(v, |c, d| self.fixed.contains_key(&key(c, d))).ok_or(Stop::Tangled)?;
         if !self.shortens(a, b, v) || !self.shortens(p, q, v) {
             return Err(Stop::Tangled);
         }
@@ -304,7 +304,7 @@ impl Arrangement {
         // Other curves that pass near the new vertex.
         let mut near = Vec::new();
         self.mesh.find_around(v, |c, d| {
-            if self.fixed.contains(&key(c, d)) && self.passes(c, d, v) {
+            if self.fixed.contains_key(&key(c, d)) && self.passes(c, d, v) {
                 near.push([c, d]);
             }
             None::<()>
@@ -336,7 +336,7 @@ impl Arrangement {
             return Err(Stop::Tangled);
         }
         let this = key(a, b);
-        self.mesh.improve(new, |c, d| key(c, d) == this || self.fixed.contains(&key(c, d)));
+        self.mesh.improve(new, |c, d| key(c, d) == this || self.fixed.contains_key(&key(c, d)));
         Ok(())
     }
 
@@ -347,7 +347,7 @@ impl Arrangement {
                 let (p, q) = (self.point(a), self.point(b));
                 let middle = [0, 1].map(|k| p[k] + (q[k] - p[k]) / 2);
                 let v = self.mesh.insert_in_edge(a, b, middle).ok_or(Stop::Tangled)?;
-                if self.fixed.contains(&key(a, b)) {
+                if self.fixed.contains_key(&key(a, b)) {
                     self.detours.insert(key(a, b), v);
                 }
             }

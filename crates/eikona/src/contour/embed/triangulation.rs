@@ -5,6 +5,7 @@
 //! the circumcircles of the triangle in its true shape, is made in floating point: an error there costs shape, not validity.
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
 /// Weights of corners 1 and 2, in units of `1 / ONE`.
 pub(super) type Point = [i64; 2];
@@ -19,6 +20,30 @@ pub(super) fn turn(a: Point, b: Point, c: Point) -> i128 {
     ux * vy - uy * vx
 }
 
+/// Hashes pairs of small numbers that we chose ourselves, so that no input can make them collide on purpose.
+#[derive(Default)]
+pub(super) struct PairHasher(u64);
+
+impl Hasher for PairHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        for chunk in bytes.chunks(8) {
+            let word = chunk.iter().rev().fold(0, |word, &b| word << 8 | u64::from(b));
+            self.write_u64(word);
+        }
+    }
+    fn write_u64(&mut self, word: u64) {
+        let product = u128::from(self.0 ^ word ^ 0x9e37_79b9_7f4a_7c15) * 0xd6e8_feb8_6659_fd93;
+        self.0 = (product >> 64) as u64 ^ product as u64;
+    }
+    fn write_usize(&mut self, _length: usize) {} // pairs are of one length
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}
+
+/// What belongs to a pair of vertices.
+pub(super) type ByPair<T> = HashMap<[u32; 2], T, BuildHasherDefault<PairHasher>>;
+
 /// Where a point lies in a triangulation.
 enum Place {
     Vertex,
@@ -31,7 +56,7 @@ enum Place {
 pub(super) struct Triangulation {
     pub points: Vec<Point>,
     /// The third corner of the triangle on the left of a directed edge; sides of the whole have a triangle on one side only.
-    apex: HashMap<[u32; 2], u32>,
+    apex: ByPair<u32>,
     /// For each vertex a vertex to which an edge with a triangle on its left leads; itself before it is in a triangle.
     around: Vec<u32>,
     /// The sides 01 and 02 of the triangle in its plane, the longest side about 1.
@@ -45,7 +70,7 @@ impl Triangulation {
     pub fn new(axes: [[f64; 2]; 2]) -> Self {
         let mut new = Triangulation {
             points: vec![[0, 0], [ONE, 0], [0, ONE]],
-            apex: HashMap::new(),
+            apex: ByPair::default(),
             around: vec![1, 2, 0],
             axes,
             recent: [0, 1],
