@@ -491,7 +491,7 @@ fn random_walk(mesh: &TriangleMesh, random: &mut Random, steps: usize, jitter: f
                 w[(corner + 2) % 3] = (1.0 - some) * (1.0 - other);
             }
         }
-        if jitter > 0.0 && random.next() % 2 == 0 {
+        if jitter > 0.0 && random.next().is_multiple_of(2) {
             w[corner] = (w[corner] + jitter * random.unit()).abs();
         }
         let next = Located::in_face(mesh, face, w);
@@ -542,9 +542,7 @@ fn random_walks_over_random_meshes() {
         let finer = cut.split_short().unwrap();
         check(&format!("{name}, finer"), &mesh, &curves, &finer, 1e-15);
         // What is embedded already stays as it is.
-        let paths = cut.curves.iter().filter(|c| c.vertices.len() > 1);
-        let paths = paths.map(|c| Curve::signed(c.vertices.iter().copied())).collect();
-        let again = embed("again", &cut.mesh, paths);
+        let again = embed_with("again", &cut.mesh, &cut.curves_on_mesh(), 0.0);
         assert_eq!(again.mesh.triangles(), cut.mesh.triangles(), "{name}");
     }
     println!("random walks: {faces} faces, {steps} steps");
@@ -552,14 +550,89 @@ fn random_walks_over_random_meshes() {
 
 #[test]
 fn random_walks_with_near_misses() {
+    let mut thinnest = f64::INFINITY;
     for seed in 0..200u64 {
         let mut random = Random(1000 + seed);
         let (name, mesh) = some_mesh(seed, seed);
         let jitter = [1e-15, 1e-12, 1e-10, 1e-9, 3e-9, 1e-8][seed as usize / 10 % 6];
         let curves: Vec<Curve> = (0..3).map(|_| random_walk(&mesh, &mut random, 20, jitter)).collect();
         let curves = SurfaceCurves { curves, points: Vec::new() };
-        embed_with(&format!("{name}, seed {seed}, jitter {jitter}"), &mesh, &curves, 1e-8);
+        let cut = embed_with(&format!("{name}, seed {seed}, jitter {jitter}"), &mesh, &curves, 1e-8);
+        thinnest = thinnest.min(lowest_height(&mesh, &cut));
     }
+    println!("near misses: lowest height {thinnest:e} of a face of sides 1");
+    assert!(thinnest > 1e-10, "{thinnest:e}");
+}
+
+/// The lowest height of a new face, in a parent of three sides of length 1.
+fn lowest_height(mesh: &TriangleMesh, cut: &Embedded) -> f64 {
+    let mut lowest = f64::INFINITY;
+    for f in cut.mesh.faces() {
+        let parent = cut.face_parent[f.index()];
+        let weights = cut
+            .mesh
+            .face_vertices(f)
+            .map(|v| cut.vertex_place[v.index()].locate(mesh).unwrap().weights_in_face(mesh, parent));
+        // A place inside one of two faces with the same corners is found in the first.
+        let [Some(a), Some(b), Some(c)] = weights else { continue };
+        let flat = |w: Vec3| [w[1] + 0.5 * w[2], 0.75f64.sqrt() * w[2], 0.0];
+        let p = [a, b, c].map(flat);
+        let (u, v) = (sub(p[1], p[0]), sub(p[2], p[0]));
+        let longest = (0..3).map(|k| norm(sub(p[k], p[(k + 1) % 3]))).fold(0.0, f64::max);
+        lowest = lowest.min((u[0] * v[1] - u[1] * v[0]).abs() / longest);
+    }
+    lowest
+}
+
+#[test]
+fn dust_is_embedded_wherever_it_lies() {
+    let mesh = square();
+    let mut thinnest = f64::INFINITY;
+    for seed in 0..120u64 {
+        let mut random = Random(seed);
+        let size = [1e-12, 1e-9, 2e-9, 5e-9, 2e-8, 1e-7][seed as usize % 6];
+        // Inside, at a side, at both ends of a side, at a corner.
+        let around: &[[f64; 3]] = match seed / 6 % 4 {
+            0 => &[[0.3, 0.3, 0.4]],
+            1 => &[[0.0, 0.4, 0.6], [0.5, 0.0, 0.5]],
+            2 => &[[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+            _ => &[[0.0, 1.0, 0.0], [0.1, 0.8, 0.1]],
+        };
+        let nodes = (0..60).map(|_| {
+            let w = around[random.next() as usize % around.len()];
+            let b = w[1] + size * (random.unit() - 0.5);
+            let c = w[2] + size * (random.unit() - 0.5);
+            let (b, c) = (b.clamp(0.0, 1.0), c.clamp(0.0, 1.0));
+            Located::in_face(&mesh, Face(0), [(1.0 - b - c).max(0.0), b, c]).to_surface_point(&mesh)
+        });
+        let curves = SurfaceCurves::from_curve(Curve::signed(nodes));
+        let cut = embed_with(&format!("dust, seed {seed}"), &mesh, &curves, 5e-9);
+        thinnest = thinnest.min(lowest_height(&mesh, &cut));
+    }
+    println!("dust: lowest height {thinnest:e} of a face of sides 1");
+    assert!(thinnest > 1e-10, "{thinnest:e}");
+}
+
+#[test]
+fn a_crossing_beside_an_edge_is_moved_onto_it() {
+    let mesh = square();
+    // Two curves rise from the diagonal by 8e-9 of their ways, against each other: they cross 4e-10 beside it.
+    let face = [0, 1, 2];
+    let curves = vec![
+        Curve::signed([edge(0, 2, 0.2), inside(face, 2.4e-9, 0.5)]),
+        Curve::signed([edge(0, 2, 0.3), inside(face, 2.0e-9, 0.05)]),
+    ];
+    let cut = embed_with("beside an edge", &mesh, &SurfaceCurves { curves, points: Vec::new() }, 2e-9);
+    let shared: Vec<_> =
+        cut.curves[0].vertices.iter().filter(|v| cut.curves[1].vertices.contains(v)).collect();
+    assert!(shared.iter().any(|v| {
+        matches!(cut.vertex_place[v.index()], SurfacePoint::Edge { t, .. } if (t - 0.25).abs() < 1e-2 || (t - 0.75).abs() < 1e-2)
+    }));
+    assert!(lowest_height(&mesh, &cut) > 1e-10);
+    assert!(
+        cut.face_parent.iter().filter(|f| f.0 == 1).count() == 4,
+        "the other face at the edge has the points too"
+    );
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use super::{EmbedError, Line, embed_lines};
 use crate::geometry::Triangle;
 use eikona_mesh::{
-    CurveKind, Edge, EdgeField, ElementId, Face, FaceField, Field, Located, SurfacePoint, TriangleMesh,
-    Vertex, VertexField,
+    Curve, CurveKind, Edge, EdgeField, ElementId, Face, FaceField, Field, Located, SurfaceCurves,
+    SurfacePoint, TriangleMesh, Vertex, VertexField,
 };
 use std::collections::BTreeMap;
 
@@ -29,10 +29,12 @@ pub struct Embedded {
 }
 
 /// A curve as a path along edges of the cut mesh.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EmbeddedCurve {
     /// Oriented or not.
     pub kind: CurveKind,
+    /// The surface normal that was given with the curve.
+    pub up: Option<[f64; 3]>,
     /// Its vertices in its direction, two after each other always joined by an edge. It is closed if the last is the first. A
     /// curve of length zero has one vertex.
     pub vertices: Vec<Vertex>,
@@ -83,6 +85,20 @@ impl Embedded {
     /// The mesh that was cut.
     pub fn input(&self) -> &TriangleMesh {
         &self.input
+    }
+
+    /// The curves as curves on the cut mesh, without those of length zero.
+    pub fn curves_on_mesh(&self) -> SurfaceCurves {
+        let walked = self.curves.iter().filter(|c| c.vertices.len() > 1);
+        let curve = |c: &EmbeddedCurve| Curve {
+            kind: c.kind,
+            nodes: c.vertices.iter().map(|&v| v.into()).collect(),
+            up: c.up,
+        };
+        SurfaceCurves {
+            curves: walked.map(curve).collect(),
+            points: self.points.iter().map(|&v| v.into()).collect(),
+        }
     }
 
     /// The chain of the curves. Unsigned curves count in the order of their nodes, as if they had a direction; see
@@ -232,7 +248,7 @@ impl Embedded {
             nodes.push(line);
             steps.push(step_of_node);
         }
-        let lines = self.curves.iter().zip(&nodes).map(|(c, nodes)| Line { kind: c.kind, nodes });
+        let lines = self.curves.iter().zip(&nodes).map(|(c, nodes)| Line { kind: c.kind, up: c.up, nodes });
         let points: Vec<SurfacePoint> = self.points.iter().map(|&v| v.into()).collect();
         let mut finer = embed_lines(&self.mesh, &lines.collect::<Vec<_>>(), &points)?;
         for (curve, (coarse, steps)) in finer.curves.iter_mut().zip(self.curves.iter().zip(&steps)) {

@@ -61,13 +61,14 @@ pub fn embed_curves(mesh: &TriangleMesh, curves: &SurfaceCurves) -> Result<Embed
             return Err(CurveError::TooFewNodes { curve, nodes: c.nodes.len() }.into());
         }
     }
-    let lines = curves.curves.iter().map(|c| Line { kind: c.kind, nodes: &c.nodes });
+    let lines = curves.curves.iter().map(|c| Line { kind: c.kind, up: c.up, nodes: &c.nodes });
     embed_lines(mesh, &lines.collect::<Vec<_>>(), &curves.points)
 }
 
 /// A curve of at least one node.
 struct Line<'a> {
     kind: CurveKind,
+    up: Option<[f64; 3]>,
     nodes: &'a [SurfacePoint],
 }
 
@@ -412,6 +413,7 @@ fn assemble(plan: &Plan, cuts: BTreeMap<Face, Cut>, lines: &[Line]) -> Result<Em
         let nodes = plan.starts[c]..plan.starts[c + 1];
         let mut curve = EmbeddedCurve {
             kind: line.kind,
+            up: line.up,
             vertices: nodes.clone().take(1).map(vertex_of_node).collect(),
             segments: Vec::new(),
         };
