@@ -77,8 +77,11 @@ pub(super) fn cut_face(curves: &FaceCurves) -> Result<FaceCut, Stop> {
         }
     }
     let rim = work.mesh.points.len() as u32;
-    let vertex_of_point: Vec<u32> =
-        curves.inside.iter().map(|&p| work.nearest(p, SAME).unwrap_or_else(|| work.push(p))).collect();
+    let vertex_of_point: Vec<u32> = curves
+        .inside
+        .iter()
+        .map(|&p| work.near(p, SAME).first().copied().unwrap_or_else(|| work.push(p)))
+        .collect();
     // In order along a curve each point may have to flip edges to all before it; at random it is a few a point.
     let mut order: Vec<u32> = (3..work.mesh.points.len() as u32).collect();
     Random::from_seed(0).shuffle(&mut order);
@@ -141,19 +144,16 @@ impl Arrangement {
         self.cells.entry(cell(self.point(v))).or_default().push(v);
     }
 
-    /// The nearest vertex within a distance.
-    fn nearest(&self, p: Point, within: f64) -> Option<u32> {
+    /// The vertices within a distance, the nearest first.
+    fn near(&self, p: Point, within: f64) -> Vec<u32> {
         let [x, y] = cell(p);
-        let mut best: Option<(f64, u32)> = None;
+        let mut found: Vec<(f64, u32)> = Vec::new();
         for [i, j] in (x - 1..=x + 1).flat_map(|i| (y - 1..=y + 1).map(move |j| [i, j])) {
-            for &v in self.cells.get(&[i, j]).map_or(&[][..], |c| c) {
-                let found = (separation(p, self.point(v)), v);
-                if found.0 <= within && best.is_none_or(|b| found < b) {
-                    best = Some(found);
-                }
-            }
+            let vertices = self.cells.get(&[i, j]).map_or(&[][..], |c| c).iter();
+            found.extend(vertices.map(|&v| (separation(p, self.point(v)), v)).filter(|f| f.0 <= within));
         }
-        best.map(|b| b.1)
+        found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        found.into_iter().map(|f| f.1).collect()
     }
 
     /// Lets an edge go by way of a vertex and has its two pieces put in.
@@ -263,8 +263,8 @@ impl Arrangement {
             let t = left / (left - right);
             [0, 1].map(|k| a[k] + (t * (b[k] - a[k]) as f64).round() as i64)
         };
-        let near = self.nearest(crossing, CROSSING_AT_VERTEX);
-        if let Some(v) = near {
+        let near = self.near(crossing, CROSSING_AT_VERTEX);
+        for &v in &near {
             let ends_first = v == a || v == b;
             let ends_second = v == p || v == q;
             let first = !ends_first && self.shortens(a, b, v);
@@ -286,7 +286,7 @@ impl Arrangement {
         for (side, weight, s) in [(1, weights[0], y), (2, weights[1], weights[0]), (0, weights[2], x)] {
             if weight as f64 <= SAME * ONE as f64 {
                 // A point of the sides that is there already would have been near.
-                return Err(if near.is_none() { Stop::OnSide(side, s) } else { Stop::Tangled });
+                return Err(if near.is_empty() { Stop::OnSide(side, s) } else { Stop::Tangled });
             }
         }
         // The fixed edge has to be free while the vertex comes in.

@@ -4,8 +4,9 @@
 //! back: where each vertex lies on the input, from which face each face was cut, which edges each curve walks.
 //!
 //! Points are told apart down to 1e-9 of an edge, in barycentric weights: nodes and crossings nearer than that to each other,
-//! to a vertex or to a segment are one with it. So no triangle of the size of rounding comes about. What lies on which side
-//! is then decided exactly, on whole numbers. A curve is bent by no more than a few times this tolerance.
+//! to a vertex or to a side are one with it, and a segment that passes a vertex at half of it goes through that vertex. So
+//! rounding leaves no slivers behind; thin faces come about only in the slits that the curves themselves leave. What lies on
+//! which side is then decided exactly, on whole numbers. A curve is bent by no more than a few times this tolerance.
 //!
 //! All points of an edge are found first, over all faces at it; then each face is cut for itself, and its pieces fit those
 //! of its neighbours.
