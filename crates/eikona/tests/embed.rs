@@ -438,6 +438,26 @@ fn fields_go_back_to_the_input() {
 }
 
 #[test]
+fn many_crossings_beside_an_edge_are_moved_onto_it() {
+    let mesh = square();
+    let face = [0, 1, 2];
+    let pair = |k: i32| {
+        let at = |x: f64| 0.05 + 0.008 * f64::from(k) + x / 60.0;
+        [
+            Curve::signed([edge(0, 2, at(0.2)), inside(face, 2.4e-9, at(0.5))]),
+            Curve::signed([edge(0, 2, at(0.3)), inside(face, 2.0e-9, at(0.05))]),
+        ]
+    };
+    let curves = SurfaceCurves { curves: (0..100).flat_map(pair).collect(), points: Vec::new() };
+    let cut = embed_with("many beside an edge", &mesh, &curves, 2e-9);
+    for pair in cut.curves.chunks(2) {
+        assert!(pair[0].vertices.iter().any(|v| pair[1].vertices.contains(v)));
+    }
+    let on_edge = cut.vertex_place.iter().filter(|p| matches!(p, SurfacePoint::Edge { .. })).count();
+    assert_eq!(on_edge, 300);
+}
+
+#[test]
 fn faults_name_curve_and_node() {
     let mesh = flat_grid(4);
     let fault = |nodes: Vec<SurfacePoint>| {

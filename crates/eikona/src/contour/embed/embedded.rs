@@ -217,8 +217,8 @@ impl Embedded {
     /// Bisects the edges of every piece of the curves that has fewer than [`SHORT`] edges, until it has as many.
     ///
     /// Methods whose functions turn about the ends of an open curve leave those vertices out of their operators, and with them
-    /// every edge between two of them. A curve of a single edge would so leave no trace at all. With vertices inside it,
-    /// it does. A piece is what hangs together through vertices of the curves; its edges count once, however often they are
+    /// every edge between two of them. A curve of a single edge would so leave no trace at all; with vertices inside it,
+    /// it leaves one. A piece is what hangs together through vertices of the curves; its edges count once, however often they are
     /// walked. Edges are cut into 2, 4 or 8 equal parts, and with them the faces there.
     ///
     /// # Errors

@@ -46,8 +46,8 @@ pub(super) struct FaceCut {
 
 /// Why a face is not cut.
 pub(super) enum Stop {
-    /// Two segments cross so near to a side that the other faces there need the crossing too: its place on the side.
-    OnSide(usize, i64),
+    /// Segments cross so near to a side that the other faces there need the crossings too: sides and places on them.
+    OnSides(Vec<(usize, i64)>),
     /// The order of the curves can not be told.
     Tangled,
 }
@@ -69,6 +69,7 @@ pub(super) fn cut_face(curves: &FaceCurves) -> Result<FaceCut, Stop> {
         detours: ByPair::default(),
         cells: HashMap::new(),
         pending: Vec::new(),
+        asked: Vec::new(),
     };
     (0..3).for_each(|v| work.note_cell(v));
     for (side, points) in curves.sides.iter().enumerate() {
@@ -95,6 +96,9 @@ pub(super) fn cut_face(curves: &FaceCurves) -> Result<FaceCut, Stop> {
         segments.push(ends);
         work.pending.push(ends);
         work.settle()?;
+    }
+    if !work.asked.is_empty() {
+        return Err(Stop::OnSides(work.asked));
     }
     work.mesh.improve(work.mesh.edges(), |a, b| work.fixed.contains_key(&key(a, b)));
     if curves.doubled {
@@ -127,6 +131,8 @@ struct Arrangement {
     cells: HashMap<Point, Vec<u32>>,
     /// Segments still to be put in.
     pending: Vec<[u32; 2]>,
+    /// Sides and places on them where vertices are wanted.
+    asked: Vec<(usize, i64)>,
 }
 
 impl Arrangement {
@@ -286,7 +292,14 @@ impl Arrangement {
         for (side, weight, s) in [(1, weights[0], y), (2, weights[1], weights[0]), (0, weights[2], x)] {
             if weight as f64 <= SAME * ONE as f64 {
                 // A point of the sides that is there already would have been near.
-                return Err(if near.is_empty() { Stop::OnSide(side, s) } else { Stop::Tangled });
+                if !near.is_empty() {
+                    return Err(Stop::Tangled);
+                }
+                self.asked.push((side, s));
+                // The work goes on, to ask for all at once, unless the crossing is on the side by rounding.
+                if weight <= 0 {
+                    return Err(Stop::OnSides(std::mem::take(&mut self.asked)));
+                }
             }
         }
         // The fixed edge has to be free while the vertex comes in.
@@ -474,7 +487,8 @@ mod tests {
         // Both begin on the side and rise by 8e-9 of the way, against each other: they cross at a height of 4e-10.
         let mut face = curves(vec![at(0.5, 2.4e-9), at(0.05, 2.0e-9)], vec![[3, 5], [4, 6]]);
         face.sides[0] = vec![at(0.2, 0.0)[0], at(0.3, 0.0)[0]];
-        let Err(Stop::OnSide(0, s)) = cut_face(&face) else { panic!("not asked for") };
+        let Err(Stop::OnSides(asked)) = cut_face(&face) else { panic!("not asked for") };
+        let [(0, s)] = asked[..] else { panic!("asked for {asked:?}") };
         assert!((s as f64 / ONE as f64 - 0.25).abs() < 1e-3);
         // Both go through the vertex once it is there.
         face.sides[0].insert(1, s);

@@ -31,8 +31,8 @@ use triangulation::{ONE, Point};
 /// Cuts a mesh along curves, so that every segment of them is a chain of edges.
 ///
 /// Segments may cross, touch, overlap, repeat, pass through vertices, run along edges and have length zero. Every one lies in
-/// one face or along one edge; [`trace_curve`](super::trace_curve) makes a curve so. Isolated points become vertices. Faces without curve inside and
-/// without a new vertex on a side keep their corners; the others are cut into triangles of the best shape that their
+/// one face or along one edge; [`trace_curve`](super::trace_curve) makes a curve so. Isolated points become vertices. Faces
+/// without curve inside and without a new vertex on a side keep their corners; the others are cut into triangles of the best shape that their
 /// points allow (constrained Delaunay in the true shape of the face).
 ///
 /// ```
@@ -50,12 +50,13 @@ use triangulation::{ONE, Point};
 /// ```
 ///
 /// # Errors
-/// [`EmbedError::Curve`] with curve and node: a node that is not on the mesh, a curve with fewer than two nodes, or a segment that
-/// leaves its face. [`EmbedError::Tangled`] where curves lie so near to each other that the tolerance leaves no order, and
+/// [`EmbedError::Curve`] with curve and node: a node that is not on the mesh, a curve with fewer than two nodes, or a segment
+/// that leaves its face. [`EmbedError::Tangled`] where curves lie so near to each other that the tolerance leaves no order, and
 /// [`EmbedError::Mesh`] if the result is too large.
 ///
 /// # Cost
-/// O(F), and in a face with k segments that cross c times O((k + c)^1.5) as a rule, O((k + c)^2) at worst.
+/// O(F), and in a face with k segments that cross c times O((k + c)^1.5) as a rule, O((k + c)^2) where thousands of segments
+/// meet in one vertex. 68 000 segments over 320 000 faces take about 1.5 s; 10 000 short segments in one face about 1 s.
 pub fn embed_curves(mesh: &TriangleMesh, curves: &SurfaceCurves) -> Result<Embedded, EmbedError> {
     for (curve, c) in curves.curves.iter().enumerate() {
         if c.nodes.len() < 2 {
@@ -79,7 +80,7 @@ fn embed_lines(mesh: &TriangleMesh, lines: &[Line], points: &[SurfacePoint]) -> 
     assemble(&plan, cuts, lines)
 }
 
-/// How often faces are cut anew because a crossing beside a side was moved onto it.
+/// How often faces are cut anew because crossings beside a side were moved onto it.
 const ROUNDS: usize = 64;
 
 /// What has to be cut.
@@ -91,15 +92,18 @@ struct Plan<'a> {
     starts: Vec<usize>,
     /// Where the segment that follows each node lies; `None` for one of length zero and after the last node of a curve.
     hosts: Vec<Option<SegmentHost>>,
-    /// Points inside edges, at least [`SAME`] apart, in increasing order; in units of [`ONE`] along the edge, with the parameter as given.
+    /// Points inside edges, more than [`SAME`] apart, in increasing order.
     on_edge: BTreeMap<Edge, Vec<EdgePoint>>,
     /// Faces with curves inside.
     tasks: BTreeMap<Face, Task>,
 }
 
+/// A point in an edge.
 #[derive(Clone, Copy)]
 struct EdgePoint {
+    /// Along the edge, in units of `1 / ONE`.
     place: i64,
+    /// The same as it was given.
     t: f64,
 }
 
@@ -203,10 +207,12 @@ impl<'a> Plan<'a> {
                     Ok(done) => {
                         cuts.insert(face, Cut { sides, done });
                     }
-                    Err(Stop::OnSide(side, place)) => {
-                        let edge = self.add_on_side(face, side, place);
+                    Err(Stop::OnSides(asked)) => {
                         next.insert(face);
-                        next.extend(mesh.edge_halfedges(edge).iter().map(|h| h.face()));
+                        for (side, place) in asked {
+                            let edge = self.add_on_side(face, side, place);
+                            next.extend(mesh.edge_halfedges(edge).iter().map(|h| h.face()));
+                        }
                     }
                     Err(Stop::Tangled) => return Err(EmbedError::Tangled { face }),
                 }
