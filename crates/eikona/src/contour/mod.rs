@@ -1,9 +1,10 @@
 //! Curves over a mesh: polylines traced across its faces, shortest paths, plane cuts, isolines of a vertex field, what is
-//! wrong with a set of curves, and their export.
+//! wrong with a set of curves, meshes cut along curves, and the export of curves.
 //!
 //! Every curve made here has each segment in one closed face, so that it goes straight into the methods as a source.
 //! Isolines run with the smaller values on their left, as a signed distance on a surface has it.
 
+mod embed;
 mod error;
 mod export;
 mod funnel;
@@ -19,6 +20,7 @@ mod trace;
 mod vertex_path;
 mod walk;
 
+pub use embed::{ChainEdge, CurveChain, EmbedError, Embedded, EmbeddedCurve, SHORT, Walk, embed_curves};
 pub use error::ContourError;
 pub use export::{Polyline, obj_lines, ply_edges, polylines, svg_paths, write_polylines};
 pub use inspect_curve::{CurveFacts, CurveReport, Doubled, LISTED, Meeting, MeetingKind, OpenEnd, SegmentId};

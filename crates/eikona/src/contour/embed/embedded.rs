@@ -1,0 +1,367 @@
+//! A mesh cut along curves, and the way back to the mesh that it was cut from.
+
+use super::{EmbedError, Line, embed_lines};
+use crate::geometry::Triangle;
+use eikona_mesh::{
+    Curve, CurveKind, Edge, EdgeField, ElementId, Face, FaceField, Field, Located, SurfaceCurves,
+    SurfacePoint, TriangleMesh, Vertex, VertexField,
+};
+use std::collections::BTreeMap;
+
+/// Pieces of curves with fewer edges than this are short, see [`Embedded::split_short`].
+pub const SHORT: usize = 8;
+
+/// A mesh cut along curves.
+#[derive(Clone, Debug)]
+pub struct Embedded {
+    /// The cut mesh. Its first vertices are those of the input in their order; then come points on edges, then points inside
+    /// faces. Its faces follow the order of the faces that they were cut from.
+    pub mesh: TriangleMesh,
+    /// The input's face from which each face was cut.
+    pub face_parent: Vec<Face>,
+    /// Where each vertex lies on the input.
+    pub vertex_place: Vec<SurfacePoint>,
+    /// The input's curves.
+    pub curves: Vec<EmbeddedCurve>,
+    /// The vertex of each of the input's isolated points.
+    pub points: Vec<Vertex>,
+    pub(super) input: TriangleMesh,
+}
+
+/// A curve as a path along edges of the cut mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EmbeddedCurve {
+    /// Oriented or not.
+    pub kind: CurveKind,
+    /// The surface normal that was given with the curve.
+    pub up: Option<[f64; 3]>,
+    /// Its vertices in its direction, two after each other always joined by an edge. It is closed if the last is the first. A
+    /// curve of length zero has one vertex.
+    pub vertices: Vec<Vertex>,
+    /// For each step from a vertex to the next one the segment of the input that it is a piece of, by the 0-based index of the
+    /// segment's first node.
+    pub segments: Vec<usize>,
+}
+
+/// A curve passing along an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Walk {
+    /// 0-based index of the curve.
+    pub curve: usize,
+    /// 0-based index of its step.
+    pub step: usize,
+    /// Whether it walks in the direction of the edge.
+    pub forward: bool,
+}
+
+/// An edge that curves walk along.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ChainEdge {
+    /// The edge.
+    pub edge: Edge,
+    /// How often it is walked in its own direction less how often against it. Zero where curves cancel.
+    pub multiplicity: i64,
+    /// Every walk, by curve and step.
+    pub walks: Vec<Walk>,
+}
+
+/// The curves as a 1-chain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurveChain {
+    /// The multiplicity of every edge of the cut mesh.
+    pub multiplicities: EdgeField<i64>,
+    /// The edges that are walked at all, in increasing order.
+    pub edges: Vec<ChainEdge>,
+}
+
+impl EmbeddedCurve {
+    /// Whether the last vertex is the first, after at least one step.
+    pub fn is_closed(&self) -> bool {
+        self.vertices.len() > 1 && self.vertices.first() == self.vertices.last()
+    }
+}
+
+impl Embedded {
+    /// The mesh that was cut.
+    pub fn input(&self) -> &TriangleMesh {
+        &self.input
+    }
+
+    /// The curves as curves on the cut mesh, without those of length zero.
+    pub fn curves_on_mesh(&self) -> SurfaceCurves {
+        let walked = self.curves.iter().filter(|c| c.vertices.len() > 1);
+        let curve = |c: &EmbeddedCurve| Curve {
+            kind: c.kind,
+            nodes: c.vertices.iter().map(|&v| v.into()).collect(),
+            up: c.up,
+        };
+        SurfaceCurves {
+            curves: walked.map(curve).collect(),
+            points: self.points.iter().map(|&v| v.into()).collect(),
+        }
+    }
+
+    /// The chain of the curves. Unsigned curves count in the order of their nodes, as if they had a direction; see
+    /// [`Embedded::chain_of`] to leave them out.
+    pub fn chain(&self) -> CurveChain {
+        self.chain_of(|_| true)
+    }
+
+    /// The chain of those curves for which `chosen` says so.
+    ///
+    /// # Cost
+    /// O(E) and O(n log n) for n steps, times the smaller degree of the ends of an edge.
+    pub fn chain_of(&self, chosen: impl Fn(&EmbeddedCurve) -> bool) -> CurveChain {
+        let mut walks: BTreeMap<Edge, Vec<Walk>> = BTreeMap::new();
+        for (c, curve) in self.curves.iter().enumerate().filter(|(_, curve)| chosen(curve)) {
+            for (step, ends) in curve.vertices.windows(2).enumerate() {
+                if let Some((edge, forward)) = self.edge_between(ends[0], ends[1]) {
+                    walks.entry(edge).or_default().push(Walk { curve: c, step, forward });
+                }
+            }
+        }
+        let mut multiplicities = EdgeField::constant(self.mesh.edge_count(), 0);
+        let edges = walks.into_iter().map(|(edge, walks)| {
+            let multiplicity = walks.iter().map(|w| if w.forward { 1 } else { -1 }).sum();
+            multiplicities[edge] = multiplicity;
+            ChainEdge { edge, multiplicity, walks }
+        });
+        let edges = edges.collect();
+        CurveChain { multiplicities, edges }
+    }
+
+    /// The edge between two vertices and whether it runs from the first to the second.
+    fn edge_between(&self, a: Vertex, b: Vertex) -> Option<(Edge, bool)> {
+        // A search costs the degree of the vertex where it begins.
+        let degree = |v: Vertex| self.mesh.vertex_corners(v).len();
+        let edge =
+            if degree(a) <= degree(b) { self.mesh.find_edge(a, b) } else { self.mesh.find_edge(b, a) }?;
+        Some((edge, self.mesh.edge_vertices(edge)[0] == a))
+    }
+
+    /// The values of a field on the cut mesh at the vertices of the input.
+    ///
+    /// # Errors
+    /// [`EmbedError::WrongLength`].
+    pub fn field_to_input_vertices<T: Clone>(
+        &self,
+        field: &VertexField<T>,
+    ) -> Result<VertexField<T>, EmbedError> {
+        check_length("vertices", field, self.mesh.vertex_count())?;
+        Ok(field.as_slice()[..self.input.vertex_count()].to_vec().into())
+    }
+
+    /// The mean over the pieces of each face of the input, weighted by their areas. Faces that were not cut keep their value
+    /// to the last digit.
+    ///
+    /// # Errors
+    /// [`EmbedError::WrongLength`].
+    pub fn field_to_input_faces(&self, field: &FaceField<f64>) -> Result<FaceField<f64>, EmbedError> {
+        self.gather(field, |pieces| {
+            let total: f64 = pieces.iter().map(|p| p.0).sum();
+            pieces.iter().map(|(area, value)| area / total * **value).sum::<f64>()
+        })
+    }
+
+    /// The label that covers most of each face of the input; of labels that cover the same area the smallest.
+    ///
+    /// # Errors
+    /// [`EmbedError::WrongLength`].
+    pub fn labels_to_input_faces<T: Clone + Ord>(
+        &self,
+        labels: &FaceField<T>,
+    ) -> Result<FaceField<T>, EmbedError> {
+        self.gather(labels, |pieces| {
+            let mut covered: BTreeMap<&T, f64> = BTreeMap::new();
+            for &(area, label) in pieces {
+                *covered.entry(label).or_default() += area;
+            }
+            let mut best = (f64::NEG_INFINITY, pieces[0].1);
+            for (label, area) in covered {
+                if area > best.0 {
+                    best = (area, label);
+                }
+            }
+            best.1.clone()
+        })
+    }
+
+    /// One value for each face of the input from those of its pieces, with their areas (all 1 where all are 0).
+    fn gather<T: Clone>(
+        &self,
+        field: &FaceField<T>,
+        join: impl Fn(&[(f64, &T)]) -> T,
+    ) -> Result<FaceField<T>, EmbedError> {
+        check_length("faces", field, self.mesh.face_count())?;
+        let mut gathered = Vec::with_capacity(self.input.face_count());
+        let mut first = 0;
+        for pieces in self.face_parent.chunk_by(|a, b| a == b) {
+            let values = &field.as_slice()[first..first + pieces.len()];
+            if let [value] = values {
+                gathered.push(value.clone());
+            } else {
+                let area = |i: usize| Triangle::of_face(&self.mesh, Face((first + i) as u32)).area;
+                let mut weighted: Vec<(f64, &T)> =
+                    values.iter().enumerate().map(|(i, v)| (area(i), v)).collect();
+                let total: f64 = weighted.iter().map(|w| w.0).sum();
+                if !(total > 0.0 && total.is_finite()) {
+                    weighted.iter_mut().for_each(|w| w.0 = 1.0);
+                }
+                gathered.push(join(&weighted));
+            }
+            first += pieces.len();
+        }
+        Ok(gathered.into())
+    }
+
+    /// Bisects the edges of every piece of the curves that has fewer than [`SHORT`] edges, until it has as many.
+    ///
+    /// Methods whose functions turn about the ends of an open curve leave those vertices out of their operators, and with them
+    /// every edge between two of them. A curve of a single edge would so leave no trace at all; with vertices inside it,
+    /// it leaves one. A piece is what hangs together through vertices of the curves; its edges count once, however often they are
+    /// walked. Edges are cut into 2, 4 or 8 equal parts, and with them the faces there.
+    ///
+    /// # Errors
+    /// [`EmbedError::Mesh`] if the result is too large.
+    ///
+    /// # Cost
+    /// That of [`embed_curves`](super::embed_curves); nothing if no piece is short.
+    pub fn split_short(&self) -> Result<Embedded, EmbedError> {
+        let parts = self.parts_of_edges();
+        if parts.values().all(|&n| n == 1) {
+            return Ok(self.clone());
+        }
+        // The same curves with the new vertices as nodes, and the step that each node begins.
+        let mut nodes: Vec<Vec<SurfacePoint>> = Vec::with_capacity(self.curves.len());
+        let mut steps: Vec<Vec<usize>> = Vec::with_capacity(self.curves.len());
+        for curve in &self.curves {
+            let mut line: Vec<SurfacePoint> = curve.vertices[..1].iter().map(|&v| v.into()).collect();
+            let mut step_of_node = Vec::new();
+            for (step, ends) in curve.vertices.windows(2).enumerate() {
+                let count = parts.get(&sorted(ends[0], ends[1])).copied().unwrap_or(1);
+                let vertices = [ends[0].0, ends[1].0];
+                let inner = (1..count).map(|i| SurfacePoint::Edge { vertices, t: i as f64 / count as f64 });
+                line.extend(inner);
+                line.push(ends[1].into());
+                step_of_node.resize(line.len() - 1, step);
+            }
+            nodes.push(line);
+            steps.push(step_of_node);
+        }
+        let lines = self.curves.iter().zip(&nodes).map(|(c, nodes)| Line { kind: c.kind, up: c.up, nodes });
+        let points: Vec<SurfacePoint> = self.points.iter().map(|&v| v.into()).collect();
+        let mut finer = embed_lines(&self.mesh, &lines.collect::<Vec<_>>(), &points)?;
+        for (curve, (coarse, steps)) in finer.curves.iter_mut().zip(self.curves.iter().zip(&steps)) {
+            curve.segments.iter_mut().for_each(|s| *s = coarse.segments[steps[*s]]);
+        }
+        finer.face_parent.iter_mut().for_each(|f| *f = self.face_parent[f.index()]);
+        finer.vertex_place = self.places_of_places(&finer);
+        finer.input = self.input.clone();
+        Ok(finer)
+    }
+
+    /// Into how many parts each edge of a curve has to be cut.
+    fn parts_of_edges(&self) -> BTreeMap<[Vertex; 2], usize> {
+        let mut parts: BTreeMap<[Vertex; 2], usize> = BTreeMap::new();
+        for curve in &self.curves {
+            parts.extend(curve.vertices.windows(2).map(|v| (sorted(v[0], v[1]), 1)));
+        }
+        let mut pieces = Pieces::default();
+        for edge in parts.keys() {
+            pieces.join(edge[0], edge[1]);
+        }
+        let mut edges_of: BTreeMap<Vertex, usize> = BTreeMap::new();
+        for edge in parts.keys() {
+            *edges_of.entry(pieces.find(edge[0])).or_default() += 1;
+        }
+        for (edge, count) in &mut parts {
+            let edges = edges_of.get(&pieces.find(edge[0])).copied().unwrap_or(SHORT);
+            *count = SHORT.div_ceil(edges.max(1)).next_power_of_two();
+        }
+        parts
+    }
+
+    /// Where the vertices of a mesh cut from this one lie on the input.
+    fn places_of_places(&self, finer: &Embedded) -> Vec<SurfacePoint> {
+        // A face of the input for each vertex; face_parent names the input already.
+        let mut home: Vec<Option<Face>> = vec![None; finer.mesh.vertex_count()];
+        for f in finer.mesh.faces() {
+            finer
+                .mesh
+                .face_vertices(f)
+                .iter()
+                .for_each(|v| home[v.index()] = Some(finer.face_parent[f.index()]));
+        }
+        let place_of = |(i, place): (usize, &SurfacePoint)| {
+            let parts: Vec<(u32, f64)> = match *place {
+                SurfacePoint::Vertex { vertex } => return self.vertex_place[vertex as usize],
+                SurfacePoint::Edge { vertices: [a, b], t } => vec![(a, 1.0 - t), (b, t)],
+                SurfacePoint::Face { vertices, bary } => vertices.into_iter().zip(bary).collect(),
+            };
+            let Some(face) = home[i] else { return *place };
+            let corners = self.input.face_vertices(face);
+            let mut sum = [0.0; 3];
+            for (v, share) in parts {
+                let weights = weights_in(self.vertex_place[v as usize], corners);
+                (0..3).for_each(|k| sum[k] += share * weights[k]);
+            }
+            Located::in_face(&self.input, face, sum).to_surface_point(&self.input)
+        };
+        finer.vertex_place.iter().enumerate().map(place_of).collect()
+    }
+}
+
+/// The weights that a place gives to the corners of a face in which it lies.
+fn weights_in(place: SurfacePoint, corners: [Vertex; 3]) -> [f64; 3] {
+    let weight = |corner: u32| match place {
+        SurfacePoint::Vertex { vertex } => f64::from(u8::from(vertex == corner)),
+        SurfacePoint::Edge { vertices: [a, b], t } => match corner {
+            c if c == a => 1.0 - t,
+            c if c == b => t,
+            _ => 0.0,
+        },
+        SurfacePoint::Face { vertices, bary } => {
+            vertices.iter().zip(bary).find(|(v, _)| **v == corner).map_or(0.0, |(_, w)| w)
+        }
+    };
+    corners.map(|c| weight(c.0))
+}
+
+fn check_length<I: ElementId, T>(
+    kind: &'static str,
+    field: &Field<I, T>,
+    expected: usize,
+) -> Result<(), EmbedError> {
+    let found = field.len();
+    if found == expected { Ok(()) } else { Err(EmbedError::WrongLength { kind, found, expected }) }
+}
+
+fn sorted(a: Vertex, b: Vertex) -> [Vertex; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// Disjoint sets of vertices, each known by one of them.
+#[derive(Default)]
+struct Pieces {
+    parent: BTreeMap<Vertex, Vertex>,
+}
+
+impl Pieces {
+    fn find(&mut self, v: Vertex) -> Vertex {
+        let mut root = v;
+        while let Some(&up) = self.parent.get(&root) {
+            root = up;
+        }
+        let mut at = v;
+        while at != root {
+            at = self.parent.insert(at, root).unwrap_or(root);
+        }
+        root
+    }
+    fn join(&mut self, a: Vertex, b: Vertex) {
+        let (a, b) = (self.find(a), self.find(b));
+        if a != b {
+            self.parent.insert(a, b);
+        }
+    }
+}
