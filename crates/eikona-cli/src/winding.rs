@@ -8,7 +8,7 @@ use crate::session::{General, Session, check_distinct, check_output};
 use crate::source::{SourceArguments, read_source};
 use clap::{Args, ValueEnum};
 use eikona::contour::{obj_lines, polylines};
-use eikona::winding::{Completion, Reference, Solver, Winding, WindingOptions};
+use eikona::winding::{Completion, Reference, Winding, WindingOptions, surface_winding_number};
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
 use eikona_mesh::{Curve, Face, SurfaceCurves, Vertex};
 use serde_json::json;
@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
   eikona make torus -o torus.ply --curve-out cut.json --cut axis=x,at=0.9
   eikona winding torus.ply --curve cut.json -o labels.ply --render labels.png
 
-Curves must run along edges of the mesh.")]
+Where curves cross faces the mesh is cut along them; the output is the cut mesh, with the field `parent`.")]
 pub struct WindingArguments {
     #[command(flatten)]
     pub mesh: MeshArguments,
@@ -63,7 +63,7 @@ pub enum CompletionName {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Outputs")]
 pub struct OutputArguments {
-    /// The mesh with `label` and `margin` at its faces (.ply, .vtp); with the winding number at its corners as homogeneous texture
+    /// The mesh with `label`, `margin` and `parent` (the face of the input) at its faces (.ply, .vtp); with the winding number at its corners as homogeneous texture
     /// coordinates u/v (.obj); or label and margin of each face (.csv)
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
@@ -150,8 +150,7 @@ fn solve(
         epsilon: method.epsilon,
         reference: method.reference.map_or(Reference::LargestArea, |face| Reference::Face(Face(face))),
     };
-    let solver = session.phase("analyse", || Solver::new(&input.mesh))?;
-    let winding = session.unmeasured("solve", || solver.solve(curves, &options))?;
+    let winding = session.unmeasured("solve", || surface_winding_number(&input.mesh, curves, &options))?;
     let report = &winding.report;
     session.report.phases_of("solve", &report.phases);
     report.warnings.iter().for_each(|warning| session.warn(warning));
@@ -193,14 +192,18 @@ fn write_outputs(
     let outputs = &arguments.outputs;
     let labels: Vec<f64> = winding.labels.as_slice().iter().map(|&l| f64::from(l)).collect();
     let margin = winding.margin.as_slice();
+    let parents: Vec<f64> = match &winding.face_parent {
+        Some(parents) => parents.iter().map(|f| f.index() as f64).collect(),
+        None => (0..labels.len()).map(|f| f as f64).collect(),
+    };
     if let (Some(path), Some(format)) = (&outputs.output, format) {
         let mut out = MeshOut::from(&winding.mesh);
         let uvs: Vec<[f64; 2]>;
         match format {
             Format::Csv => {
-                let mut text = String::from("label,margin\n");
-                for (label, margin) in labels.iter().zip(margin) {
-                    let _ = writeln!(text, "{label},{margin}");
+                let mut text = String::from("label,margin,parent\n");
+                for ((label, margin), parent) in labels.iter().zip(margin).zip(&parents) {
+                    let _ = writeln!(text, "{label},{margin},{parent}");
                 }
                 session.output("regions", path, text.into_bytes())?;
             }
@@ -211,7 +214,7 @@ fn write_outputs(
                     uvs = values.map(|&w| if w.is_nan() { [0.0, 0.0] } else { [w, 1.0] }).collect();
                     out.corner_uvs = Some(&uvs);
                 } else {
-                    out.face_scalars = vec![("label", &labels), ("margin", margin)];
+                    out.face_scalars = vec![("label", &labels), ("margin", margin), ("parent", &parents)];
                 }
                 let (file, left_out) = stage_mesh(path, &out).map_err(Failure::writing)?;
                 session.staged_output("regions", path, file);

@@ -1,5 +1,6 @@
 //! eikona answers four questions about imperfect geometry: how far and on which side, inside or outside, which direction, and
-//! how a surface can move without touching itself. This version answers the first, on triangle meshes: see [`signed_heat`].
+//! how a surface can move without touching itself. This version answers the first two, on triangle meshes: see [`signed_heat`] and
+//! [`winding`].
 //!
 //! Meshes, curves and files are those of [`eikona_mesh`], re-exported as [`mesh`]. Conventions (signs, orientations, units)
 //! stand once, in `docs/conventions.md`.

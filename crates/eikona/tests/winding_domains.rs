@@ -1,6 +1,6 @@
 //! Winding numbers where surfaces have boundary, parts, one side, flipped faces or more than two faces at an edge; and bad input.
 
-use eikona::contour::shortest_vertex_path;
+use eikona::contour::{plane_cut, shortest_vertex_path};
 use eikona::mesh::{
     Curve, Face, Neighbour, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, damage, shapes,
 };
@@ -49,8 +49,8 @@ fn a_circle_around_the_hole_of_an_annulus_bounds_and_a_ray_does_not() {
         assert!(w.margin[f] > 0.5 - 1e-9);
     }
     // From rim to rim: it ends on the boundary, which is no endpoint.
-    let ray = shortest_vertex_path(&mesh, nearest(&mesh, [1.0, 0.0, 0.0]), nearest(&mesh, [2.0, 0.0, 0.0]))
-        .unwrap();
+    let ends = [nearest(&mesh, [1.0, 0.0, 0.0]), nearest(&mesh, [2.0, 0.0, 0.0])];
+    let ray = Curve::signed(shortest_vertex_path(&mesh, &ends).unwrap());
     let w = solve(&mesh, vec![ray]);
     assert!(w.endpoints.is_empty());
     assert!(w.labels.iter().all(|(_, label)| *label == 0));
@@ -169,12 +169,12 @@ fn bad_input_is_refused_with_the_reason() {
     let refused = |curves: SurfaceCurves| {
         surface_winding_number(&mesh, &curves, &WindingOptions::default()).unwrap_err()
     };
-    assert_eq!(refused(SurfaceCurves::default()), WindingError::NoCurve);
+    assert!(matches!(refused(SurfaceCurves::default()), WindingError::NoCurve));
     let far = SurfaceCurves::from_curve(Curve::signed([Vertex(0), Vertex(1_000_000)]));
     let WindingError::Curve(fault) = refused(far) else { panic!("the curve is not on the mesh") };
     assert!(fault.to_string().contains("curve 0, node 1"), "{fault}");
     let unsigned = SurfaceCurves::from_curve(Curve::unsigned([Vertex(0), Vertex(1)]));
-    assert_eq!(refused(unsigned), WindingError::Unsigned { curve: 0 });
+    assert!(matches!(refused(unsigned), WindingError::Unsigned { curve: 0 }));
     for epsilon in [0.0, -1.0, f64::NAN, 2.0] {
         let curves = SurfaceCurves::from_curve(Curve::signed([Vertex(0), Vertex(1)]));
         let options = WindingOptions { epsilon, ..Default::default() };
@@ -183,10 +183,8 @@ fn bad_input_is_refused_with_the_reason() {
     }
     let empty = TriangleMesh::new(vec![[0.0; 3]], Vec::new()).unwrap();
     let curves = SurfaceCurves::from_curve(Curve::signed([Vertex(0), Vertex(0)]));
-    assert_eq!(
-        surface_winding_number(&empty, &curves, &WindingOptions::default()).unwrap_err(),
-        WindingError::NoFaces
-    );
+    let error = surface_winding_number(&empty, &curves, &WindingOptions::default()).unwrap_err();
+    assert!(matches!(error, WindingError::NoFaces));
 }
 
 #[test]
@@ -200,4 +198,38 @@ fn copies_that_cancel_leave_nothing_and_say_so() {
     // Twice in one direction counts twice.
     let w = solve(&sphere, [loops.clone(), loops].concat());
     assert!(sphere.faces().all(|f| w.labels[f] == if centre(&sphere, f)[2] > 0.2 { 2 } else { 0 }));
+}
+
+/// A curve across the faces: the mesh is cut along it.
+#[test]
+fn a_circle_across_the_faces_of_a_sphere_and_of_a_torus() {
+    let sphere = shapes::geodesic_sphere(12).unwrap();
+    let circle = plane_cut(&sphere, [0.0, 0.0, 0.3], [0.0, 0.0, 1.0]).unwrap().remove(0);
+    let curves = SurfaceCurves::from_curve(circle);
+    let w = surface_winding_number(&sphere, &curves, &WindingOptions::default()).unwrap();
+    assert!(w.mesh.face_count() > sphere.face_count());
+    let parents = w.face_parent.as_ref().unwrap();
+    assert_eq!(parents.len(), w.mesh.face_count());
+    let above = |f: Face| centre(&w.mesh, f)[2] > 0.3;
+    let label_above = w.labels[w.mesh.faces().find(|&f| above(f)).unwrap()];
+    let label_below = w.labels[w.mesh.faces().find(|&f| !above(f)).unwrap()];
+    assert_eq!((label_above - label_below).abs(), 1);
+    assert!(w.mesh.faces().all(|f| w.labels[f] == if above(f) { label_above } else { label_below }));
+    // Around the tube of a torus, where it bounds nothing.
+    let torus = shapes::torus(1.0, 0.4, 30, 16).unwrap();
+    let halves = plane_cut(&torus, [0.0, 0.011, 0.0], [0.0, 1.0, 0.0]).unwrap();
+    assert_eq!(halves.len(), 2);
+    let one = SurfaceCurves::from_curve(halves[0].clone());
+    let w = surface_winding_number(&torus, &one, &WindingOptions::default()).unwrap();
+    assert!(w.labels.iter().all(|(_, label)| *label == 0));
+    assert!((w.report.largest_nonbounding - 1.0).abs() < 1e-9);
+    // Both cuts, as the plane makes them, bound a half.
+    let both = SurfaceCurves { curves: halves, points: Vec::new() };
+    let w = surface_winding_number(&torus, &both, &WindingOptions::default()).unwrap();
+    assert!(w.report.largest_nonbounding < 1e-9);
+    let half = |f: Face| centre(&w.mesh, f)[1] > 0.011;
+    assert!(
+        w.mesh.faces().all(|f| (w.labels[f] != 0) == half(f))
+            || w.mesh.faces().all(|f| (w.labels[f] == 0) == half(f))
+    );
 }

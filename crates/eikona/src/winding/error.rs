@@ -1,12 +1,13 @@
 //! Why no winding number could be computed.
 
+use crate::contour::EmbedError;
 use eikona_mesh::{CurveError, Edge};
 use eikona_numeric::FlowError;
 use eikona_numeric::NumericError;
 use thiserror::Error;
 
 /// Why no winding number could be computed.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum WindingError {
     /// The curve is not on the mesh.
@@ -34,6 +35,9 @@ pub enum WindingError {
         /// 0-based index of the node.
         node: usize,
     },
+    /// The mesh could not be cut along the curves.
+    #[error(transparent)]
+    Embed(#[from] EmbedError),
     /// An edge is walked too often.
     #[error("edge {} is walked more than {most} times in one direction; leave repeated copies of the curve out", edge.index())]
     Multiplicity {

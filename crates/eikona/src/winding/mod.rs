@@ -24,7 +24,7 @@
 //! (relative homology). Edges of three or more faces are cuts for the harmonic part, and a curve along them is left out with a
 //! warning.
 //!
-//! **Limits.** Curves run along edges of the mesh. Where a curve is broken the nonbounding jumps are real numbers, and labels near
+//! **Limits.** A [`Solver`] takes curves along edges; [`surface_winding_number`] cuts the mesh along others. Where a curve is broken the nonbounding jumps are real numbers, and labels near
 //! gaps are guesses: see [`Winding::margin`].
 //!
 //! **Reference.** Nicole Feng, Mark Gillespie and Keenan Crane, *Winding Numbers on Discrete Surfaces*, ACM Trans. Graph. 42 (4), 2023.
@@ -59,16 +59,33 @@ pub use options::{Completion, Reference, WindingOptions};
 pub use solution::{ProgramReport, Winding, WindingReport};
 pub use solver::Solver;
 
-use eikona_mesh::{SurfaceCurves, TriangleMesh};
+use crate::contour::embed_curves;
+use eikona_mesh::{Face, SurfaceCurves, TriangleMesh};
 
-/// The winding number of curves in one call: builds a [`Solver`] and solves once.
+/// The winding number of curves in one call: builds a [`Solver`] and solves once. Where curves cross faces, or end inside of edges or
+/// faces, the mesh is cut along them first ([`embed_curves`](crate::contour::embed_curves)), and the result is on the cut mesh
+/// with the parent of each face in [`Winding::face_parent`]. Pieces of the curve with fewer than 8 edges are bisected then, since edges
+/// between two endpoints are in no operator.
 ///
 /// # Errors
-/// Those of [`Solver::new`] and [`Solver::solve`].
+/// Those of [`Solver::new`] and [`Solver::solve`]; [`WindingError::Embed`].
 pub fn surface_winding_number(
     mesh: &TriangleMesh,
     curves: &SurfaceCurves,
     options: &WindingOptions,
 ) -> Result<Winding, WindingError> {
-    Solver::new(mesh)?.solve(curves, options)
+    match Solver::new(mesh)?.solve(curves, options) {
+        Err(WindingError::NotAlongEdges { .. }) => {
+            let embedded = embed_curves(mesh, curves)?.split_short()?;
+            let mut options = *options;
+            if let Reference::Face(face) = options.reference {
+                let child = embedded.face_parent.iter().position(|&parent| parent == face);
+                options.reference = child.map_or(Reference::LargestArea, |f| Reference::Face(Face(f as u32)));
+            }
+            let mut winding = Solver::new(&embedded.mesh)?.solve(&embedded.curves_on_mesh(), &options)?;
+            winding.face_parent = Some(embedded.face_parent);
+            Ok(winding)
+        }
+        done => done,
+    }
 }

@@ -7,8 +7,11 @@ use eikona_numeric::{Certificate, JumpStatistics};
 /// The winding number of curves on a surface, and what follows from it. All fields are on [`mesh`](Winding::mesh).
 #[derive(Clone, Debug)]
 pub struct Winding {
-    /// The surface of the result: the input with its faces wound alike where that is possible.
+    /// The surface of the result: the input with its faces wound alike where that is possible, and cut along the curves where
+    /// these cross faces.
     pub mesh: TriangleMesh,
+    /// For a mesh that was cut, the face of the input that each face lies in.
+    pub face_parent: Option<Vec<Face>>,
     /// The winding number `w` at each corner; it jumps across the curve, and is smooth elsewhere. One constant a connected
     /// component is arbitrary: [`shift`](Winding::shift) fixes it. NaN at endpoints of the curve, around which it depends on the
     /// direction: see [`value_at`](Winding::value_at).

@@ -152,6 +152,7 @@ impl Solver {
         let farthest_from_whole = nonbounding.iter().fold(0.0f64, |m, t| m.max((t - t.round()).abs()));
         Ok(Winding {
             mesh: mesh.clone(),
+            face_parent: None,
             values: values.into(),
             labels: labels.label.into(),
             margin: labels.margin.into(),
