@@ -148,6 +148,16 @@ impl Integration {
         for (m, row) in multipliers.iter_mut().zip(&rows) {
             *m += row.weight * row.miss(&x);
         }
+        if !free_levels {
+            let mut exact = vec![false; self.component_count];
+            for row in rows.iter().filter(|row| row.exact) {
+                if let Some(c) = self.component_of_vertex[row.place.some_vertex()] {
+                    exact[c as usize] = true;
+                }
+            }
+            let held: Vec<(Place, f64)> = rows.iter().map(|row| (row.place, row.weight)).collect();
+            self.subtract_mean(&held, &exact, &mut x);
+        }
         let violation = Some(largest_miss(&rows, &x));
         let residual = self.multiplier_residual(&x, b, &rows, &multipliers);
         let mut level_of_group: Vec<f64> =
@@ -212,6 +222,23 @@ impl Integration {
             Symbolic::new(&graph, Ordering::Given(&order))?.into()
         };
         Cholesky::new(symbolic, &matrix)
+    }
+
+    /// Subtracts from a fit that rows hold by weight their weighted mean in each component (but those where `skip` is true). It is
+    /// zero but for rounding, since the right-hand side sums to zero there; a small weight would leave the constant to that.
+    fn subtract_mean(&self, held: &[(Place, f64)], skip: &[bool], values: &mut [f64]) {
+        let mut sums = vec![[0.0; 2]; self.component_count];
+        for (place, weight) in held {
+            if let Some(c) = self.component_of_vertex[place.some_vertex()] {
+                sums[c as usize][0] += weight * place.value(values);
+                sums[c as usize][1] += weight;
+            }
+        }
+        let mean = |([sum, weight], skip): (&[f64; 2], &bool)| {
+            if *weight > 0.0 && !skip { sum / weight } else { 0.0 }
+        };
+        let shift: Vec<f64> = sums.iter().zip(skip).map(mean).collect();
+        self.subtract(values, &shift);
     }
 
     /// The order of elimination of the vertices with each level behind the last vertex that it meets.
@@ -296,8 +323,11 @@ impl Integration {
     ) -> Result<Integrated, SignedHeatError> {
         let (rows, _) = self.rows(mesh, triangles, source);
         let mut matrix = grounded_matrix(&self.laplacian, self.ungrounded_by(&rows).iter());
+        let mut held: Vec<(Place, f64)> = Vec::new();
         let mut penalise = |point: Located, weight: f64| {
-            add_outer_product(&mut matrix, &self.laplacian, mesh, &Place::of(mesh, point), weight);
+            let place = Place::of(mesh, point);
+            add_outer_product(&mut matrix, &self.laplacian, mesh, &place, weight);
+            held.push((place, weight));
         };
         for segment in &source.segments {
             let Some(c) = self.component_of(mesh, segment.ends[0]) else { continue };
@@ -314,7 +344,8 @@ impl Integration {
             penalise(*point, weight * spacing / self.size_of_component[c]);
         }
         let factor = Cholesky::new(self.factor.symbolic().clone(), &matrix).map_err(at_vertex)?;
-        let values = factor.solve(b).map_err(at_vertex)?;
+        let mut values = factor.solve(b).map_err(at_vertex)?;
+        self.subtract_mean(&held, &vec![false; self.component_count], &mut values);
         let residual = factor.residual(&values, b);
         let violation = Some(largest_miss(&rows, &values));
         let mut result = Integrated { values, residual, constraint_violation: violation, levels: Vec::new() };
