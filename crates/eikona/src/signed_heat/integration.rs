@@ -28,6 +28,25 @@ pub(crate) struct Integration {
     pub(super) component_count: usize,
     /// Square root of the area of each component.
     pub(super) size_of_component: Vec<f64>,
+    pub(super) memory: Memory,
+}
+
+/// What a solver keeps, and may use.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Memory {
+    pub kept_bytes: usize,
+    pub limit: Option<usize>,
+}
+
+impl Memory {
+    /// Fails if the bytes of one more factor would exceed the limit.
+    pub fn check(&self, more_bytes: usize) -> Result<(), SignedHeatError> {
+        let needed_bytes = self.kept_bytes + more_bytes;
+        match self.limit.filter(|&limit| needed_bytes > limit) {
+            Some(limit_bytes) => Err(SignedHeatError::MemoryLimit { needed_bytes, limit_bytes }),
+            None => Ok(()),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -83,6 +102,7 @@ impl PreparedIntegration {
         triangles: &[Triangle],
         component_of_vertex: Vec<Option<u32>>,
         component_count: usize,
+        memory: Memory,
     ) -> Result<Integration, SignedHeatError> {
         let mut laplacian = self.laplacian;
         let mut grounded = Vec::with_capacity(component_count);
@@ -114,6 +134,7 @@ impl PreparedIntegration {
             component_of_vertex,
             component_count,
             size_of_component,
+            memory,
         })
     }
 }

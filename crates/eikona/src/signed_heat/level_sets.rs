@@ -16,6 +16,7 @@ use crate::signed_heat::source::Source;
 use eikona_mesh::{Located, Segment, SegmentHost, TriangleMesh};
 use eikona_numeric::{Cholesky, NumericError, Ordering, Symbolic, SymmetricMatrix};
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 /// A place whose value is constrained: a combination of vertex values.
 ///
@@ -113,7 +114,10 @@ impl Integration {
             levels = self.free_levels(&mut rows, groups);
         }
         let at_vertex = |fault| at_vertex(at_piece(fault, &rows));
-        let factor = self.held(mesh, &rows, levels.iter().flatten().count()).map_err(at_vertex)?;
+        let (symbolic, matrix) =
+            self.held(mesh, &rows, levels.iter().flatten().count()).map_err(at_vertex)?;
+        self.memory.check(symbolic.predicted_bytes::<f64>())?;
+        let factor = Cholesky::new(symbolic, &matrix).map_err(at_vertex)?;
         let mut rhs = b.to_vec();
         rhs.resize(factor.symbolic().unknowns(), 0.0);
         let misses_of =
@@ -180,7 +184,7 @@ impl Integration {
         Ok(result)
     }
 
-    /// The Laplacian with the penalties of the rows, factored; with free levels, which follow the vertices as unknowns.
+    /// The Laplacian with the penalties of the rows, and its analysis; with free levels, which follow the vertices as unknowns.
     ///
     /// A level meets every vertex that its piece of curve touches. Taking its turn right behind the last of these, it adds one
     /// row to each front between there and the piece, as one more vertex of a separator would: many small pieces cost next to
@@ -197,7 +201,12 @@ impl Integration {
     /// * Conjugate gradients on the levels, with the factor without levels inside: 8 ms each, so ten would cost as much as all
     ///   of the present way.
     /// * This: 0.13 s, 0.14 s and 0.18 s, up to 224 MB.
-    fn held(&self, mesh: &TriangleMesh, rows: &[Row], levels: usize) -> Result<Cholesky<f64>, NumericError> {
+    fn held(
+        &self,
+        mesh: &TriangleMesh,
+        rows: &[Row],
+        levels: usize,
+    ) -> Result<(Arc<Symbolic>, SymmetricMatrix<f64>), NumericError> {
         let vertices = mesh.vertex_count();
         let mut matrix = grounded_matrix(&self.laplacian, self.ungrounded_by(rows).iter());
         matrix.diagonal.resize(vertices + levels, 0.0);
@@ -221,7 +230,7 @@ impl Integration {
             graph.pairs.extend(meetings);
             Symbolic::new(&graph, Ordering::Given(&order))?.into()
         };
-        Cholesky::new(symbolic, &matrix)
+        Ok((symbolic, matrix))
     }
 
     /// Subtracts from a fit that rows hold by weight their weighted mean in each component (but those where `skip` is true). It is
@@ -343,6 +352,7 @@ impl Integration {
             let Some(c) = self.component_of(mesh, *point) else { continue };
             penalise(*point, weight * spacing / self.size_of_component[c]);
         }
+        self.memory.check(self.factor.symbolic().predicted_bytes::<f64>())?;
         let factor = Cholesky::new(self.factor.symbolic().clone(), &matrix).map_err(at_vertex)?;
         let mut values = factor.solve(b).map_err(at_vertex)?;
         self.subtract_mean(&held, &vec![false; self.component_count], &mut values);

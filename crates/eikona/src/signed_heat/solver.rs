@@ -6,7 +6,7 @@ use crate::operators::{ComplexFrames, divergence};
 use crate::signed_heat::confidence::confidence;
 use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
-use crate::signed_heat::integration::{Integration, PreparedIntegration};
+use crate::signed_heat::integration::{Integration, Memory, PreparedIntegration};
 use crate::signed_heat::options::{DiffusionTime, LevelSets, SolveOptions, SolverOptions};
 use crate::signed_heat::report::{KeptNormals, Phases, Preparation, Report, Running};
 use crate::signed_heat::sheets::Sheets;
@@ -45,7 +45,7 @@ pub struct Solver {
     for_gaps: Option<OnceLock<AtTime>>,
     integration: Integration,
     preparation: Preparation,
-    memory_limit: Option<usize>,
+    memory: Memory,
 }
 
 /// The diffusion operator factored at a time.
@@ -83,13 +83,14 @@ impl Solver {
         let diffusion = PreparedDiffusion::new(&mesh, &triangles, integration.vertex_order())?;
         phases.end("analysis");
         let needed_bytes = diffusion.predicted_bytes() + integration.predicted_bytes();
-        check_memory(needed_bytes, options.memory_limit)?;
+        Memory { kept_bytes: 0, limit: options.memory_limit }.check(needed_bytes)?;
         let factor_bytes = diffusion.factor_bytes() + integration.factor_bytes();
+        let memory = Memory { kept_bytes: factor_bytes, limit: options.memory_limit };
 
         let component_of_vertex = components.of_vertex.into_vec();
         let unreferenced = component_of_vertex.iter().filter(|c| c.is_none()).count();
         let factor_integration =
-            || integration.factor(&mesh, &triangles, component_of_vertex, components.count);
+            || integration.factor(&mesh, &triangles, component_of_vertex, components.count, memory);
         let (diffusion, integration) = if options.threads > 1 {
             std::thread::scope(|scope| {
                 let other = scope.spawn(factor_integration);
@@ -119,7 +120,7 @@ impl Solver {
             for_gaps: (options.time == DiffusionTime::Automatic).then(OnceLock::new),
             integration,
             preparation,
-            memory_limit: options.memory_limit,
+            memory,
         })
     }
 
@@ -127,8 +128,8 @@ impl Solver {
     ///
     /// # Errors
     /// [`SignedHeatError::Curve`] with the curve and node that is not on the mesh, out of range, or across faces;
-    /// [`SignedHeatError::Option`]; failures of the solves; [`SignedHeatError::MemoryLimit`] when a second diffusion time would
-    /// exceed it.
+    /// [`SignedHeatError::Option`]; failures of the solves; [`SignedHeatError::MemoryLimit`] when a second diffusion time
+    /// or the factor that level sets take would exceed it.
     ///
     /// # Cost
     /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more with constraints, and its
@@ -216,7 +217,7 @@ impl Solver {
             return Ok(made);
         }
         let own = &self.diffusion.diffusion;
-        check_memory(self.preparation.factor_bytes + own.predicted_bytes(), self.memory_limit)?;
+        self.memory.check(own.predicted_bytes())?;
         let time = choose_time(&self.mesh, &self.triangles, wanted)?;
         let diffusion = own.at(&self.mesh, &self.triangles, time.time)?;
         phases.end("factorisation");
@@ -348,13 +349,6 @@ fn check_scale(triangles: &[Triangle]) -> Result<(), SignedHeatError> {
 
 fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
-}
-
-fn check_memory(needed_bytes: usize, limit: Option<usize>) -> Result<(), SignedHeatError> {
-    match limit.filter(|&limit| needed_bytes > limit) {
-        Some(limit_bytes) => Err(SignedHeatError::MemoryLimit { needed_bytes, limit_bytes }),
-        None => Ok(()),
-    }
 }
 
 fn note_mollified(triangles: &[Triangle], warnings: &mut Vec<String>) {
