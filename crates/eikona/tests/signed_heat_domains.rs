@@ -432,7 +432,10 @@ fn unreferenced_vertices_are_nan() {
                 let d = solution.distance[v];
                 assert!(if x == 50.0 { d.is_nan() } else { (d - (x - 2.0)).abs() < 1e-6 }, "{v}: {d}");
             }
-            let said = format!("{} vertices are used by no face", places.len());
+            let said = match places.len() {
+                1 => "1 vertex is used by no face".to_string(),
+                several => format!("{several} vertices are used by no face"),
+            };
             assert!(solution.report.all_warnings().any(|w| w.contains(&said)));
         }
     }
@@ -673,5 +676,24 @@ fn curves_through_a_hub_of_many_faces() {
         // Most faces are counter-clockwise, so that left is above.
         let y = mesh.position(v)[1];
         assert!((solution.distance[v] + y).abs() < 0.2, "{v} at {y}: {}", solution.distance[v]);
+    }
+}
+
+/// Where normals cancel there is no distance, and the warning says why.
+#[test]
+fn normals_that_cancel_are_told_from_no_source() {
+    let mut positions = vec![[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    let angles = (0..3).map(|k| f64::from(k) * std::f64::consts::TAU / 3.0);
+    positions.extend(angles.map(|a| [a.cos(), a.sin(), 0.5]));
+    let pages = TriangleMesh::new(positions, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]]).unwrap();
+    let spine = SurfaceCurves::from_curve(Curve::signed([Vertex(0), Vertex(1)]));
+    let face = TriangleMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+    let corners = SurfaceCurves { curves: Vec::new(), points: [0, 1, 2].map(|v| Vertex(v).into()).to_vec() };
+    for (mesh, source) in [(pages, spine), (face, corners)] {
+        let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Free);
+        if solution.distance.as_slice().iter().any(|d| d.is_nan()) {
+            let told = solution.report.all_warnings().any(|w| w.contains("their normals cancel"));
+            assert!(told, "{:?}", solution.report.warnings);
+        }
     }
 }

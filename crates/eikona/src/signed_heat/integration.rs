@@ -161,6 +161,16 @@ pub(super) fn at_vertex(fault: NumericError) -> SignedHeatError {
 }
 
 impl Integration {
+    /// For each component: whether it has a curve or point.
+    pub fn has_source(&self, mesh: &TriangleMesh, source: &Source) -> Vec<bool> {
+        let mut has = vec![false; self.component_count];
+        let ends = source.segments.iter().map(|s| s.ends[0]);
+        for c in ends.chain(source.points.iter().copied()).filter_map(|p| self.component_of(mesh, p)) {
+            has[c] = true;
+        }
+        has
+    }
+
     pub fn component_of_vertex(&self) -> &[Option<u32>] {
         &self.component_of_vertex
     }

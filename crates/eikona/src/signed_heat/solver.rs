@@ -172,9 +172,10 @@ impl Solver {
             .then(|| confidence(&self.mesh, &self.triangles, &source, &field, &integrated.values));
         phases.end("confidence");
 
+        let has_source = self.integration.has_source(&self.mesh, &source);
         let mut warnings = source.warnings;
         warnings.extend(field.kept_normals.as_ref().and_then(KeptNormals::warning));
-        self.warn_unreached(&integrated.values, &mut warnings);
+        self.warn_unreached(&integrated.values, &has_source, &mut warnings);
         Ok(Solution {
             distance: VertexField::from(integrated.values),
             gradient: self.gradient(&field.vectors),
@@ -263,7 +264,8 @@ impl Solver {
         Ok(vertices.iter().map(sign).collect())
     }
 
-    fn warn_unreached(&self, values: &[f64], warnings: &mut Vec<String>) {
+    /// `has_source`: for each component, whether it has a curve or point.
+    fn warn_unreached(&self, values: &[f64], has_source: &[bool], warnings: &mut Vec<String>) {
         let mut faces = vec![0usize; self.integration.component_count()];
         for corners in self.mesh.triangles() {
             let v = corners[0] as usize;
@@ -272,10 +274,13 @@ impl Solver {
             }
         }
         for (component, &count) in faces.iter().enumerate().filter(|(_, count)| **count > 0) {
-            warnings.push(format!(
-                "component {component} ({}) is reached by no curve or point; its distance is NaN",
-                counted(count, "face", "faces")
-            ));
+            let why = if has_source[component] {
+                "has curves or points, but their normals cancel"
+            } else {
+                "is reached by no curve or point"
+            };
+            let faces = counted(count, "face", "faces");
+            warnings.push(format!("component {component} ({faces}) {why}; its distance is NaN"));
         }
     }
 
