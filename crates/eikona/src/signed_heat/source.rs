@@ -44,7 +44,7 @@ impl Source {
         sign: SignConvention,
         time: f64,
     ) -> Vec<F::Value> {
-        let mut deposit = Deposit { mesh, frames, triangles, values: frames.zeros(), largest: 0.0 };
+        let mut deposit = Deposit::new(mesh, frames, triangles);
         // A gradient of height 1 / sqrt(t) balances the normal of a signed curve: both leave the same field on flat ground.
         let spread = time.sqrt();
         for (i, (segment, kind)) in self.segments.iter().zip(&self.kinds).enumerate() {
@@ -63,21 +63,26 @@ impl Source {
     }
 }
 
-struct Deposit<'a, F: EdgeFrames> {
+/// Vectors added up on the edges.
+pub(crate) struct Deposit<'a, F: EdgeFrames> {
     mesh: &'a TriangleMesh,
     frames: &'a F,
     triangles: &'a [Triangle],
     values: Vec<F::Value>,
-    /// The largest single contribution.
-    largest: f64,
+    /// The largest single contribution to each edge.
+    largest: Vec<f64>,
 }
 
 const I: Complex = Complex { re: 0.0, im: 1.0 };
 
-/// Sums below this share of the largest contribution are what rounding leaves of normals that cancel.
+/// Sums below this share of the largest contribution to their edge are what rounding leaves of normals that cancel.
 const CANCELLED: f64 = 1e-13;
 
-impl<F: EdgeFrames> Deposit<'_, F> {
+impl<'a, F: EdgeFrames> Deposit<'a, F> {
+    pub fn new(mesh: &'a TriangleMesh, frames: &'a F, triangles: &'a [Triangle]) -> Self {
+        Deposit { mesh, frames, triangles, values: frames.zeros(), largest: vec![0.0; mesh.edge_count()] }
+    }
+
     /// Adds a vector, given in the layout of a face, at one of its sides.
     fn add(&mut self, face: Face, side: usize, vector: Complex) {
         let along = self.triangles[face.index()].directions()[side];
@@ -86,14 +91,17 @@ impl<F: EdgeFrames> Deposit<'_, F> {
 
     /// Adds a vector seen from a halfedge.
     fn add_seen_from(&mut self, h: Halfedge, vector: Complex) {
-        self.largest = self.largest.max(vector.max_part());
+        let largest = &mut self.largest[self.mesh.edge(h).index()];
+        *largest = largest.max(vector.max_part());
         self.frames.add(self.mesh, &mut self.values, h, vector);
     }
 
     /// The sums, with those that cancelled set to zero.
-    fn finish(mut self) -> Vec<F::Value> {
-        let smallest = CANCELLED * self.largest;
-        self.values.iter_mut().filter(|v| v.max_part() < smallest).for_each(|v| *v = F::Value::ZERO);
+    pub fn finish(mut self) -> Vec<F::Value> {
+        for (e, largest) in self.mesh.edges().zip(self.largest) {
+            let sums = self.values[self.frames.of_edge(e)].iter_mut();
+            sums.filter(|v| v.max_part() < CANCELLED * largest).for_each(|v| *v = F::Value::ZERO);
+        }
         self.values
     }
 
@@ -142,24 +150,21 @@ impl<F: EdgeFrames> Deposit<'_, F> {
     /// `unsigned_segment_across_faces`); and they need vertices and edges as sources.
     fn outward(&mut self, point: Located, weight: f64) {
         for (v, share) in point.weights(self.mesh) {
-            outward_at_vertex(
-                self.mesh,
-                self.triangles,
-                v,
-                weight * share,
-                |_| true,
-                |h, vector| {
-                    self.largest = self.largest.max(vector.max_part());
-                    self.frames.add(self.mesh, &mut self.values, h, vector);
-                },
-            );
+            self.outward_at_vertex(v, weight * share, |_| true);
         }
+    }
+
+    /// The directions away from a vertex, in the faces around it that `wanted` lets through.
+    pub fn outward_at_vertex(&mut self, v: Vertex, weight: f64, wanted: impl Fn(Face) -> bool) {
+        outward_at_vertex(self.mesh, self.triangles, v, weight, wanted, |h, vector| {
+            self.add_seen_from(h, vector);
+        });
     }
 }
 
 /// Minus the gradient of the hat function of a vertex, of this integral: calls back with halfedges of the faces around it (those that `wanted` lets
 /// through) and vectors seen from them.
-pub(crate) fn outward_at_vertex(
+fn outward_at_vertex(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
     v: Vertex,
