@@ -49,6 +49,10 @@ impl Memory {
     }
 }
 
+/// Weight of the faces of hanging sheets in a fit: what they pull at the others drowns in rounding, while they themselves fit
+/// their own field as closely as the values at their joints allow.
+const HANGING: f64 = 1e-12;
+
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ground {
     pub vertex: u32,
@@ -139,6 +143,20 @@ impl PreparedIntegration {
     }
 }
 
+/// A fit in which hanging sheets follow the surface that they hang on, and do not pull at it.
+pub(crate) struct WithHanging<'a> {
+    pub integration: Integration,
+    hanging: &'a [bool],
+}
+
+impl WithHanging<'_> {
+    /// A field with the weights of the fit.
+    pub fn weighted(&self, field: &[Complex]) -> Vec<Complex> {
+        let weigh = |(y, hanging): (&Complex, &bool)| if *hanging { y.scale(HANGING) } else { *y };
+        field.iter().zip(self.hanging).map(weigh).collect()
+    }
+}
+
 pub(super) fn grounded_matrix<'a>(
     laplacian: &CotanLaplacian,
     grounded: impl Iterator<Item = &'a Ground>,
@@ -161,6 +179,68 @@ pub(super) fn at_vertex(fault: NumericError) -> SignedHeatError {
 }
 
 impl Integration {
+    /// The fit for sheets that hang on the others by vertices. In one system with weights and not in two, so that it goes with
+    /// every kind of level set; since a factor does not depend on the scale of its rows, it loses no digits by that.
+    ///
+    /// # Cost
+    /// One factorisation; the analysis is shared.
+    pub fn with_hanging<'a>(
+        &self,
+        mesh: &TriangleMesh,
+        hanging: &'a [bool],
+    ) -> Result<WithHanging<'a>, SignedHeatError> {
+        let symbolic = self.factor.symbolic();
+        self.memory.check(symbolic.predicted_bytes::<f64>())?;
+        let mut laplacian = CotanLaplacian {
+            graph: self.laplacian.graph.clone(),
+            matrix: SymmetricMatrix {
+                diagonal: vec![0.0; mesh.vertex_count()],
+                off_diagonal: self.laplacian.matrix.off_diagonal.clone(),
+            },
+        };
+        let SymmetricMatrix { diagonal, off_diagonal } = &mut laplacian.matrix;
+        for (k, (entry, pair)) in off_diagonal.iter_mut().zip(&laplacian.graph.pairs).enumerate() {
+            // Three pairs a face.
+            if hanging[k / 3] {
+                *entry *= HANGING;
+            }
+            pair.iter().for_each(|&v| diagonal[v as usize] -= *entry);
+        }
+        let mut holds = vec![false; mesh.vertex_count()];
+        for (corners, _) in mesh.triangles().iter().zip(hanging).filter(|(_, hanging)| !**hanging) {
+            corners.iter().for_each(|&v| holds[v as usize] = true);
+        }
+        let mut grounded = self.grounded.clone();
+        let mut ground_holds = vec![false; self.component_count];
+        for (v, component) in self.component_of_vertex.iter().enumerate() {
+            match component {
+                None => diagonal[v] = 1.0, // in no equation
+                Some(c) if holds[v] && !ground_holds[*c as usize] => {
+                    ground_holds[*c as usize] = true;
+                    let own = grounded.iter_mut().filter(|g| g.component == *c);
+                    own.for_each(|g| g.vertex = v as u32);
+                }
+                Some(_) => {}
+            }
+        }
+        let matrix = grounded_matrix(&laplacian, grounded.iter());
+        let factor = Cholesky::new(symbolic.clone(), &matrix).map_err(at_vertex)?;
+        let integration = Integration {
+            laplacian,
+            grounded,
+            factor,
+            vertex_order: self.vertex_order.clone(),
+            component_of_vertex: self.component_of_vertex.clone(),
+            component_count: self.component_count,
+            size_of_component: self.size_of_component.clone(),
+            memory: Memory {
+                kept_bytes: self.memory.kept_bytes + symbolic.factor_bytes::<f64>(),
+                ..self.memory
+            },
+        };
+        Ok(WithHanging { integration, hanging })
+    }
+
     /// For each component: whether it has a curve or point.
     pub fn has_source(&self, mesh: &TriangleMesh, source: &Source) -> Vec<bool> {
         let mut has = vec![false; self.component_count];

@@ -6,7 +6,7 @@ use crate::operators::{ComplexFrames, divergence};
 use crate::signed_heat::confidence::confidence;
 use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
-use crate::signed_heat::integration::{Integration, Memory, PreparedIntegration};
+use crate::signed_heat::integration::{Integration, Memory, PreparedIntegration, WithHanging};
 use crate::signed_heat::options::{DiffusionTime, LevelSets, SolveOptions, SolverOptions};
 use crate::signed_heat::report::{KeptNormals, Phases, Preparation, Report, Running};
 use crate::signed_heat::sheets::Sheets;
@@ -129,11 +129,12 @@ impl Solver {
     /// # Errors
     /// [`SignedHeatError::Curve`] with the curve and node that is not on the mesh, out of range, or across faces;
     /// [`SignedHeatError::Option`]; failures of the solves; [`SignedHeatError::MemoryLimit`] when a second diffusion time
-    /// or the factor that level sets take would exceed it.
+    /// or the factor that level sets or hanging sheets take would exceed it.
     ///
     /// # Cost
     /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more with constraints, and its
     /// analysis too for [`LevelSets::PerComponent`], whatever the number of pieces. A source that is hundreds of edges away from parts of the mesh costs one more back-substitution for each such distance.
+    /// On a surface with sheets that hang on the reached ones by vertices only, one more factorisation of the vertex system.
     /// With [`DiffusionTime::Automatic`] the first source with gaps costs one factorisation of the diffusion at the time for gaps,
     /// and its memory; [`DiffusionTime::for_source`] chooses that time from the start.
     pub fn solve(&self, source: &SurfaceCurves, options: &SolveOptions) -> Result<Solution, SignedHeatError> {
@@ -153,14 +154,24 @@ impl Solver {
 
         // Step I and II: diffuse the normals, normalise a face.
         let mut field = diffusion.unit_field(&self.mesh, &self.triangles, &source, options)?;
-        self.bridge_vertices(diffusion, &source, &mut field)?;
+        let hanging = self.hanging_faces(&field);
+        let with_hanging = match &hanging {
+            Some((sheets, hanging)) => {
+                let fit = self.integration.with_hanging(&self.mesh, hanging)?;
+                self.bridge_vertices(diffusion, &source, sheets, hanging, &fit, &mut field)?;
+                Some(fit)
+            }
+            None => None,
+        };
         phases.end("diffusion");
 
         // Step III: integrate.
-        let integrated = self.integration.integrate(
+        let weighted = with_hanging.as_ref().map(|fit| fit.weighted(&field.vectors));
+        let integration = with_hanging.as_ref().map_or(&self.integration, |fit| &fit.integration);
+        let integrated = integration.integrate(
             &self.mesh,
             &self.triangles,
-            &field.vectors,
+            weighted.as_ref().unwrap_or(&field.vectors),
             &field.reached,
             &source,
             options.level_sets,
@@ -225,43 +236,39 @@ impl Solver {
         Ok(for_gaps.get_or_init(|| AtTime { time, diffusion }))
     }
 
-    /// Goes on into the sheets of faces that hang on the reached ones by vertices only: one fit for the signs of the distance
-    /// there, and one more run of the diffusion, in which no sheet knows of another.
+    /// The sheets, with the faces of those that hang on the reached ones by vertices only, if there are any.
+    fn hanging_faces(&self, field: &UnitField) -> Option<(Sheets, Vec<bool>)> {
+        if field.reached.iter().all(|r| *r) {
+            return None;
+        }
+        let sheets = Sheets::of(&self.mesh);
+        let hanging = sheets.hanging(&field.reached);
+        (!sheets.front(&self.mesh, &hanging).is_empty()).then_some((sheets, hanging))
+    }
+
+    /// Goes on into the hanging sheets: one fit for the distance at the vertices that they hang on, and one more run of the
+    /// diffusion, in which no sheet knows of another.
     fn bridge_vertices(
         &self,
         diffusion: &Diffusion,
         source: &Source,
+        sheets: &Sheets,
+        hanging: &[bool],
+        fit: &WithHanging,
         field: &mut UnitField,
     ) -> Result<(), SignedHeatError> {
-        if field.reached.iter().all(|r| *r) {
-            return Ok(());
-        }
-        let sheets = Sheets::of(&self.mesh);
-        let signs = |vertices: &[Vertex]| self.signs_of_distance(source, field, vertices);
-        let entrances = sheets.entrances(&self.mesh, &self.triangles, &field.reached, signs)?;
-        if entrances.is_empty() {
-            return Ok(());
-        }
-        diffusion.continue_from(&self.mesh, &self.triangles, &sheets, &entrances, field)
-    }
-
-    /// Whether the distance is positive (1) or negative (-1) at some vertices of reached faces. On faces that are not reached the fit
-    /// is constant.
-    fn signs_of_distance(
-        &self,
-        source: &Source,
-        field: &UnitField,
-        vertices: &[Vertex],
-    ) -> Result<Vec<f64>, SignedHeatError> {
         let mut b = divergence(&self.mesh, &self.triangles, &field.vectors);
         b.iter_mut().for_each(|x| *x = -*x);
-        let (phi, _) = self.integration.fit(&b)?;
+        let (phi, _) = fit.integration.fit(&b)?;
         let zero = self.integration.mean_at_source(&self.mesh, &phi, source);
-        let sign = |v: &Vertex| {
+        let distance = |v: Vertex| {
             let component = self.integration.component_of_vertex()[v.index()].unwrap_or(0) as usize;
-            if phi[v.index()] >= zero[component] { 1.0 } else { -1.0 }
+            phi[v.index()] - zero[component]
         };
-        Ok(vertices.iter().map(sign).collect())
+        let front: Vec<(Vertex, f64)> =
+            sheets.front(&self.mesh, hanging).into_iter().map(|v| (v, distance(v))).collect();
+        let entrances = sheets.entrances(&self.mesh, &self.triangles, hanging, &front);
+        diffusion.continue_from(&self.mesh, &self.triangles, sheets, &entrances, field)
     }
 
     /// `has_source`: for each component, whether it has a curve or point.
