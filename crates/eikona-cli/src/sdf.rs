@@ -83,7 +83,7 @@ pub fn parse_time(text: &str) -> Result<DiffusionTime, String> {
         return Ok(DiffusionTime::Automatic);
     }
     match text.parse::<f64>() {
-        Ok(c) if (1e-9..=1e9).contains(&c) => Ok(DiffusionTime::Coefficient(c)),
+        Ok(c) if eikona::signed_heat::TIME_COEFFICIENTS.contains(&c) => Ok(DiffusionTime::Coefficient(c)),
         _ => Err("auto or a number above 0 is expected, from 1e-9 to 1e9; the paper's is 1".into()),
     }
 }

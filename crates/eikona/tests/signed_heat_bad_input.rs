@@ -220,6 +220,24 @@ fn memory_limit() {
     assert!(with(Some(needed - 1)).is_err());
 }
 
+/// The factor that level sets take counts too. On a strip the fronts are small, so that what is kept is nearly all that the solver
+/// needs, and one more factor exceeds it.
+#[test]
+fn memory_limit_of_a_solve() {
+    let mesh = shapes::grid(2000, 2, 2000.0, 2.0, Diagonal::Alternating).unwrap();
+    let source = SurfaceCurves::from_curve(through_vertices(&mesh, |p| p[0] == 7.0, |p| p[1]));
+    let with = |limit| Solver::new(&mesh, &SolverOptions { memory_limit: limit, ..SolverOptions::default() });
+    let SignedHeatError::MemoryLimit { needed_bytes, .. } = with(Some(1000)).unwrap_err() else { panic!() };
+    let tight = with(Some(needed_bytes)).unwrap();
+    let roomy = with(Some(2 * needed_bytes)).unwrap();
+    assert!(tight.solve(&source, &levels(LevelSets::Free)).is_ok());
+    for level_sets in [LevelSets::Zero, LevelSets::PerComponent, LevelSets::Soft(1.0)] {
+        let refused = tight.solve(&source, &levels(level_sets)).unwrap_err();
+        assert!(matches!(refused, SignedHeatError::MemoryLimit { .. }), "{level_sets:?}: {refused}");
+        assert!(roomy.solve(&source, &levels(level_sets)).is_ok(), "{level_sets:?}");
+    }
+}
+
 #[test]
 fn lengths_beyond_double_precision() {
     let mesh = plate();

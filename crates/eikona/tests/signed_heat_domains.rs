@@ -676,3 +676,117 @@ fn curves_through_a_hub_of_many_faces() {
         assert!((solution.distance[v] + y).abs() < 0.2, "{v} at {y}: {}", solution.distance[v]);
     }
 }
+
+/// A strip of 12 x 1 with a second one above it that shares the vertices (2, 1) and (10, 1) only, and the vertices of the second:
+/// (mesh, number in the mesh of each vertex of a strip, seen as one of the second).
+fn two_strips(cells: usize) -> (TriangleMesh, TriangleMesh, Vec<Vertex>) {
+    let strip = shapes::grid(12 * cells, cells, 12.0, 1.0, Diagonal::Alternating).unwrap();
+    let (mut positions, mut faces) = (strip.positions().to_vec(), strip.triangles().to_vec());
+    let upper: Vec<Vertex> = strip
+        .positions()
+        .iter()
+        .map(|p| {
+            if p[1] == 0.0 && (p[0] == 2.0 || p[0] == 10.0) {
+                return vertex_at(&strip, [p[0], 1.0, 0.0]);
+            }
+            positions.push([p[0], p[1] + 1.0, 0.0]);
+            Vertex(positions.len() as u32 - 1)
+        })
+        .collect();
+    faces.extend(strip.triangles().iter().map(|t| t.map(|v| upper[v as usize].0)));
+    (TriangleMesh::new(positions, faces).unwrap(), strip, upper)
+}
+
+/// A sheet that hangs by two vertices is entered where distance comes first, and does not pull at what it hangs on.
+#[test]
+fn sheet_that_hangs_by_two_vertices() {
+    for cells in [1, 4] {
+        let (mesh, strip, upper) = two_strips(cells);
+        let source = SurfaceCurves::from_curve(through_vertices(&strip, |p| p[0] == 0.0, |p| p[1]));
+        for level_sets in [LevelSets::Free, LevelSets::Zero, LevelSets::PerComponent, LevelSets::Soft(1.0)] {
+            let distance = solve(&mesh, &source, PAPER_TIME, level_sets).distance;
+            for v in strip.vertices() {
+                let x = strip.position(v)[0];
+                assert!((distance[v].abs() - x).abs() < 1e-9, "{level_sets:?} at {x}: {}", distance[v]);
+            }
+            for v in strip.vertices() {
+                let [x, y, _] = strip.position(v);
+                let wanted = 2.0 + (x - 2.0).hypot(y);
+                let d = distance[upper[v.index()]].abs();
+                assert!((d - wanted).abs() < 0.9, "{level_sets:?} above at {x} {y}: {d} for {wanted}");
+            }
+        }
+    }
+}
+
+/// On heaps of triangles that meet at vertices and edges as it comes, turning faces over changes nothing. In some of them the
+/// vectors that enter a triangle at its three corners cancel.
+#[test]
+fn heaps_of_triangles_do_not_mind_turned_faces() {
+    struct Xorshift(u64);
+    impl Xorshift {
+        fn next(&mut self) -> u64 {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            self.0 >> 11
+        }
+        fn below(&mut self, k: usize) -> usize {
+            self.next() as usize % k
+        }
+        fn coordinate(&mut self) -> f64 {
+            self.next() as f64 / (1u64 << 52) as f64 - 1.0
+        }
+    }
+    let mut worst = (0.0f64, 0);
+    for seed in 1..8000u64 {
+        let mut random = Xorshift(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
+        (0..5).for_each(|_| _ = random.next());
+        let (vertices, wanted) = (3 + random.below(12), 1 + random.below(12));
+        let positions: Vec<[f64; 3]> = (0..vertices).map(|_| [0; 3].map(|_| random.coordinate())).collect();
+        let mut seen = std::collections::HashSet::new();
+        let faces: Vec<[u32; 3]> = (0..wanted)
+            .map(|_| [0; 3].map(|_| random.below(vertices) as u32))
+            .filter(|f| {
+                let mut sorted = *f;
+                sorted.sort_unstable();
+                sorted[0] < sorted[1] && sorted[1] < sorted[2] && seen.insert(sorted)
+            })
+            .collect();
+        if faces.is_empty() {
+            continue;
+        }
+        let turned = faces.iter().map(|&[a, b, c]| if random.below(2) == 0 { [a, b, c] } else { [a, c, b] });
+        let turned = TriangleMesh::new(positions.clone(), turned.collect()).unwrap();
+        let source = SurfaceCurves { curves: Vec::new(), points: vec![Vertex(faces[0][0]).into()] };
+        let mesh = TriangleMesh::new(positions, faces).unwrap();
+        let [a, b] = [&mesh, &turned].map(|m| free(m, &source));
+        for (a, b) in a.iter().zip(&b) {
+            assert_eq!(a.is_nan(), b.is_nan(), "seed {seed}");
+            if (a - b).abs() > worst.0 {
+                worst = ((a - b).abs(), seed);
+            }
+        }
+    }
+    println!("turned faces: {worst:?}");
+    assert!(worst.0 < 1e-6, "differs by {:e} in the heap of seed {}", worst.0, worst.1);
+}
+
+/// Where normals cancel there is no distance, and the warning says why.
+#[test]
+fn normals_that_cancel_are_told_from_no_source() {
+    let mut positions = vec![[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    let angles = (0..3).map(|k| f64::from(k) * std::f64::consts::TAU / 3.0);
+    positions.extend(angles.map(|a| [a.cos(), a.sin(), 0.5]));
+    let pages = TriangleMesh::new(positions, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]]).unwrap();
+    let spine = SurfaceCurves::from_curve(Curve::signed([Vertex(0), Vertex(1)]));
+    let face = TriangleMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+    let corners = SurfaceCurves { curves: Vec::new(), points: [0, 1, 2].map(|v| Vertex(v).into()).to_vec() };
+    for (mesh, source) in [(pages, spine), (face, corners)] {
+        let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Free);
+        if solution.distance.as_slice().iter().any(|d| d.is_nan()) {
+            let told = solution.report.all_warnings().any(|w| w.contains("their normals cancel"));
+            assert!(told, "{:?}", solution.report.warnings);
+        }
+    }
+}

@@ -254,3 +254,17 @@ fn confidence_falls_behind_gaps() {
         }
     }
 }
+
+/// The constant does not hang on the weight: a weak one leaves the fit as it is without, with mean zero on the curve.
+#[test]
+fn soft_constant_at_tiny_weights() {
+    let mesh = shapes::grid(150, 150, 150.0, 150.0, Diagonal::Alternating).unwrap();
+    let source = zero_level(&mesh, |p| (p[0] - 75.0).hypot(p[1] - 75.0) - 5.2);
+    let solver = solver(&mesh, PAPER_TIME);
+    let with = |level_sets| solver.solve(&source, &levels(level_sets)).unwrap().distance.into_vec();
+    let free = with(LevelSets::Free);
+    for weight in [1e-9, 1e-7, 1e-5] {
+        let off = largest_difference(&with(LevelSets::Soft(weight)), &free);
+        assert!(off < 1e-3, "weight {weight:e}: off by {off}");
+    }
+}

@@ -6,7 +6,7 @@ use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::options::SolveOptions;
 use crate::signed_heat::report::KeptNormals;
 use crate::signed_heat::sheets::{Entrance, Sheets};
-use crate::signed_heat::source::{Source, outward_at_vertex};
+use crate::signed_heat::source::{Deposit, Source};
 use eikona_mesh::{Edge, Face, TriangleMesh};
 use eikona_numeric::{Cholesky, Complex, Graph, NumericError, Ordering, Scalar, Symbolic, SymmetricMatrix};
 use std::sync::Arc;
@@ -279,8 +279,8 @@ impl<F: EdgeFrames> DiffusionOn<F> {
     ///
     /// The diffused vectors shrink by about a factor 7 an edge (at coefficient 1) and vanish in double precision a few hundred
     /// edges away. So after each solve the faces that got a vector are known for good, and the unit vectors of the farthest of
-    /// them are the source of the next solve, with the same factor, which reaches as far again. Later solves touch only what
-    /// lies beyond.
+    /// them are the source of the next solve, with the same factor, which reaches as far again. Later solves read and
+    /// normalise only what lies beyond; of the rest they clear a vector and skip what is not wanted.
     ///
     /// Deviation: the paper solves once, and is silently flat beyond (test `strip_of_20000_columns`).
     fn unit_field(
@@ -320,15 +320,14 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         entrances: &[Entrance],
         field: &mut UnitField,
     ) -> Result<(), SignedHeatError> {
-        let mut values = self.frames.zeros();
+        let mut deposit = Deposit::new(mesh, &self.frames, triangles);
         for at_vertex in entrances.chunk_by(|a, b| a.vertex == b.vertex) {
             let Entrance { vertex, sign, .. } = at_vertex[0];
             let inside =
                 |face: Face| at_vertex.binary_search_by_key(&sheets.of_face(face), |e| e.sheet).is_ok();
-            outward_at_vertex(mesh, triangles, vertex, sign, inside, |h, vector| {
-                self.frames.add(mesh, &mut values, h, vector);
-            });
+            deposit.outward_at_vertex(vertex, sign, inside);
         }
+        let mut values = deposit.finish();
         let x = self.first_vectors(&mut values, field)?;
         self.read_in_stages(mesh, triangles, x, field)
     }
@@ -362,8 +361,7 @@ impl<F: EdgeFrames> DiffusionOn<F> {
             if unknown.is_empty() || unknown.len() == before {
                 return Ok(());
             }
-            let mut values = self.next_stage(mesh, triangles, field);
-            scale_to_one(&mut values);
+            let values = self.next_stage(mesh, triangles, field);
             x = self.solve_at(mesh, &values, &unknown)?;
             field.stages += 1;
         }
@@ -405,22 +403,33 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         true
     }
 
-    /// Unit vectors on the edges of the frontier, times the mass.
+    /// Unit vectors on the edges of the frontier, times the mass, scaled to be at most 1.
     fn next_stage(&self, mesh: &TriangleMesh, triangles: &[Triangle], field: &UnitField) -> Vec<F::Value> {
         let mut values = self.frames.zeros();
+        let mut edges: Vec<Edge> = Vec::with_capacity(3 * field.frontier.len());
         for &face in &field.frontier {
             let directions = triangles[face.index()].directions();
             for k in 0..3 {
                 let seen = directions[k].conj() * field.vectors[face.index()];
                 self.frames.add(mesh, &mut values, face.halfedge(k), seen);
+                edges.push(mesh.edge(face.halfedge(k)));
             }
         }
-        for range in mesh.edges().map(|e| self.frames.of_edge(e)) {
+        edges.sort_unstable();
+        edges.dedup();
+        let ranges = || edges.iter().map(|&e| self.frames.of_edge(e));
+        for range in ranges() {
             let norm = values[range.clone()].iter().map(|v| v.abs_sq()).sum::<f64>().sqrt();
             if norm > 0.0 {
                 for i in range {
                     values[i] = values[i].scale(self.mass[i] / norm);
                 }
+            }
+        }
+        let largest = ranges().map(|range| largest_part(&values[range])).fold(0.0, f64::max);
+        if largest > 0.0 {
+            for range in ranges() {
+                scale_by(&mut values[range], 1.0 / largest);
             }
         }
         values
@@ -435,6 +444,10 @@ fn largest_part<T: Scalar>(x: &[T]) -> f64 {
 fn scale_to_one<T: Scalar>(values: &mut [T]) {
     let largest = largest_part(values);
     if largest > 0.0 {
-        values.iter_mut().for_each(|v| *v = v.scale(1.0 / largest));
+        scale_by(values, 1.0 / largest);
     }
+}
+
+fn scale_by<T: Scalar>(values: &mut [T], factor: f64) {
+    values.iter_mut().for_each(|v| *v = v.scale(factor));
 }

@@ -28,7 +28,30 @@ pub(crate) struct Integration {
     pub(super) component_count: usize,
     /// Square root of the area of each component.
     pub(super) size_of_component: Vec<f64>,
+    pub(super) memory: Memory,
 }
+
+/// What a solver keeps, and may use.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Memory {
+    pub kept_bytes: usize,
+    pub limit: Option<usize>,
+}
+
+impl Memory {
+    /// Fails if the bytes of one more factor would exceed the limit.
+    pub fn check(&self, more_bytes: usize) -> Result<(), SignedHeatError> {
+        let needed_bytes = self.kept_bytes + more_bytes;
+        match self.limit.filter(|&limit| needed_bytes > limit) {
+            Some(limit_bytes) => Err(SignedHeatError::MemoryLimit { needed_bytes, limit_bytes }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Weight of the faces of hanging sheets in a fit: what they pull at the others drowns in rounding, while they themselves fit
+/// their own field as closely as the values at their joints allow.
+const HANGING: f64 = 1e-12;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ground {
@@ -83,6 +106,7 @@ impl PreparedIntegration {
         triangles: &[Triangle],
         component_of_vertex: Vec<Option<u32>>,
         component_count: usize,
+        memory: Memory,
     ) -> Result<Integration, SignedHeatError> {
         let mut laplacian = self.laplacian;
         let mut grounded = Vec::with_capacity(component_count);
@@ -114,7 +138,22 @@ impl PreparedIntegration {
             component_of_vertex,
             component_count,
             size_of_component,
+            memory,
         })
+    }
+}
+
+/// A fit in which hanging sheets follow the surface that they hang on, and do not pull at it.
+pub(crate) struct WithHanging<'a> {
+    pub integration: Integration,
+    hanging: &'a [bool],
+}
+
+impl WithHanging<'_> {
+    /// A field with the weights of the fit.
+    pub fn weighted(&self, field: &[Complex]) -> Vec<Complex> {
+        let weigh = |(y, hanging): (&Complex, &bool)| if *hanging { y.scale(HANGING) } else { *y };
+        field.iter().zip(self.hanging).map(weigh).collect()
     }
 }
 
@@ -140,6 +179,78 @@ pub(super) fn at_vertex(fault: NumericError) -> SignedHeatError {
 }
 
 impl Integration {
+    /// The fit for sheets that hang on the others by vertices. In one system with weights and not in two, so that it goes with
+    /// every kind of level set; since a factor does not depend on the scale of its rows, it loses no digits by that.
+    ///
+    /// # Cost
+    /// One factorisation; the analysis is shared.
+    pub fn with_hanging<'a>(
+        &self,
+        mesh: &TriangleMesh,
+        hanging: &'a [bool],
+    ) -> Result<WithHanging<'a>, SignedHeatError> {
+        let symbolic = self.factor.symbolic();
+        self.memory.check(symbolic.predicted_bytes::<f64>())?;
+        let mut laplacian = CotanLaplacian {
+            graph: self.laplacian.graph.clone(),
+            matrix: SymmetricMatrix {
+                diagonal: vec![0.0; mesh.vertex_count()],
+                off_diagonal: self.laplacian.matrix.off_diagonal.clone(),
+            },
+        };
+        let SymmetricMatrix { diagonal, off_diagonal } = &mut laplacian.matrix;
+        for (k, (entry, pair)) in off_diagonal.iter_mut().zip(&laplacian.graph.pairs).enumerate() {
+            // Three pairs a face.
+            if hanging[k / 3] {
+                *entry *= HANGING;
+            }
+            pair.iter().for_each(|&v| diagonal[v as usize] -= *entry);
+        }
+        let mut holds = vec![false; mesh.vertex_count()];
+        for (corners, _) in mesh.triangles().iter().zip(hanging).filter(|(_, hanging)| !**hanging) {
+            corners.iter().for_each(|&v| holds[v as usize] = true);
+        }
+        let mut grounded = self.grounded.clone();
+        let mut ground_holds = vec![false; self.component_count];
+        for (v, component) in self.component_of_vertex.iter().enumerate() {
+            match component {
+                None => diagonal[v] = 1.0, // in no equation
+                Some(c) if holds[v] && !ground_holds[*c as usize] => {
+                    ground_holds[*c as usize] = true;
+                    let own = grounded.iter_mut().filter(|g| g.component == *c);
+                    own.for_each(|g| g.vertex = v as u32);
+                }
+                Some(_) => {}
+            }
+        }
+        let matrix = grounded_matrix(&laplacian, grounded.iter());
+        let factor = Cholesky::new(symbolic.clone(), &matrix).map_err(at_vertex)?;
+        let integration = Integration {
+            laplacian,
+            grounded,
+            factor,
+            vertex_order: self.vertex_order.clone(),
+            component_of_vertex: self.component_of_vertex.clone(),
+            component_count: self.component_count,
+            size_of_component: self.size_of_component.clone(),
+            memory: Memory {
+                kept_bytes: self.memory.kept_bytes + symbolic.factor_bytes::<f64>(),
+                ..self.memory
+            },
+        };
+        Ok(WithHanging { integration, hanging })
+    }
+
+    /// For each component: whether it has a curve or point.
+    pub fn has_source(&self, mesh: &TriangleMesh, source: &Source) -> Vec<bool> {
+        let mut has = vec![false; self.component_count];
+        let ends = source.segments.iter().map(|s| s.ends[0]);
+        for c in ends.chain(source.points.iter().copied()).filter_map(|p| self.component_of(mesh, p)) {
+            has[c] = true;
+        }
+        has
+    }
+
     pub fn component_of_vertex(&self) -> &[Option<u32>] {
         &self.component_of_vertex
     }

@@ -16,6 +16,7 @@ use crate::signed_heat::source::Source;
 use eikona_mesh::{Located, Segment, SegmentHost, TriangleMesh};
 use eikona_numeric::{Cholesky, NumericError, Ordering, Symbolic, SymmetricMatrix};
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 /// A place whose value is constrained: a combination of vertex values.
 ///
@@ -113,7 +114,10 @@ impl Integration {
             levels = self.free_levels(&mut rows, groups);
         }
         let at_vertex = |fault| at_vertex(at_piece(fault, &rows));
-        let factor = self.held(mesh, &rows, levels.iter().flatten().count()).map_err(at_vertex)?;
+        let (symbolic, matrix) =
+            self.held(mesh, &rows, levels.iter().flatten().count()).map_err(at_vertex)?;
+        self.memory.check(symbolic.predicted_bytes::<f64>())?;
+        let factor = Cholesky::new(symbolic, &matrix).map_err(at_vertex)?;
         let mut rhs = b.to_vec();
         rhs.resize(factor.symbolic().unknowns(), 0.0);
         let misses_of =
@@ -148,6 +152,16 @@ impl Integration {
         for (m, row) in multipliers.iter_mut().zip(&rows) {
             *m += row.weight * row.miss(&x);
         }
+        if !free_levels {
+            let mut exact = vec![false; self.component_count];
+            for row in rows.iter().filter(|row| row.exact) {
+                if let Some(c) = self.component_of_vertex[row.place.some_vertex()] {
+                    exact[c as usize] = true;
+                }
+            }
+            let held: Vec<(Place, f64)> = rows.iter().map(|row| (row.place, row.weight)).collect();
+            self.subtract_mean(&held, &exact, &mut x);
+        }
         let violation = Some(largest_miss(&rows, &x));
         let residual = self.multiplier_residual(&x, b, &rows, &multipliers);
         let mut level_of_group: Vec<f64> =
@@ -170,7 +184,7 @@ impl Integration {
         Ok(result)
     }
 
-    /// The Laplacian with the penalties of the rows, factored; with free levels, which follow the vertices as unknowns.
+    /// The Laplacian with the penalties of the rows, and its analysis; with free levels, which follow the vertices as unknowns.
     ///
     /// A level meets every vertex that its piece of curve touches. Taking its turn right behind the last of these, it adds one
     /// row to each front between there and the piece, as one more vertex of a separator would: many small pieces cost next to
@@ -187,7 +201,12 @@ impl Integration {
     /// * Conjugate gradients on the levels, with the factor without levels inside: 8 ms each, so ten would cost as much as all
     ///   of the present way.
     /// * This: 0.13 s, 0.14 s and 0.18 s, up to 224 MB.
-    fn held(&self, mesh: &TriangleMesh, rows: &[Row], levels: usize) -> Result<Cholesky<f64>, NumericError> {
+    fn held(
+        &self,
+        mesh: &TriangleMesh,
+        rows: &[Row],
+        levels: usize,
+    ) -> Result<(Arc<Symbolic>, SymmetricMatrix<f64>), NumericError> {
         let vertices = mesh.vertex_count();
         let mut matrix = grounded_matrix(&self.laplacian, self.ungrounded_by(rows).iter());
         matrix.diagonal.resize(vertices + levels, 0.0);
@@ -211,7 +230,24 @@ impl Integration {
             graph.pairs.extend(meetings);
             Symbolic::new(&graph, Ordering::Given(&order))?.into()
         };
-        Cholesky::new(symbolic, &matrix)
+        Ok((symbolic, matrix))
+    }
+
+    /// Subtracts from a fit that rows hold by weight their weighted mean in each component (but those where `skip` is true). It is
+    /// zero but for rounding, since the right-hand side sums to zero there; a small weight would leave the constant to that.
+    fn subtract_mean(&self, held: &[(Place, f64)], skip: &[bool], values: &mut [f64]) {
+        let mut sums = vec![[0.0; 2]; self.component_count];
+        for (place, weight) in held {
+            if let Some(c) = self.component_of_vertex[place.some_vertex()] {
+                sums[c as usize][0] += weight * place.value(values);
+                sums[c as usize][1] += weight;
+            }
+        }
+        let mean = |([sum, weight], skip): (&[f64; 2], &bool)| {
+            if *weight > 0.0 && !skip { sum / weight } else { 0.0 }
+        };
+        let shift: Vec<f64> = sums.iter().zip(skip).map(mean).collect();
+        self.subtract(values, &shift);
     }
 
     /// The order of elimination of the vertices with each level behind the last vertex that it meets.
@@ -296,8 +332,11 @@ impl Integration {
     ) -> Result<Integrated, SignedHeatError> {
         let (rows, _) = self.rows(mesh, triangles, source);
         let mut matrix = grounded_matrix(&self.laplacian, self.ungrounded_by(&rows).iter());
+        let mut held: Vec<(Place, f64)> = Vec::new();
         let mut penalise = |point: Located, weight: f64| {
-            add_outer_product(&mut matrix, &self.laplacian, mesh, &Place::of(mesh, point), weight);
+            let place = Place::of(mesh, point);
+            add_outer_product(&mut matrix, &self.laplacian, mesh, &place, weight);
+            held.push((place, weight));
         };
         for segment in &source.segments {
             let Some(c) = self.component_of(mesh, segment.ends[0]) else { continue };
@@ -313,8 +352,10 @@ impl Integration {
             let Some(c) = self.component_of(mesh, *point) else { continue };
             penalise(*point, weight * spacing / self.size_of_component[c]);
         }
+        self.memory.check(self.factor.symbolic().predicted_bytes::<f64>())?;
         let factor = Cholesky::new(self.factor.symbolic().clone(), &matrix).map_err(at_vertex)?;
-        let values = factor.solve(b).map_err(at_vertex)?;
+        let mut values = factor.solve(b).map_err(at_vertex)?;
+        self.subtract_mean(&held, &vec![false; self.component_count], &mut values);
         let residual = factor.residual(&values, b);
         let violation = Some(largest_miss(&rows, &values));
         let mut result = Integrated { values, residual, constraint_violation: violation, levels: Vec::new() };

@@ -62,7 +62,7 @@ pub use options::{DiffusionTime, LevelSets, SignConvention, SolveOptions, Solver
 pub use report::{KeptNormals, Preparation, Report};
 pub use solution::{Confidence, Solution};
 pub use solver::Solver;
-pub use time::ChosenTime;
+pub use time::{ChosenTime, TIME_COEFFICIENTS};
 
 use eikona_mesh::{SurfaceCurves, TriangleMesh};
 

@@ -8,7 +8,7 @@ use crate::phases::{Phases, Running};
 use crate::signed_heat::confidence::confidence;
 use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
-use crate::signed_heat::integration::{Integration, PreparedIntegration};
+use crate::signed_heat::integration::{Integration, Memory, PreparedIntegration, WithHanging};
 use crate::signed_heat::options::{DiffusionTime, LevelSets, SolveOptions, SolverOptions};
 use crate::signed_heat::report::{KeptNormals, Preparation, Report};
 use crate::signed_heat::sheets::Sheets;
@@ -46,7 +46,7 @@ pub struct Solver {
     for_gaps: Option<OnceLock<AtTime>>,
     integration: Integration,
     preparation: Preparation,
-    memory_limit: Option<usize>,
+    memory: Memory,
 }
 
 /// The diffusion operator factored at a time.
@@ -84,13 +84,14 @@ impl Solver {
         let diffusion = PreparedDiffusion::new(&mesh, &triangles, integration.vertex_order())?;
         phases.end("analysis");
         let needed_bytes = diffusion.predicted_bytes() + integration.predicted_bytes();
-        check_memory(needed_bytes, options.memory_limit)?;
+        Memory { kept_bytes: 0, limit: options.memory_limit }.check(needed_bytes)?;
         let factor_bytes = diffusion.factor_bytes() + integration.factor_bytes();
+        let memory = Memory { kept_bytes: factor_bytes, limit: options.memory_limit };
 
         let component_of_vertex = components.of_vertex.into_vec();
         let unreferenced = component_of_vertex.iter().filter(|c| c.is_none()).count();
         let factor_integration =
-            || integration.factor(&mesh, &triangles, component_of_vertex, components.count);
+            || integration.factor(&mesh, &triangles, component_of_vertex, components.count, memory);
         let (diffusion, integration) = if options.threads > 1 {
             std::thread::scope(|scope| {
                 let other = scope.spawn(factor_integration);
@@ -125,7 +126,7 @@ impl Solver {
             for_gaps: (options.time == DiffusionTime::Automatic).then(OnceLock::new),
             integration,
             preparation,
-            memory_limit: options.memory_limit,
+            memory,
         })
     }
 
@@ -133,12 +134,13 @@ impl Solver {
     ///
     /// # Errors
     /// [`SignedHeatError::Curve`] with the curve and node that is not on the mesh, out of range, or across faces;
-    /// [`SignedHeatError::Option`]; failures of the solves; [`SignedHeatError::MemoryLimit`] when a second diffusion time would
-    /// exceed it.
+    /// [`SignedHeatError::Option`]; failures of the solves; [`SignedHeatError::MemoryLimit`] when a second diffusion time
+    /// or the factor that level sets or hanging sheets take would exceed it.
     ///
     /// # Cost
     /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more with constraints, and its
     /// analysis too for [`LevelSets::PerComponent`], whatever the number of pieces. A source that is hundreds of edges away from parts of the mesh costs one more back-substitution for each such distance.
+    /// On a surface with sheets that hang on the reached ones by vertices only, one more factorisation of the vertex system.
     /// With [`DiffusionTime::Automatic`] the first source with gaps costs one factorisation of the diffusion at the time for gaps,
     /// and its memory; [`DiffusionTime::for_source`] chooses that time from the start.
     pub fn solve(&self, source: &SurfaceCurves, options: &SolveOptions) -> Result<Solution, SignedHeatError> {
@@ -158,14 +160,24 @@ impl Solver {
 
         // Step I and II: diffuse the normals, normalise a face.
         let mut field = diffusion.unit_field(&self.mesh, &self.triangles, &source, options)?;
-        self.bridge_vertices(diffusion, &source, &mut field)?;
+        let hanging = self.hanging_faces(&field);
+        let with_hanging = match &hanging {
+            Some((sheets, hanging)) => {
+                let fit = self.integration.with_hanging(&self.mesh, hanging)?;
+                self.bridge_vertices(diffusion, &source, sheets, hanging, &fit, &mut field)?;
+                Some(fit)
+            }
+            None => None,
+        };
         phases.end("diffusion");
 
         // Step III: integrate.
-        let integrated = self.integration.integrate(
+        let weighted = with_hanging.as_ref().map(|fit| fit.weighted(&field.vectors));
+        let integration = with_hanging.as_ref().map_or(&self.integration, |fit| &fit.integration);
+        let integrated = integration.integrate(
             &self.mesh,
             &self.triangles,
-            &field.vectors,
+            weighted.as_ref().unwrap_or(&field.vectors),
             &field.reached,
             &source,
             options.level_sets,
@@ -177,9 +189,10 @@ impl Solver {
             .then(|| confidence(&self.mesh, &self.triangles, &source, &field, &integrated.values));
         phases.end("confidence");
 
+        let has_source = self.integration.has_source(&self.mesh, &source);
         let mut warnings = source.warnings;
         warnings.extend(field.kept_normals.as_ref().and_then(KeptNormals::warning));
-        self.warn_unreached(&integrated.values, &mut warnings);
+        self.warn_unreached(&integrated.values, &has_source, &mut warnings);
         Ok(Solution {
             distance: VertexField::from(integrated.values),
             gradient: self.gradient(&field.vectors),
@@ -222,53 +235,50 @@ impl Solver {
             return Ok(made);
         }
         let own = &self.diffusion.diffusion;
-        check_memory(self.preparation.factor_bytes + own.predicted_bytes(), self.memory_limit)?;
+        self.memory.check(own.predicted_bytes())?;
         let time = choose_time(&self.mesh, &self.triangles, wanted)?;
         let diffusion = own.at(&self.mesh, &self.triangles, time.time)?;
         phases.end("factorisation");
         Ok(for_gaps.get_or_init(|| AtTime { time, diffusion }))
     }
 
-    /// Goes on into the sheets of faces that hang on the reached ones by vertices only: one fit for the signs of the distance
-    /// there, and one more run of the diffusion, in which no sheet knows of another.
+    /// The sheets, with the faces of those that hang on the reached ones by vertices only, if there are any.
+    fn hanging_faces(&self, field: &UnitField) -> Option<(Sheets, Vec<bool>)> {
+        if field.reached.iter().all(|r| *r) {
+            return None;
+        }
+        let sheets = Sheets::of(&self.mesh);
+        let hanging = sheets.hanging(&field.reached);
+        (!sheets.front(&self.mesh, &hanging).is_empty()).then_some((sheets, hanging))
+    }
+
+    /// Goes on into the hanging sheets: one fit for the distance at the vertices that they hang on, and one more run of the
+    /// diffusion, in which no sheet knows of another.
     fn bridge_vertices(
         &self,
         diffusion: &Diffusion,
         source: &Source,
+        sheets: &Sheets,
+        hanging: &[bool],
+        fit: &WithHanging,
         field: &mut UnitField,
     ) -> Result<(), SignedHeatError> {
-        if field.reached.iter().all(|r| *r) {
-            return Ok(());
-        }
-        let sheets = Sheets::of(&self.mesh);
-        let signs = |vertices: &[Vertex]| self.signs_of_distance(source, field, vertices);
-        let entrances = sheets.entrances(&self.mesh, &self.triangles, &field.reached, signs)?;
-        if entrances.is_empty() {
-            return Ok(());
-        }
-        diffusion.continue_from(&self.mesh, &self.triangles, &sheets, &entrances, field)
-    }
-
-    /// Whether the distance is positive (1) or negative (-1) at some vertices of reached faces. On faces that are not reached the fit
-    /// is constant.
-    fn signs_of_distance(
-        &self,
-        source: &Source,
-        field: &UnitField,
-        vertices: &[Vertex],
-    ) -> Result<Vec<f64>, SignedHeatError> {
         let mut b = divergence(&self.mesh, &self.triangles, &field.vectors);
         b.iter_mut().for_each(|x| *x = -*x);
-        let (phi, _) = self.integration.fit(&b)?;
+        let (phi, _) = fit.integration.fit(&b)?;
         let zero = self.integration.mean_at_source(&self.mesh, &phi, source);
-        let sign = |v: &Vertex| {
+        let distance = |v: Vertex| {
             let component = self.integration.component_of_vertex()[v.index()].unwrap_or(0) as usize;
-            if phi[v.index()] >= zero[component] { 1.0 } else { -1.0 }
+            phi[v.index()] - zero[component]
         };
-        Ok(vertices.iter().map(sign).collect())
+        let front: Vec<(Vertex, f64)> =
+            sheets.front(&self.mesh, hanging).into_iter().map(|v| (v, distance(v))).collect();
+        let entrances = sheets.entrances(&self.mesh, &self.triangles, hanging, &front);
+        diffusion.continue_from(&self.mesh, &self.triangles, sheets, &entrances, field)
     }
 
-    fn warn_unreached(&self, values: &[f64], warnings: &mut Vec<String>) {
+    /// `has_source`: for each component, whether it has a curve or point.
+    fn warn_unreached(&self, values: &[f64], has_source: &[bool], warnings: &mut Vec<String>) {
         let mut faces = vec![0usize; self.integration.component_count()];
         for corners in self.mesh.triangles() {
             let v = corners[0] as usize;
@@ -277,10 +287,13 @@ impl Solver {
             }
         }
         for (component, &count) in faces.iter().enumerate().filter(|(_, count)| **count > 0) {
-            warnings.push(format!(
-                "component {component} ({}) is reached by no curve or point; its distance is NaN",
-                counted(count, "face", "faces")
-            ));
+            let why = if has_source[component] {
+                "has curves or points, but their normals cancel"
+            } else {
+                "is reached by no curve or point"
+            };
+            let faces = counted(count, "face", "faces");
+            warnings.push(format!("component {component} ({faces}) {why}; its distance is NaN"));
         }
     }
 
@@ -326,13 +339,6 @@ fn check_scale(triangles: &[Triangle]) -> Result<(), SignedHeatError> {
         return Err(scale(its_face));
     }
     Ok(())
-}
-
-fn check_memory(needed_bytes: usize, limit: Option<usize>) -> Result<(), SignedHeatError> {
-    match limit.filter(|&limit| needed_bytes > limit) {
-        Some(limit_bytes) => Err(SignedHeatError::MemoryLimit { needed_bytes, limit_bytes }),
-        None => Ok(()),
-    }
 }
 
 fn note_mollified(triangles: &[Triangle], warnings: &mut Vec<String>) {

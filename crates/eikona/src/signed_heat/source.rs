@@ -45,14 +45,7 @@ impl Source {
         sign: SignConvention,
         time: f64,
     ) -> Vec<F::Value> {
-        let mut deposit = Deposit {
-            mesh,
-            frames,
-            triangles,
-            values: frames.zeros(),
-            largest: 0.0,
-            outward: BTreeMap::new(),
-        };
+        let mut deposit = Deposit::new(mesh, frames, triangles);
         // A gradient of height 1 / sqrt(t) balances the normal of a signed curve: both leave the same field on flat ground.
         let spread = time.sqrt();
         for (i, (segment, kind)) in self.segments.iter().zip(&self.kinds).enumerate() {
@@ -71,23 +64,35 @@ impl Source {
     }
 }
 
-struct Deposit<'a, F: EdgeFrames> {
+/// Vectors added up on the edges.
+pub(crate) struct Deposit<'a, F: EdgeFrames> {
     mesh: &'a TriangleMesh,
     frames: &'a F,
     triangles: &'a [Triangle],
     values: Vec<F::Value>,
-    /// The largest single contribution.
-    largest: f64,
+    /// The largest single contribution to each edge.
+    largest: Vec<f64>,
     /// How much points outward from each vertex. Summed first: a hub of a curve is visited once, not once a segment.
     outward: BTreeMap<Vertex, f64>,
 }
 
 const I: Complex = Complex { re: 0.0, im: 1.0 };
 
-/// Sums below this share of the largest contribution are what rounding leaves of normals that cancel.
+/// Sums below this share of the largest contribution to their edge are what rounding leaves of normals that cancel.
 const CANCELLED: f64 = 1e-13;
 
-impl<F: EdgeFrames> Deposit<'_, F> {
+impl<'a, F: EdgeFrames> Deposit<'a, F> {
+    pub fn new(mesh: &'a TriangleMesh, frames: &'a F, triangles: &'a [Triangle]) -> Self {
+        Deposit {
+            mesh,
+            frames,
+            triangles,
+            values: frames.zeros(),
+            largest: vec![0.0; mesh.edge_count()],
+            outward: BTreeMap::new(),
+        }
+    }
+
     /// Adds a vector, given in the layout of a face, at one of its sides.
     fn add(&mut self, face: Face, side: usize, vector: Complex) {
         let along = self.triangles[face.index()].directions()[side];
@@ -96,21 +101,20 @@ impl<F: EdgeFrames> Deposit<'_, F> {
 
     /// Adds a vector seen from a halfedge.
     fn add_seen_from(&mut self, h: Halfedge, vector: Complex) {
-        self.largest = self.largest.max(vector.max_part());
+        let largest = &mut self.largest[self.mesh.edge(h).index()];
+        *largest = largest.max(vector.max_part());
         self.frames.add(self.mesh, &mut self.values, h, vector);
     }
 
     /// The sums, with those that cancelled set to zero.
-    fn finish(mut self) -> Vec<F::Value> {
+    pub fn finish(mut self) -> Vec<F::Value> {
         for (v, weight) in std::mem::take(&mut self.outward) {
-            let add = |h: Halfedge, vector: Complex| {
-                self.largest = self.largest.max(vector.max_part());
-                self.frames.add(self.mesh, &mut self.values, h, vector);
-            };
-            outward_at_vertex(self.mesh, self.triangles, v, weight, |_| true, add);
+            self.outward_at_vertex(v, weight, |_| true);
         }
-        let smallest = CANCELLED * self.largest;
-        self.values.iter_mut().filter(|v| v.max_part() < smallest).for_each(|v| *v = F::Value::ZERO);
+        for (e, largest) in self.mesh.edges().zip(self.largest) {
+            let sums = self.values[self.frames.of_edge(e)].iter_mut();
+            sums.filter(|v| v.max_part() < CANCELLED * largest).for_each(|v| *v = F::Value::ZERO);
+        }
         self.values
     }
 
@@ -162,11 +166,18 @@ impl<F: EdgeFrames> Deposit<'_, F> {
             *self.outward.entry(v).or_default() += weight * share;
         }
     }
+
+    /// The directions away from a vertex, in the faces around it that `wanted` lets through.
+    pub fn outward_at_vertex(&mut self, v: Vertex, weight: f64, wanted: impl Fn(Face) -> bool) {
+        outward_at_vertex(self.mesh, self.triangles, v, weight, wanted, |h, vector| {
+            self.add_seen_from(h, vector);
+        });
+    }
 }
 
 /// Minus the gradient of the hat function of a vertex, of this integral: calls back with halfedges of the faces around it (those that `wanted` lets
 /// through) and vectors seen from them.
-pub(crate) fn outward_at_vertex(
+fn outward_at_vertex(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
     v: Vertex,

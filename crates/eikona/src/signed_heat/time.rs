@@ -18,8 +18,9 @@ pub struct ChosenTime {
     pub reason: String,
 }
 
-/// Below, nothing leaves the edges of the source; above, the mass matrix drowns in the rounding of the Laplacian.
-const COEFFICIENTS: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
+/// The coefficients that [`DiffusionTime::Coefficient`] allows. Below, nothing leaves the edges of the source; above, the mass
+/// matrix drowns in the rounding of the Laplacian.
+pub const TIME_COEFFICIENTS: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
 pub(crate) fn choose_time(
     mesh: &TriangleMesh,
@@ -28,7 +29,7 @@ pub(crate) fn choose_time(
 ) -> Result<ChosenTime, SignedHeatError> {
     let edge_spacing = 0.5 * mean_edge_length(mesh, triangles);
     let (coefficient, reason) = match wanted {
-        DiffusionTime::Coefficient(c) if COEFFICIENTS.contains(&c) => {
+        DiffusionTime::Coefficient(c) if TIME_COEFFICIENTS.contains(&c) => {
             (c, "the coefficient given".to_string())
         }
         DiffusionTime::Coefficient(value) => {
