@@ -147,6 +147,10 @@ fn nothing_to_minimise() {
         // Shifts that are differences of potentials vanish.
         let flat = gauged((4, (0..4).map(|k| term(k, (k + 1) % 4, 0.0, 1.0, None)).collect()), 1.0, 1);
         assert_eq!(solved(&flat, &with(method)).jumps, [0.0; 4]);
+        let mut wide = torus(40, 30, CLOSED, 2);
+        wide.1.iter_mut().for_each(|t| *t = JumpTerm { shift: 0.0, limit: None, ..*t });
+        let solution = solved(&gauged(wide, 1e3, 3), &with(method));
+        assert!(solution.jumps.iter().all(|jump| *jump == 0.0));
     }
 }
 

@@ -146,7 +146,16 @@ const ACCEPTED_GAP: f64 = 1e-6;
 ///
 /// # Cost
 /// On graphs dual to a triangulated torus, one thread of a shared machine (`examples/jumps.rs`):
-/// TIMES
+///
+/// | instance | nodes | terms | levels or pivots | seconds |
+/// |---|---|---|---|---|
+/// | closed curves | 500 800 | 751 200 | 1 level | 0.7 to 1.8 |
+/// | broken curves | 50 000 | 75 000 | 5 levels | 0.1 to 0.2 |
+/// | broken curves | 200 000 | 300 000 | 6 levels | 1 to 2 |
+/// | broken curves | 500 800 | 751 200 | 6 levels | 3 to 6 |
+/// | broken curves on a double torus | 35 040 | 50 850 | 10 levels | 0.1 to 0.2 |
+/// | noise on every term | 50 000 | 75 000 | 43 867 pivots | 2 to 3 |
+/// | noise on every term | 200 000 | 300 000 | 182 094 pivots | 69 |
 ///
 /// # Reference
 /// The program is that of Feng, Gillespie and Crane, *Winding Numbers on Discrete Surfaces* (2023), eq. 11. Network simplex: Cunningham,
@@ -214,7 +223,7 @@ pub fn minimise_jumps(
         flow[e as usize] = state.flow[a];
     }
     let certificate = certificate::certify(nodes, terms, &weights, &potentials, &flow);
-    if !(certificate.gap.abs() <= ACCEPTED_GAP) {
+    if certificate.gap.is_nan() || certificate.gap.abs() > ACCEPTED_GAP {
         return Err(FlowError::Uncertified { gap: certificate.gap });
     }
     Ok(JumpSolution {
