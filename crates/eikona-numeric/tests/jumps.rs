@@ -238,6 +238,32 @@ fn contradicting_limits_are_named() {
 }
 
 #[test]
+fn boxes_everywhere() {
+    for seed in 0..3 {
+        // Limits that a hidden choice of potentials keeps.
+        let (nodes, mut terms) = torus(24, 16, CLOSED, seed);
+        let mut noise = Noise(seed);
+        for term in &mut terms {
+            *term = JumpTerm { limit: Some(0.5), shift: 0.5 * noise.next(), ..*term };
+        }
+        let instance = gauged((nodes, terms), 3.0, seed);
+        let objectives = METHODS.map(|method| solved(&instance, &with(method)).objective);
+        assert!((objectives[0] - objectives[1]).abs() < 1e-9 * objectives[0]);
+        // Along one line of cells they can not be kept.
+        let (nodes, mut terms) = instance;
+        for term in terms.iter_mut().filter(|t| t.key % 48 < 3) {
+            term.shift -= 0.6;
+        }
+        let error = minimise_jumps(nodes, &terms, &JumpOptions::default()).unwrap_err();
+        let FlowError::Infeasible { terms: cycle, excess } = error else { panic!("{error:?}") };
+        // The terms named are a cycle: every node is met twice.
+        let mut ends: Vec<u32> = cycle.iter().flat_map(|&e| [terms[e].from, terms[e].to]).collect();
+        ends.sort_unstable();
+        assert!(excess > 0.0 && ends.chunks(2).all(|pair| pair[0] == pair[1]));
+    }
+}
+
+#[test]
 fn work_is_limited() {
     let (nodes, terms) = noisy(torus(40, 20, CLOSED, 5), 6);
     for method in METHODS {
