@@ -4,6 +4,8 @@
 //! The way of a system: [`Graph`] (which unknowns meet) -> [`Symbolic`] (ordering, elimination tree, predicted memory) ->
 //! [`Cholesky`] (numbers) -> [`Cholesky::solve`]. Everything runs on one thread and gives the same digits every time; two
 //! independent systems may be factored on two threads by the caller.
+//!
+//! Beside the systems stands one linear program: [`minimise_jumps`], for the methods whose fields may jump.
 
 mod cholesky;
 mod dense;

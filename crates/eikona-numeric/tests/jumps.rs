@@ -147,6 +147,10 @@ fn nothing_to_minimise() {
         // Shifts that are differences of potentials vanish.
         let flat = gauged((4, (0..4).map(|k| term(k, (k + 1) % 4, 0.0, 1.0, None)).collect()), 1.0, 1);
         assert_eq!(solved(&flat, &with(method)).jumps, [0.0; 4]);
+        let mut wide = torus(40, 30, CLOSED, 2);
+        wide.1.iter_mut().for_each(|t| *t = JumpTerm { shift: 0.0, limit: None, ..*t });
+        let solution = solved(&gauged(wide, 1e3, 3), &with(method));
+        assert!(solution.jumps.iter().all(|jump| *jump == 0.0));
     }
 }
 
@@ -231,6 +235,32 @@ fn contradicting_limits_are_named() {
     }
     let alone = minimise_jumps(1, &[term(0, 0, 2.0, 1.0, Some(1.0))], &JumpOptions::default());
     assert_eq!(alone, Err(FlowError::Infeasible { terms: vec![0], excess: 1.0 }));
+}
+
+#[test]
+fn boxes_everywhere() {
+    for seed in 0..3 {
+        // Limits that a hidden choice of potentials keeps.
+        let (nodes, mut terms) = torus(24, 16, CLOSED, seed);
+        let mut noise = Noise(seed);
+        for term in &mut terms {
+            *term = JumpTerm { limit: Some(0.5), shift: 0.5 * noise.next(), ..*term };
+        }
+        let instance = gauged((nodes, terms), 3.0, seed);
+        let objectives = METHODS.map(|method| solved(&instance, &with(method)).objective);
+        assert!((objectives[0] - objectives[1]).abs() < 1e-9 * objectives[0]);
+        // Along one line of cells they can not be kept.
+        let (nodes, mut terms) = instance;
+        for term in terms.iter_mut().filter(|t| t.key % 48 < 3) {
+            term.shift -= 0.6;
+        }
+        let error = minimise_jumps(nodes, &terms, &JumpOptions::default()).unwrap_err();
+        let FlowError::Infeasible { terms: cycle, excess } = error else { panic!("{error:?}") };
+        // The terms named are a cycle: every node is met twice.
+        let mut ends: Vec<u32> = cycle.iter().flat_map(|&e| [terms[e].from, terms[e].to]).collect();
+        ends.sort_unstable();
+        assert!(excess > 0.0 && ends.chunks(2).all(|pair| pair[0] == pair[1]));
+    }
 }
 
 #[test]

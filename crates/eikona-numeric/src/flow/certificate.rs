@@ -12,7 +12,8 @@ pub struct Certificate {
     pub primal: f64,
     /// The sum over the terms of `shift * flow`, less `limit * (flow - weight)` where the flow of a boxed term exceeds its weight.
     pub dual: f64,
-    /// `(primal - dual) / max(primal, dual)`; 0 when both are 0 to 1e-12 of what the shifts could cost.
+    /// `(primal - dual) / max(primal, dual)`; where the optimum is less than a millionth of what the shifts would cost as jumps, relative
+    /// to that millionth, since rounding is in proportion to the shifts.
     pub gap: f64,
     /// The largest |inflow - outflow| of a node, relative to the largest weight.
     pub conservation: f64,
@@ -58,7 +59,7 @@ pub(super) fn certify(
     c.conservation = relative(c.conservation, largest);
     c.overflow = relative(c.overflow, largest);
     c.violation = relative(c.violation, scale);
-    c.gap = relative(c.primal - c.dual, c.primal.max(c.dual).max(1e-12 * reach));
+    c.gap = relative(c.primal - c.dual, c.primal.max(c.dual).max(1e-6 * reach));
     c
 }
 

@@ -63,11 +63,13 @@ pub enum FlowError {
     },
     /// The method stopped, but its answer does not pass its own check: the numbers span too many orders of magnitude.
     #[error(
-        "the flow found leaves a relative gap of {gap:e}; scale the weights and shifts to fewer orders of magnitude"
+        "the answer is not certified (gap {gap:e}, worst residual {worst:e}); scale weights and shifts to fewer orders of magnitude"
     )]
     Uncertified {
         /// The relative gap between the objective and its lower bound.
         gap: f64,
+        /// The largest of the gap and the other residuals of the certificate.
+        worst: f64,
     },
     /// More nodes or terms than 32-bit indices can name.
     #[error("{nodes} nodes and {terms} terms exceed 32-bit indices; split the mesh")]

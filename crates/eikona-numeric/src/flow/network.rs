@@ -27,8 +27,8 @@ impl Arc {
     }
 }
 
-/// Terms that bind two nodes, with a spanning forest of them. Nodes are numbered in the order in which the forest reaches them, so
-/// that parents come before their children and neighbours lie near each other in memory, however the caller numbered them.
+/// Terms that bind two nodes, with a spanning forest of them. Nodes are numbered in preorder of the forest, so that parents come before
+/// their children and subtrees lie together in memory, however the caller numbered them.
 pub(super) struct Network {
     pub(super) arcs: Vec<Arc>,
     /// Term of each arc.
@@ -61,7 +61,8 @@ impl Network {
                 term_of.push(e as u32);
             }
         }
-        let (callers, forest) = spanning_forest(nodes, &arcs);
+        let (reached, links) = spanning_forest(nodes, &arcs);
+        let (callers, forest) = in_preorder(&arcs, &reached, &links);
         let mut number = vec![0u32; nodes];
         for (new, old) in callers.iter().enumerate() {
             number[*old as usize] = new as u32;
@@ -217,6 +218,36 @@ fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
         }
     }
     (order, forest)
+}
+
+/// The same forest with its nodes in preorder, so that subtrees are stretches of memory.
+fn in_preorder(arcs: &[Arc], order: &[u32], forest: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let n = order.len();
+    let mut place = vec![0u32; n];
+    for (k, v) in order.iter().enumerate() {
+        place[*v as usize] = k as u32;
+    }
+    let parent = |k: usize| {
+        let arc = &arcs[forest[k] as usize];
+        place[if arc.from == order[k] { arc.to } else { arc.from } as usize] as usize
+    };
+    let mut size = vec![1u32; n];
+    for k in (0..n).rev().filter(|&k| forest[k] != NONE) {
+        size[parent(k)] += size[k];
+    }
+    // Where the next child of a node begins; for roots, the next root.
+    let mut free = vec![0u32; n];
+    let mut next_root = 0;
+    let (mut callers, mut links) = (vec![0u32; n], vec![NONE; n]);
+    for k in 0..n {
+        let next = if forest[k] == NONE { &mut next_root } else { &mut free[parent(k)] };
+        let at = *next;
+        *next += size[k];
+        free[k] = at + 1;
+        callers[at as usize] = order[k];
+        links[at as usize] = forest[k];
+    }
+    (callers, links)
 }
 
 /// How many free terms each node is away from the nearest boxed one; 0 where there is none.

@@ -24,7 +24,6 @@ struct SimplexArc {
 struct Simplex<'a> {
     network: &'a Network,
     arcs: Vec<SimplexArc>,
-    potentials: Vec<f64>,
     tree: Tree,
     tolerance: f64,
     /// Arcs that violated optimality when they were last looked at.
@@ -49,6 +48,7 @@ pub(super) fn solve(
     statistics: &mut Statistics,
 ) -> Result<Option<State>, FlowError> {
     let mut simplex = Simplex::new(network, tolerance);
+    simplex.integrate();
     let mut work = 0u64;
     loop {
         let finished = simplex.run(work_limit, &mut work, statistics)?;
@@ -69,7 +69,8 @@ pub(super) fn solve(
     for ((a, _), above) in boxed.zip(&simplex.arcs[terms..]) {
         flow[a] += above.flow;
     }
-    Ok(Some(State { potentials: simplex.potentials, flow }))
+    let potentials = (0..network.nodes() as u32).map(|v| simplex.tree.potential(v)).collect();
+    Ok(Some(State { potentials, flow }))
 }
 
 impl<'a> Simplex<'a> {
@@ -93,7 +94,6 @@ impl<'a> Simplex<'a> {
         Simplex {
             network,
             arcs: below.chain(above).collect(),
-            potentials: network.forest_potentials(),
             tree: Tree::new(network),
             tolerance,
             candidates: Vec::new(),
@@ -122,7 +122,7 @@ impl<'a> Simplex<'a> {
     /// The jump on an arc if its flow may change in that direction.
     #[inline]
     fn gain(&self, arc: &SimplexArc) -> f64 {
-        let jump = arc.shift + self.potentials[arc.from as usize] - self.potentials[arc.to as usize];
+        let jump = arc.shift + self.tree.potential(arc.from) - self.tree.potential(arc.to);
         let open = (jump > self.tolerance && arc.flow < arc.upper)
             || (jump < -self.tolerance && arc.flow > arc.lower);
         if open { jump.abs() } else { 0.0 }
@@ -170,7 +170,7 @@ impl<'a> Simplex<'a> {
     /// Sends as much flow as fits around the cycle that an arc closes, and exchanges it for the arc that blocks.
     fn pivot(&mut self, entering: usize, work: &mut u64) -> Result<(), FlowError> {
         let arc = self.arcs[entering];
-        let jump = arc.shift + self.potentials[arc.from as usize] - self.potentials[arc.to as usize];
+        let jump = arc.shift + self.tree.potential(arc.from) - self.tree.potential(arc.to);
         let more = jump > 0.0;
         // Flow goes from the apex down to `tail`, over the arc to `head`, and up again.
         let (tail, head) = if more { (arc.from, arc.to) } else { (arc.to, arc.from) };
@@ -225,13 +225,8 @@ impl<'a> Simplex<'a> {
         self.arcs[a].flow = if up_bound { self.arcs[a].upper } else { self.arcs[a].lower };
         let (inner, outer) = if tail_side { (tail, head) } else { (head, tail) };
         // The jump on the entering arc vanishes: one side of the cut moves by it.
-        let inside = 2 * self.tree.size(top) <= self.tree.size(self.tree.root(top));
-        let with_from = (inner == arc.from) == inside;
-        let change = if with_from { -jump } else { jump };
-        for v in self.tree.side(top, inside) {
-            self.potentials[v as usize] += change;
-            *work += 1;
-        }
+        let change = if inner == arc.from { -jump } else { jump };
+        *work += u64::from(self.tree.raise(top, change));
         self.tree.rehang(top, inner, outer, apex, entering as u32, arc.from == outer);
         Ok(())
     }
@@ -254,36 +249,34 @@ impl<'a> Simplex<'a> {
         }
     }
 
+    /// All nodes, parents before their children.
+    fn preorder(&self) -> Vec<u32> {
+        let roots = (0..self.network.nodes() as u32).filter(|&v| self.tree.root(v) == v);
+        roots.flat_map(|root| self.tree.component(root)).collect()
+    }
+
     /// Potentials from the tree, without what updates have added up to.
     fn integrate(&mut self) {
-        for root in 0..self.network.nodes() as u32 {
-            if self.tree.root(root) != root {
+        for v in self.preorder() {
+            if self.tree.parent(v) == NONE {
                 continue;
             }
-            for v in self.tree.side(root, true).skip(1) {
-                let (a, down) = self.tree.link(v);
-                let shift = self.arcs[a].shift;
-                let above = self.potentials[self.tree.parent(v) as usize];
-                self.potentials[v as usize] = if down { above + shift } else { above - shift };
-            }
+            let (a, down) = self.tree.link(v);
+            let shift = self.arcs[a].shift;
+            let above = self.tree.potential(self.tree.parent(v));
+            self.tree.set_potential(v, if down { above + shift } else { above - shift });
         }
     }
 
     /// The flow on the tree from that on the other arcs, without what updates have added up to.
     fn rebalance(&mut self) {
-        let n = self.network.nodes();
-        let mut order = Vec::with_capacity(n);
-        for root in 0..n as u32 {
-            if self.tree.root(root) == root {
-                order.extend(self.tree.side(root, true));
-            }
-        }
+        let order = self.preorder();
         for &v in &order {
             if self.tree.parent(v) != NONE {
                 self.arcs[self.tree.link(v).0].flow = 0.0;
             }
         }
-        let mut surplus = vec![0.0; n];
+        let mut surplus = vec![0.0; order.len()];
         for arc in &self.arcs {
             surplus[arc.from as usize] -= arc.flow;
             surplus[arc.to as usize] += arc.flow;

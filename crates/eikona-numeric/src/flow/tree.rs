@@ -23,14 +23,25 @@ struct Node {
     last: u32,
     /// Nodes in the subtree.
     size: u32,
+    /// Here rather than in an array of its own, since walks along subtrees wait for memory.
+    potential: f64,
 }
 
 impl Tree {
+    /// The forest of a network.
     pub(super) fn new(network: &Network) -> Tree {
         let n = network.nodes();
         let mut root: Vec<u32> = (0..n as u32).collect();
         let mut nodes: Vec<Node> = (0..n as u32)
-            .map(|v| Node { parent: NONE, link: NONE, next: v, previous: v, last: v, size: 1 })
+            .map(|v| Node {
+                parent: NONE,
+                link: NONE,
+                next: v,
+                previous: v,
+                last: v,
+                size: 1,
+                potential: 0.0,
+            })
             .collect();
         // Parents have smaller numbers than their children.
         for v in 0..n {
@@ -78,6 +89,14 @@ impl Tree {
         self.root[v as usize]
     }
     #[inline]
+    pub(super) fn potential(&self, v: u32) -> f64 {
+        self.nodes[v as usize].potential
+    }
+    #[inline]
+    pub(super) fn set_potential(&mut self, v: u32, potential: f64) {
+        self.nodes[v as usize].potential = potential;
+    }
+    #[inline]
     fn join(&mut self, a: u32, b: u32) {
         self.nodes[a as usize].next = b;
         self.nodes[b as usize].previous = a;
@@ -96,22 +115,31 @@ impl Tree {
         u
     }
 
-    /// The nodes of the subtree of `top` in preorder, or those of its component outside of it.
-    pub(super) fn side(&self, top: u32, inside: bool) -> impl Iterator<Item = u32> {
-        let node = self.nodes[top as usize];
-        let (mut at, mut left) = match inside {
-            true => (top, node.size),
-            false => (self.nodes[node.last as usize].next, self.size(self.root(top)) - node.size),
-        };
-        std::iter::from_fn(move || {
-            if left == 0 {
-                return None;
-            }
-            left -= 1;
+    /// The nodes of the component of `root` in preorder.
+    pub(super) fn component(&self, root: u32) -> impl Iterator<Item = u32> {
+        let mut at = root;
+        (0..self.size(root)).map(move |_| {
             let here = at;
-            at = self.nodes[at as usize].next;
-            Some(here)
+            at = self.nodes[here as usize].next;
+            here
         })
+    }
+
+    /// Adds to the potentials of the subtree of `top`, or subtracts from all others of its component if these are fewer, which changes
+    /// the differences alike. Returns how many nodes were touched.
+    pub(super) fn raise(&mut self, top: u32, change: f64) -> u32 {
+        let node = self.nodes[top as usize];
+        let others = self.size(self.root(top)) - node.size;
+        let (mut at, count, change) = match node.size <= others {
+            true => (top, node.size, change),
+            false => (self.nodes[node.last as usize].next, others, -change),
+        };
+        for _ in 0..count {
+            let node = &mut self.nodes[at as usize];
+            node.potential += change;
+            at = node.next;
+        }
+        count
     }
 
     /// Cuts off the subtree of `top` and hangs it, turned over so that its node `inner` is its root, below `outer` by an arc; `down`
