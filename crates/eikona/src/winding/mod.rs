@@ -63,7 +63,7 @@ use crate::contour::embed_curves;
 use eikona_mesh::{Face, SurfaceCurves, TriangleMesh};
 
 /// The winding number of curves in one call: builds a [`Solver`] and solves once. Where curves cross faces, or end inside of edges or
-/// faces, the mesh is cut along them first ([`embed_curves`](crate::contour::embed_curves)), and the result is on the cut mesh
+/// faces, the mesh is cut along them first ([`embed_curves`]), and the result is on the cut mesh
 /// with the parent of each face in [`Winding::face_parent`]. Pieces of the curve with fewer than 8 edges are bisected then, since edges
 /// between two endpoints are in no operator.
 ///
