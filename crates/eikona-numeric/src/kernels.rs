@@ -55,10 +55,10 @@ impl Lanes for f64 {
     }
 }
 
-/// Numbers of `x` times the real parts of the factors, and times the imaginary ones.
 impl Lanes for crate::Complex {
     const PARTS: usize = 2;
     const VECTORS: usize = 1;
+    /// Vectors times the real parts of the factors, and times the imaginary ones.
     type Sum<S: Simd> = (S::f64s, S::f64s);
     #[inline(always)]
     fn nothing<S: Simd>(simd: S) -> Self::Sum<S> {
@@ -128,6 +128,35 @@ fn vectors_mut<S: Simd, T: Lanes>(numbers: &mut [T]) -> &mut [S::f64s] {
     S::as_mut_simd_f64s(bytemuck::cast_slice_mut(numbers)).0
 }
 
+/// Calls a kernel for four columns at a time from the first to the end, and once for the one to three that are left. The number
+/// of columns is known to the compiler in each call.
+macro_rules! in_fours {
+    ($columns:expr, |$first:ident, $count:ident| $call:expr) => {{
+        let columns: Range<usize> = $columns;
+        let mut $first = columns.start;
+        while $first + 4 <= columns.end {
+            const $count: usize = 4;
+            $call;
+            $first += 4;
+        }
+        match columns.end - $first {
+            3 => {
+                const $count: usize = 3;
+                $call;
+            }
+            2 => {
+                const $count: usize = 2;
+                $call;
+            }
+            1 => {
+                const $count: usize = 1;
+                $call;
+            }
+            _ => {}
+        }
+    }};
+}
+
 /// A block of columns of one height.
 #[derive(Clone, Copy)]
 struct Block<'a, T> {
@@ -182,17 +211,9 @@ pub(crate) fn minus_outer_product<S: Simd, T: crate::Scalar>(
 ) {
     let size = height - width;
     let panel = Block { values: panel, height };
-    let mut column = 0;
-    while column + 4 <= size {
-        minus_outer_columns::<S, T, 4>(simd, panel, width, column, target);
-        column += 4;
-    }
-    match size - column {
-        3 => minus_outer_columns::<S, T, 3>(simd, panel, width, column, target),
-        2 => minus_outer_columns::<S, T, 2>(simd, panel, width, column, target),
-        1 => minus_outer_columns::<S, T, 1>(simd, panel, width, column, target),
-        _ => {}
-    }
+    in_fours!(0..size, |column, COLUMNS| {
+        minus_outer_columns::<S, T, COLUMNS>(simd, panel, width, column, target)
+    });
 }
 
 #[inline(always)]
@@ -248,17 +269,10 @@ pub(crate) fn eliminate_columns<S: Simd, T: crate::Scalar>(
     height: usize,
     negligible: f64,
 ) -> Result<(), usize> {
-    let mut column = columns.start;
-    while column + 4 <= columns.end {
-        eliminate_some::<S, T, 4>(simd, panel, columns.start, column, height, negligible)?;
-        column += 4;
-    }
-    match columns.end - column {
-        3 => eliminate_some::<S, T, 3>(simd, panel, columns.start, column, height, negligible),
-        2 => eliminate_some::<S, T, 2>(simd, panel, columns.start, column, height, negligible),
-        1 => eliminate_some::<S, T, 1>(simd, panel, columns.start, column, height, negligible),
-        _ => Ok(()),
-    }
+    in_fours!(columns.clone(), |column, COLUMNS| {
+        eliminate_some::<S, T, COLUMNS>(simd, panel, columns.start, column, height, negligible)?
+    });
+    Ok(())
 }
 
 /// `COLUMNS` columns from `first` on; the columns `start..first` are done.
@@ -355,17 +369,7 @@ fn flushed<T: crate::Scalar>(value: T, negligible: f64) -> T {
 /// of one panel.
 #[inline(always)]
 pub(crate) fn forward<S: Simd, T: crate::Scalar>(simd: S, panel: &[T], width: usize, x: &mut [T]) {
-    let mut column = 0;
-    while column + 4 <= width {
-        forward_some::<S, T, 4>(simd, panel, column, x);
-        column += 4;
-    }
-    match width - column {
-        3 => forward_some::<S, T, 3>(simd, panel, column, x),
-        2 => forward_some::<S, T, 2>(simd, panel, column, x),
-        1 => forward_some::<S, T, 1>(simd, panel, column, x),
-        _ => {}
-    }
+    in_fours!(0..width, |column, COLUMNS| forward_some::<S, T, COLUMNS>(simd, panel, column, x));
 }
 
 #[inline(always)]

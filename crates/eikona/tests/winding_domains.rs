@@ -1,30 +1,14 @@
 //! Winding numbers where surfaces have boundary, parts, one side, flipped faces or more than two faces at an edge; and bad input.
 
+mod regions;
 use eikona::contour::{plane_cut, shortest_vertex_path};
-use eikona::mesh::{
-    Curve, Face, Neighbour, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, damage, shapes,
-};
+use eikona::mesh::{Curve, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, damage, shapes};
 use eikona::winding::{Reference, Winding, WindingError, WindingOptions, surface_winding_number};
+use regions::{boundary_of, centre};
 
 fn solve(mesh: &TriangleMesh, curves: Vec<Curve>) -> Winding {
     let curves = SurfaceCurves { curves, points: Vec::new() };
     surface_winding_number(mesh, &curves, &WindingOptions::default()).unwrap()
-}
-
-fn centre(mesh: &TriangleMesh, f: Face) -> [f64; 3] {
-    let [a, b, c] = mesh.face_positions(f);
-    [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
-}
-
-/// The sides of a region's boundary, with the region on their left in the winding of its faces.
-fn boundary_of(mesh: &TriangleMesh, inside: impl Fn(Face) -> bool) -> Vec<Curve> {
-    let mut sides = Vec::new();
-    for h in mesh.faces().filter(|&f| inside(f)).flat_map(|f| [0, 1, 2].map(|k| f.halfedge(k))) {
-        if matches!(mesh.neighbour(h), Neighbour::Twin(other) if !inside(other.face())) {
-            sides.push(Curve::signed([mesh.origin(h), mesh.tip(h)]));
-        }
-    }
-    sides
 }
 
 /// The edges of a disturbed annulus whose ends lie on a circle of rings or on a ray.
@@ -215,6 +199,9 @@ fn a_circle_across_the_faces_of_a_sphere_and_of_a_torus() {
     let label_below = w.labels[w.mesh.faces().find(|&f| !above(f)).unwrap()];
     assert_eq!((label_above - label_below).abs(), 1);
     assert!(w.mesh.faces().all(|f| w.labels[f] == if above(f) { label_above } else { label_below }));
+    let options = WindingOptions { reference: Reference::Face(Face(1_000_000)), ..Default::default() };
+    let error = surface_winding_number(&sphere, &curves, &options).unwrap_err();
+    assert!(matches!(error, WindingError::Option { name: "reference", .. }));
     // Around the tube of a torus, where it bounds nothing.
     let torus = shapes::torus(1.0, 0.4, 30, 16).unwrap();
     let halves = plane_cut(&torus, [0.0, 0.011, 0.0], [0.0, 1.0, 0.0]).unwrap();

@@ -1,23 +1,9 @@
 //! What must hold for winding numbers on surfaces (spec 2.6), on shapes where the answer is known.
 
-use eikona::mesh::{Curve, Face, Neighbour, SurfaceCurves, TriangleMesh, Vertex, shapes};
+mod regions;
+use eikona::mesh::{Curve, Face, SurfaceCurves, TriangleMesh, Vertex, shapes};
 use eikona::winding::{Completion, Solver, Winding, WindingOptions, surface_winding_number};
-
-fn centre(mesh: &TriangleMesh, f: Face) -> [f64; 3] {
-    let [a, b, c] = mesh.face_positions(f);
-    [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
-}
-
-/// The sides of a region's boundary, with the region on their left; a curve a side.
-fn boundary_of(mesh: &TriangleMesh, inside: impl Fn(Face) -> bool) -> Vec<Curve> {
-    let mut sides = Vec::new();
-    for h in mesh.faces().filter(|&f| inside(f)).flat_map(|f| [0, 1, 2].map(|k| f.halfedge(k))) {
-        if matches!(mesh.neighbour(h), Neighbour::Twin(other) if !inside(other.face())) {
-            sides.push(Curve::signed([mesh.origin(h), mesh.tip(h)]));
-        }
-    }
-    sides
-}
+use regions::{boundary_of, centre};
 
 fn solve(mesh: &TriangleMesh, curves: &[Curve]) -> Winding {
     let curves = SurfaceCurves { curves: curves.to_vec(), points: Vec::new() };

@@ -2,7 +2,9 @@
 
 use crate::contour::side::SideOfSegments;
 use crate::winding::error::WindingError;
-use eikona_mesh::{CurveKind, Edge, Face, Neighbour, SegmentHost, SurfaceCurves, TriangleMesh, Vertex};
+use eikona_mesh::{
+    CurveKind, Edge, Face, Neighbour, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex,
+};
 
 /// A dual 1-chain: for every edge of two faces the value in the face of its first halfedge minus the value in the face of its
 /// second. All steps of the method work on such chains, so that left and right, and with them the orientation of the
@@ -49,11 +51,8 @@ impl Chain {
             Chain { jump: vec![0; mesh.edge_count()], cancelled: 0, on_boundary: 0, on_nonmanifold: 0 };
         let mut steps = Vec::with_capacity(segments.len());
         for (i, segment) in segments.iter().enumerate() {
-            let (edge, forward) = match segment.host {
-                SegmentHost::Edge(edge, [0.0, 1.0]) => (edge, true),
-                SegmentHost::Edge(edge, [1.0, 0.0]) => (edge, false),
-                _ => return Err(WindingError::NotAlongEdges { curve: segment.curve, node: segment.node }),
-            };
+            let (edge, forward) = along_edge(segment)
+                .ok_or(WindingError::NotAlongEdges { curve: segment.curve, node: segment.node })?;
             let &[first, _] = mesh.edge_halfedges(edge) else {
                 let is_boundary = mesh.edge_halfedges(edge).len() == 1;
                 *(if is_boundary { &mut chain.on_boundary } else { &mut chain.on_nonmanifold }) += 1;
@@ -77,6 +76,15 @@ impl Chain {
         touched.dedup();
         chain.cancelled = touched.iter().filter(|e| chain.jump[e.index()] == 0).count();
         Ok((chain, steps))
+    }
+}
+
+/// The edge that a segment is the whole of, and whether it runs in the direction of the edge.
+pub(crate) fn along_edge(segment: &Segment) -> Option<(Edge, bool)> {
+    match segment.host {
+        SegmentHost::Edge(edge, [0.0, 1.0]) => Some((edge, true)),
+        SegmentHost::Edge(edge, [1.0, 0.0]) => Some((edge, false)),
+        _ => None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Why no winding number could be computed.
 
 use crate::contour::EmbedError;
-use eikona_mesh::{CurveError, Edge};
+use eikona_mesh::{CurveError, Edge, Face};
 use eikona_numeric::FlowError;
 use eikona_numeric::NumericError;
 use thiserror::Error;
@@ -62,4 +62,11 @@ pub enum WindingError {
     /// The linear program could not be solved.
     #[error(transparent)]
     Program(#[from] FlowError),
+}
+
+impl WindingError {
+    pub(crate) fn no_such_reference(face: Face) -> WindingError {
+        let bound = "the reference face does not exist; faces are numbered from 0";
+        WindingError::Option { name: "reference", value: face.index() as f64, bound }
+    }
 }

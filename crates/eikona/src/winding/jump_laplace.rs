@@ -1,6 +1,5 @@
 //! Steps 1 and 2: the smoothest function with given jumps.
 
-use crate::geometry::Triangle;
 use crate::winding::chain::Fan;
 use crate::winding::weights::Weights;
 use eikona_mesh::{TriangleMesh, Vertex};
@@ -162,9 +161,4 @@ pub(crate) fn solve_jump_equation(
         if excluded[v] { f64::NAN } else { base[v] + c }
     });
     Ok((values.collect(), residual))
-}
-
-/// Cotangent weights of all halfedges of a mesh, laid out as [`Triangle`]s.
-pub(crate) fn cotangents(triangles: &[Triangle]) -> impl Iterator<Item = f64> {
-    triangles.iter().flat_map(|t| [0, 1, 2].map(|k| 0.5 * t.cotangent((k + 2) % 3)))
 }

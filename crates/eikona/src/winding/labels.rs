@@ -31,11 +31,11 @@ pub(crate) fn face_mean(values: &[f64], face: Face) -> Option<f64> {
 pub(crate) fn labels(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
+    components: &Components,
     values: &[f64],
     jump: &[f64],
     reference: Reference,
 ) -> Labels {
-    let components = Components::of(mesh);
     let component = |f: Face| components.of_face[f] as usize;
     let mut phase = vec![[0.0, 0.0]; components.count];
     let mut add = |component: usize, value: f64, weight: f64| {
@@ -69,7 +69,7 @@ pub(crate) fn labels(
             margin[f.index()] = 0.5 - (value - value.round()).abs();
         }
     }
-    let zero = zero_levels(mesh, triangles, &components, &label, values, reference);
+    let zero = zero_levels(mesh, triangles, components, &label, values, reference);
     for f in mesh.faces() {
         label[f.index()] -= zero[component(f)];
     }

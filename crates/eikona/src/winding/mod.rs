@@ -60,7 +60,8 @@ pub use solution::{ProgramReport, Winding, WindingReport};
 pub use solver::Solver;
 
 use crate::contour::embed_curves;
-use eikona_mesh::{Face, SurfaceCurves, TriangleMesh};
+use chain::along_edge;
+use eikona_mesh::{Face, Segment, SurfaceCurves, TriangleMesh};
 
 /// The winding number of curves in one call: builds a [`Solver`] and solves once. Where curves cross faces, or end inside of edges or
 /// faces, the mesh is cut along them first ([`embed_curves`]), and the result is on the cut mesh
@@ -74,18 +75,19 @@ pub fn surface_winding_number(
     curves: &SurfaceCurves,
     options: &WindingOptions,
 ) -> Result<Winding, WindingError> {
-    match Solver::new(mesh)?.solve(curves, options) {
-        Err(WindingError::NotAlongEdges { .. }) => {
-            let embedded = embed_curves(mesh, curves)?.split_short()?;
-            let mut options = *options;
-            if let Reference::Face(face) = options.reference {
-                let child = embedded.face_parent.iter().position(|&parent| parent == face);
-                options.reference = child.map_or(Reference::LargestArea, |f| Reference::Face(Face(f as u32)));
-            }
-            let mut winding = Solver::new(&embedded.mesh)?.solve(&embedded.curves_on_mesh(), &options)?;
-            winding.face_parent = Some(embedded.face_parent);
-            Ok(winding)
-        }
-        done => done,
+    // What is wrong with the curves is for the solver to say.
+    let is_across = |segments: Vec<Segment>| segments.iter().any(|s| along_edge(s).is_none());
+    if !curves.segments(mesh).is_ok_and(is_across) {
+        return Solver::new(mesh)?.solve(curves, options);
     }
+    let embedded = embed_curves(mesh, curves)?.split_short()?;
+    let mut options = *options;
+    if let Reference::Face(face) = options.reference {
+        let child = embedded.face_parent.iter().position(|&parent| parent == face);
+        let child = child.ok_or(WindingError::no_such_reference(face))?;
+        options.reference = Reference::Face(Face(child as u32));
+    }
+    let mut winding = Solver::new(&embedded.mesh)?.solve(&embedded.curves_on_mesh(), &options)?;
+    winding.face_parent = Some(embedded.face_parent);
+    Ok(winding)
 }

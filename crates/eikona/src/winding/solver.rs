@@ -139,7 +139,8 @@ impl Solver {
         }
 
         let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
-        let labels = labels(mesh, &self.triangles, &values, &rest, options.reference);
+        let components = Components::of(mesh);
+        let labels = labels(mesh, &self.triangles, &components, &values, &rest, options.reference);
         let bounds = by_curve(curves, &steps, &nonbounding_steps(&steps, &nonbounding));
         let bounding_loops = polylines(mesh, |e| match mesh.edge_halfedges(e) {
             &[a, b] => f64::from(labels.label[a.face().index()] - labels.label[b.face().index()]),
@@ -157,7 +158,7 @@ impl Solver {
             labels: labels.label.into(),
             margin: labels.margin.into(),
             shift: labels.shift,
-            component: Components::of(mesh).of_face,
+            component: components.of_face,
             curve: chain.jump.into(),
             nonbounding: nonbounding.into(),
             residual_function: residual_function.into(),
@@ -187,8 +188,7 @@ impl Solver {
         }
         match options.reference {
             Reference::Face(face) if face.index() >= self.mesh.face_count() => {
-                let bound = "the reference face does not exist; faces are numbered from 0";
-                Err(WindingError::Option { name: "reference", value: face.index() as f64, bound })
+                Err(WindingError::no_such_reference(face))
             }
             _ => Ok(()),
         }

@@ -1,0 +1,19 @@
+//! Regions of faces and the curves around them.
+
+use eikona::mesh::{Curve, Face, Neighbour, TriangleMesh};
+
+pub fn centre(mesh: &TriangleMesh, f: Face) -> [f64; 3] {
+    let [a, b, c] = mesh.face_positions(f);
+    [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
+}
+
+/// The sides of a region's boundary, with the region on their left in the winding of its faces; a curve a side.
+pub fn boundary_of(mesh: &TriangleMesh, inside: impl Fn(Face) -> bool) -> Vec<Curve> {
+    let mut sides = Vec::new();
+    for h in mesh.faces().filter(|&f| inside(f)).flat_map(|f| [0, 1, 2].map(|k| f.halfedge(k))) {
+        if matches!(mesh.neighbour(h), Neighbour::Twin(other) if !inside(other.face())) {
+            sides.push(Curve::signed([mesh.origin(h), mesh.tip(h)]));
+        }
+    }
+    sides
+}
