@@ -8,7 +8,9 @@ use crate::session::{General, Session, check_distinct, check_output};
 use crate::source::{SourceArguments, read_source};
 use clap::{Args, ValueEnum};
 use eikona::contour::{obj_lines, polylines};
-use eikona::winding::{Completion, Reference, Winding, WindingOptions, surface_winding_number};
+use eikona::winding::{
+    Completion, Diagnosis, Orientation, Reference, Winding, WindingOptions, surface_winding_number,
+};
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
 use eikona_mesh::{Curve, Face, SurfaceCurves, Vertex};
 use serde_json::json;
@@ -48,6 +50,27 @@ pub struct MethodArguments {
     /// The face (numbered from 0) whose label is 0. Without it: the label that covers most of the area is 0
     #[arg(long, value_name = "FACE")]
     pub reference: Option<u32>,
+    /// Leave open pieces of the curve with fewer than 8 edges as they are. Without it they are bisected, as short pieces have
+    /// little effect otherwise
+    #[arg(long)]
+    pub keep_short: bool,
+    /// Solve on intrinsic Delaunay triangles: better where faces are badly shaped
+    #[arg(long)]
+    pub delaunay: bool,
+    /// Look for stretches of the curve that seem reversed: if there are few (auto), always or never
+    #[arg(long, value_enum, value_name = "WHEN", default_value = "auto")]
+    pub diagnose: DiagnosisName,
+}
+
+/// See [`Diagnosis`].
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum DiagnosisName {
+    /// If the curve has at most 32 stretches
+    Auto,
+    /// Always
+    Always,
+    /// Never
+    Never,
 }
 
 /// See [`Completion`].
@@ -149,6 +172,13 @@ fn solve(
         },
         epsilon: method.epsilon,
         reference: method.reference.map_or(Reference::LargestArea, |face| Reference::Face(Face(face))),
+        split_short: !method.keep_short,
+        intrinsic_delaunay: method.delaunay,
+        diagnosis: match method.diagnose {
+            DiagnosisName::Auto => Diagnosis::Automatic,
+            DiagnosisName::Always => Diagnosis::Always,
+            DiagnosisName::Never => Diagnosis::Never,
+        },
     };
     let winding = session.unmeasured("solve", || surface_winding_number(&input.mesh, curves, &options))?;
     let report = &winding.report;
@@ -172,6 +202,7 @@ fn solve(
             ("gap", json!(program.map(|p| p.certificate.gap))),
             ("pivots", json!(program.map(|p| p.statistics.pivots))),
             ("levels", json!(program.map(|p| p.statistics.levels))),
+            ("orientation", json!(report.orientation.as_ref().map(orientation_json))),
         ]
         .map(|(key, value)| (key.to_string(), value)),
     );
@@ -180,6 +211,16 @@ fn solve(
         winding.endpoints.len()
     ));
     Ok(winding)
+}
+
+fn orientation_json(orientation: &Orientation) -> serde_json::Value {
+    let segments: Vec<[usize; 2]> = orientation.reversed.iter().map(|s| [s.curve, s.node]).collect();
+    json!({
+        "stretches": orientation.stretches,
+        "reversed": segments,
+        "energy_saved": orientation.energy_saved,
+        "changed_area": orientation.changed_area,
+    })
 }
 
 fn write_outputs(

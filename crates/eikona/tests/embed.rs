@@ -140,18 +140,18 @@ fn faces_with_the_same_corners_stay_apart() {
 fn short_pieces_get_eight_edges() {
     let mesh = flat_grid(4);
     let curves = vec![
-        Curve::signed([vertex(6), vertex(7)]),               // 1 edge: into 8
-        Curve::signed([vertex(16), vertex(17), vertex(22)]), // 2 edges: into 4 each
-        Curve::signed([vertex(0), vertex(1), vertex(2)]),    // these
-        Curve::unsigned([vertex(3), vertex(2), vertex(1)]),  // are one piece of 3 edges: into 4 each
-        Curve::signed((19..20).map(vertex).chain([24, 23, 18, 19].map(vertex))), // 4 edges: into 2 each
+        Curve::signed([vertex(6), vertex(7)]),                // 1 edge: into 8
+        Curve::signed([vertex(16), vertex(17), vertex(22)]),  // 2 edges: into 4 each
+        Curve::signed([vertex(11), vertex(12), vertex(13)]),  // these
+        Curve::unsigned([vertex(8), vertex(13), vertex(12)]), // are one piece of 3 edges: into 4 each
+        Curve::signed((19..20).map(vertex).chain([24, 23, 18, 19].map(vertex))), // closed: stays
     ];
     let curves = SurfaceCurves { curves, points: vec![inside([8, 9, 14], 0.2, 0.2)] };
     let cut = embed_with("short", &mesh, &curves, 0.0);
     let finer = cut.split_short().unwrap();
     check("short, finer", &mesh, &curves, &finer, 0.0);
     let edges: Vec<usize> = finer.curves.iter().map(|c| c.segments.len()).collect();
-    assert_eq!(edges, [8, 8, 8, 8, 8]);
+    assert_eq!(edges, [8, 8, 8, 8, 4]);
     assert_eq!(finer.curves[1].segments, [0, 0, 0, 0, 1, 1, 1, 1]);
     assert_eq!(finer.points, cut.points);
     let again = finer.split_short().unwrap();

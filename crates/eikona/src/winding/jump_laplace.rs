@@ -1,82 +1,22 @@
-//! Steps 1 and 2: the smoothest function with given jumps.
+//! Step 2: the smoothest function with given jumps.
 
-use crate::winding::chain::Fan;
-use crate::winding::weights::Weights;
-use eikona_mesh::{TriangleMesh, Vertex};
+use crate::winding::triangulation::{Triangulation, next};
 use eikona_numeric::{
     Cholesky, Graph, NumericError, Ordering, Symbolic, SymmetricMatrix, nested_dissection_order,
 };
 use std::sync::Arc;
 
-/// What jumps mean around each vertex.
-#[derive(Clone, Debug)]
-pub(crate) struct Coordinates {
-    /// Value at each corner relative to the vertex's first one (*reduced coordinates*, section 2.3.1).
-    pub corner: Vec<f64>,
-    /// Vertices around which the jumps do not add up: the curve ends there. They have no coordinates.
-    pub endpoints: Vec<Vertex>,
-    /// Vertices with jumps whose faces are not one fan. They have no coordinates either.
-    ///
-    /// Deviation: the public program takes the curve for absent there, so that the jumps at both ends of an edge differ and the
-    /// derivative is no form any more. (Test `a_fin_is_warned_of_and_changes_little_elsewhere`.)
-    pub not_fans: Vec<Vertex>,
-}
-
-impl Coordinates {
-    /// The vertices that have no coordinates.
-    pub fn left_out(&self) -> impl Iterator<Item = Vertex> {
-        self.endpoints.iter().chain(&self.not_fans).copied()
-    }
-
-    /// Walks around every vertex at an edge with a jump. Around an inner vertex jumps that add up to more than `tolerance` make it
-    /// an endpoint.
-    pub fn of(mesh: &TriangleMesh, jump: &[f64], tolerance: f64) -> Coordinates {
-        let mut result = Coordinates {
-            corner: vec![0.0; 3 * mesh.face_count()],
-            endpoints: Vec::new(),
-            not_fans: Vec::new(),
-        };
-        let mut fan = Fan::default();
-        for v in vertices_at_jumps(mesh, jump) {
-            if !fan.walk(mesh, v) {
-                result.not_fans.push(v);
-                continue;
-            }
-            let mut sum = 0.0;
-            for (i, crossing) in fan.crossings.iter().enumerate() {
-                sum += crossing.change(jump);
-                if let Some(&corner) = fan.corners.get(i + 1) {
-                    result.corner[corner] = sum;
-                }
-            }
-            if fan.closed && sum.abs() > tolerance {
-                fan.corners.iter().for_each(|&c| result.corner[c] = 0.0);
-                result.endpoints.push(v);
-            }
-        }
-        result
-    }
-}
-
-fn vertices_at_jumps(mesh: &TriangleMesh, jump: &[f64]) -> Vec<Vertex> {
-    let mut vertices: Vec<Vertex> =
-        mesh.edges().filter(|e| jump[e.index()] != 0.0).flat_map(|e| mesh.edge_vertices(e)).collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    vertices
-}
-
-/// The Laplacian of eq. 10 on all vertices but some, analysed once a mesh.
+/// The Laplacian of eq. 10 on all vertices but some, analysed once a triangulation.
 #[derive(Debug)]
 pub(crate) struct JumpLaplace {
     symbolic: Arc<Symbolic>,
 }
 
 impl JumpLaplace {
-    pub fn new(mesh: &TriangleMesh) -> Result<JumpLaplace, NumericError> {
-        let pairs = mesh.triangles().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
-        let graph = Graph { unknowns: mesh.vertex_count(), pairs };
-        let order = nested_dissection_order(&graph, mesh.positions())?;
+    pub fn new(triangulation: &Triangulation, positions: &[[f64; 3]]) -> Result<JumpLaplace, NumericError> {
+        let pairs = triangulation.corners.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+        let graph = Graph { unknowns: positions.len(), pairs };
+        let order = nested_dissection_order(&graph, positions)?;
         Ok(JumpLaplace { symbolic: Symbolic::new(&graph, Ordering::Given(&order))?.into() })
     }
 
@@ -84,26 +24,19 @@ impl JumpLaplace {
     /// held at zero; the part is singular otherwise, and its right-hand sides add up to zero.
     pub fn factor(
         &self,
-        mesh: &TriangleMesh,
-        weights: &Weights,
+        triangulation: &Triangulation,
         excluded: &[bool],
     ) -> Result<Cholesky<f64>, NumericError> {
-        let mut matrix = SymmetricMatrix {
-            diagonal: vec![0.0; mesh.vertex_count()],
-            off_diagonal: vec![0.0; 3 * mesh.face_count()],
-        };
-        for (f, corners) in mesh.triangles().iter().enumerate() {
-            for k in 0..3 {
-                let (i, j) = (corners[k] as usize, corners[(k + 1) % 3] as usize);
-                if !excluded[i] && !excluded[j] {
-                    let weight = weights.of_halfedge[3 * f + k];
-                    matrix.off_diagonal[3 * f + k] = -weight;
-                    matrix.diagonal[i] += weight;
-                    matrix.diagonal[j] += weight;
-                }
-            }
+        let halfedges = triangulation.weight.len();
+        let mut matrix =
+            SymmetricMatrix { diagonal: vec![0.0; excluded.len()], off_diagonal: vec![0.0; halfedges] };
+        for (h, [i, j]) in included(triangulation, excluded) {
+            let weight = triangulation.weight[h];
+            matrix.off_diagonal[h] = -weight;
+            matrix.diagonal[i] += weight;
+            matrix.diagonal[j] += weight;
         }
-        for first in first_vertices(mesh, excluded) {
+        for first in first_vertices(triangulation, excluded) {
             let diagonal = &mut matrix.diagonal[first];
             *diagonal += if *diagonal > 0.0 { *diagonal } else { 1.0 };
         }
@@ -111,10 +44,20 @@ impl JumpLaplace {
     }
 }
 
+/// The halfedges between vertices that are not excluded, with these.
+fn included<'a>(
+    triangulation: &'a Triangulation,
+    excluded: &'a [bool],
+) -> impl Iterator<Item = (usize, [usize; 2])> + 'a {
+    let ends = triangulation.corners.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let halfedges = ends.enumerate().map(|(h, ends)| (h, ends.map(|v| v as usize)));
+    halfedges.filter(|(_, [i, j])| !excluded[*i] && !excluded[*j])
+}
+
 /// The first vertex of each part that is connected through edges between vertices that are not excluded; excluded vertices are
 /// parts of their own.
-fn first_vertices(mesh: &TriangleMesh, excluded: &[bool]) -> impl Iterator<Item = usize> {
-    let mut parent: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
+fn first_vertices(triangulation: &Triangulation, excluded: &[bool]) -> impl Iterator<Item = usize> {
+    let mut parent: Vec<u32> = (0..excluded.len() as u32).collect();
     fn root(parent: &mut [u32], mut v: u32) -> u32 {
         while parent[v as usize] != v {
             parent[v as usize] = parent[parent[v as usize] as usize];
@@ -122,43 +65,69 @@ fn first_vertices(mesh: &TriangleMesh, excluded: &[bool]) -> impl Iterator<Item 
         }
         v
     }
-    for corners in mesh.triangles() {
-        for k in 0..3 {
-            let (i, j) = (corners[k], corners[(k + 1) % 3]);
-            if !excluded[i as usize] && !excluded[j as usize] {
-                let (a, b) = (root(&mut parent, i), root(&mut parent, j));
-                parent[a.max(b) as usize] = a.min(b);
-            }
-        }
+    for (_, [i, j]) in included(triangulation, excluded) {
+        let (a, b) = (root(&mut parent, i as u32), root(&mut parent, j as u32));
+        parent[a.max(b) as usize] = a.min(b);
     }
     (0..parent.len()).filter(move |&v| parent[v] == v as u32)
 }
 
-/// The values at corners of the function with these coordinates that is smoothest across vertices; NaN at excluded vertices.
+/// What a function whose values at corners have these differences along halfedges, before any values at vertices are added,
+/// makes the right-hand side.
+pub(crate) fn right_hand_side(
+    triangulation: &Triangulation,
+    excluded: &[bool],
+    differences: &[f64],
+) -> Vec<f64> {
+    let mut rhs = vec![0.0; excluded.len()];
+    for (h, [i, j]) in included(triangulation, excluded).filter(|(h, _)| differences[*h] != 0.0) {
+        let flow = triangulation.weight[h] * differences[h];
+        rhs[i] += flow;
+        rhs[j] -= flow;
+    }
+    rhs
+}
+
+/// The values at vertices that, added at their corners, make the function with these differences as smooth as can be; with the
+/// relative residual.
 pub(crate) fn solve_jump_equation(
-    mesh: &TriangleMesh,
-    weights: &Weights,
+    triangulation: &Triangulation,
     factor: &Cholesky<f64>,
     excluded: &[bool],
-    coordinates: &[f64],
+    differences: &[f64],
 ) -> Result<(Vec<f64>, f64), NumericError> {
-    let mut rhs = vec![0.0; mesh.vertex_count()];
-    for (f, corners) in mesh.triangles().iter().enumerate() {
-        for k in 0..3 {
-            let (i, j) = (corners[k] as usize, corners[(k + 1) % 3] as usize);
-            if !excluded[i] && !excluded[j] {
-                let difference = coordinates[3 * f + k] - coordinates[3 * f + (k + 1) % 3];
-                let flow = weights.of_halfedge[3 * f + k] * difference;
-                rhs[i] -= flow;
-                rhs[j] += flow;
-            }
-        }
-    }
+    let rhs = right_hand_side(triangulation, excluded, differences);
     let base = factor.solve(&rhs)?;
     let residual = factor.residual(&base, &rhs);
-    let values = mesh.triangles().iter().flatten().zip(coordinates).map(|(&v, c)| {
-        let v = v as usize;
-        if excluded[v] { f64::NAN } else { base[v] + c }
-    });
-    Ok((values.collect(), residual))
+    Ok((base, residual))
+}
+
+/// The derivative along halfedges (section 2.4.2) of a function with these values at vertices and differences at corners: the same
+/// in both triangles of a side; zero at sides with an end that is excluded.
+pub(crate) fn darboux_derivative(
+    triangulation: &Triangulation,
+    excluded: &[bool],
+    base: &[f64],
+    differences: &[f64],
+) -> Vec<f64> {
+    let mut form = vec![0.0; differences.len()];
+    for (h, [i, j]) in included(triangulation, excluded) {
+        form[h] = match triangulation.other(h) {
+            // Once a side, so that both triangles get the same digits.
+            Some((other, same_way)) if other < h => {
+                if same_way {
+                    form[other]
+                } else {
+                    -form[other]
+                }
+            }
+            _ => base[j] - base[i] + differences[h],
+        };
+    }
+    form
+}
+
+/// Differences along halfedges of values at corners.
+pub(crate) fn differences(corner: &[f64]) -> Vec<f64> {
+    (0..corner.len()).map(|h| corner[next(h)] - corner[h]).collect()
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 /// Labels of faces.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Labels {
     pub label: Vec<i32>,
     /// Half minus the distance of the face's mean value, shifted, from its label: 0.5 for certain, 0 for a guess.

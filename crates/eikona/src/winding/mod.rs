@@ -9,8 +9,8 @@
 //! | paper | here | shape | equation |
 //! |---|---|---|---|
 //! | `Gamma` | [`Winding::curve`], `chain.rs` | E whole numbers | sec 2.2 |
-//! | `c` | `jump_laplace.rs`, `Coordinates` | corners | sec 2.3.1 |
-//! | `u` | first solve | corners | 10 |
+//! | `c` | `coordinates.rs` | corners | sec 2.3.1 |
+//! | `u` | `jump_laplace.rs` | corners | 10 |
 //! | `omega`, `gamma` | `harmonic.rs` | halfedges | sec 2.4.2, 3.3 |
 //! | `sigma`, `v` | [`Winding::residual_function`], `nonbounding.rs` | F, corners | 11 |
 //! | `w` | [`Winding::values`] | corners | sec 3.5 |
@@ -24,8 +24,8 @@
 //! (relative homology). Edges of three or more faces are cuts for the harmonic part, and a curve along them is left out with a
 //! warning.
 //!
-//! **Limits.** A [`Solver`] takes curves along edges; [`surface_winding_number`] cuts the mesh along others. Where a curve is broken the nonbounding jumps are real numbers, and labels near
-//! gaps are guesses: see [`Winding::margin`].
+//! **Limits.** Where a curve is broken the nonbounding jumps are real numbers, and labels near gaps are guesses: see
+//! [`Winding::margin`].
 //!
 //! **Reference.** Nicole Feng, Mark Gillespie and Keenan Crane, *Winding Numbers on Discrete Surfaces*, ACM Trans. Graph. 42 (4), 2023.
 //!
@@ -43,51 +43,37 @@
 //! ```
 
 mod chain;
+mod coordinates;
 mod decomposition;
 mod error;
+mod fan;
 mod harmonic;
 mod jump_laplace;
 mod labels;
 mod nonbounding;
+mod operators;
 mod options;
+mod orientation;
 mod solution;
 mod solver;
-mod weights;
+mod triangulation;
 
 pub use error::WindingError;
-pub use options::{Completion, Reference, WindingOptions};
+pub use options::{Completion, Diagnosis, Reference, WindingOptions};
+pub use orientation::{MOST_STRETCHES, Orientation};
 pub use solution::{ProgramReport, Winding, WindingReport};
 pub use solver::Solver;
 
-use crate::contour::embed_curves;
-use chain::along_edge;
-use eikona_mesh::{Face, Segment, SurfaceCurves, TriangleMesh};
+use eikona_mesh::{SurfaceCurves, TriangleMesh};
 
-/// The winding number of curves in one call: builds a [`Solver`] and solves once. Where curves cross faces, or end inside of edges or
-/// faces, the mesh is cut along them first ([`embed_curves`]), and the result is on the cut mesh
-/// with the parent of each face in [`Winding::face_parent`]. Pieces of the curve with fewer than 8 edges are bisected then, since edges
-/// between two endpoints are in no operator.
+/// The winding number of curves in one call: [`Solver::new`] and [`Solver::solve`].
 ///
 /// # Errors
-/// Those of [`Solver::new`] and [`Solver::solve`]; [`WindingError::Embed`].
+/// Those of [`Solver::new`] and [`Solver::solve`].
 pub fn surface_winding_number(
     mesh: &TriangleMesh,
     curves: &SurfaceCurves,
     options: &WindingOptions,
 ) -> Result<Winding, WindingError> {
-    // What is wrong with the curves is for the solver to say.
-    let is_across = |segments: Vec<Segment>| segments.iter().any(|s| along_edge(s).is_none());
-    if !curves.segments(mesh).is_ok_and(is_across) {
-        return Solver::new(mesh)?.solve(curves, options);
-    }
-    let embedded = embed_curves(mesh, curves)?.split_short()?;
-    let mut options = *options;
-    if let Reference::Face(face) = options.reference {
-        let child = embedded.face_parent.iter().position(|&parent| parent == face);
-        let child = child.ok_or(WindingError::no_such_reference(face))?;
-        options.reference = Reference::Face(Face(child as u32));
-    }
-    let mut winding = Solver::new(&embedded.mesh)?.solve(&embedded.curves_on_mesh(), &options)?;
-    winding.face_parent = Some(embedded.face_parent);
-    Ok(winding)
+    Solver::new(mesh)?.solve(curves, options)
 }

@@ -2,8 +2,9 @@
 
 use crate::geometry::Triangle;
 use crate::winding::error::WindingError;
+use crate::winding::solution::ProgramReport;
 use eikona_mesh::{Edge, TriangleMesh};
-use eikona_numeric::{Certificate, JumpOptions, JumpStatistics, JumpTerm, minimise_jumps};
+use eikona_numeric::{FlowError, JumpOptions, JumpTerm, minimise_jumps};
 
 /// The nonbounding part of a curve.
 #[derive(Debug)]
@@ -12,9 +13,9 @@ pub(crate) struct Nonbounding {
     pub jump: Vec<f64>,
     /// What is to be added to the values in each face.
     pub shift_of_face: Vec<f64>,
-    pub certificate: Certificate,
-    pub objective: f64,
-    pub statistics: JumpStatistics,
+    pub report: ProgramReport,
+    /// Edges of the curve where the jump could not be kept between nothing and the curve.
+    pub freed: Vec<Edge>,
 }
 
 /// Minimises the length of `shift + D sigma`, which costs `epsilon` times its length along the curve and must lie between nothing
@@ -50,7 +51,22 @@ pub(crate) fn nonbounding_part(
             },
         });
     }
-    let solution = minimise_jumps(mesh.face_count(), &terms, &JumpOptions::default())?;
+    // Where rings of faces hang together by edges of the curve alone, the bounds of those edges can contradict each other. Deviation:
+    // the paper says nothing of them; they are dropped there.
+    let mut freed = Vec::new();
+    let solution = loop {
+        match minimise_jumps(mesh.face_count(), &terms, &JumpOptions::default()) {
+            Err(FlowError::Infeasible { terms: ring, .. })
+                if ring.iter().any(|&i| terms[i].limit.is_some()) =>
+            {
+                for i in ring {
+                    terms[i].limit = None;
+                    freed.push(edges[i]);
+                }
+            }
+            solved => break solved?,
+        }
+    };
     let mut jump = vec![0.0; mesh.edge_count()];
     for (&e, &t) in edges.iter().zip(&solution.jumps) {
         jump[e.index()] = if curve[e.index()] < 0 { -t } else { t };
@@ -58,9 +74,12 @@ pub(crate) fn nonbounding_part(
     Ok(Nonbounding {
         jump,
         shift_of_face: solution.potentials,
-        certificate: solution.certificate,
-        objective: solution.objective,
-        statistics: solution.statistics,
+        report: ProgramReport {
+            objective: solution.objective,
+            certificate: solution.certificate,
+            statistics: solution.statistics,
+        },
+        freed,
     })
 }
 

@@ -22,6 +22,18 @@ pub enum Reference {
     Face(Face),
 }
 
+/// Whether stretches of the curve that look reversed are looked for: those that, turned over, would leave a smoother function.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Diagnosis {
+    /// If the curve has at most [`MOST_STRETCHES`](super::MOST_STRETCHES) stretches.
+    #[default]
+    Automatic,
+    /// Always; the cost grows with the number of stretches, squared.
+    Always,
+    /// Never.
+    Never,
+}
+
 /// Choices of a solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindingOptions {
@@ -32,10 +44,25 @@ pub struct WindingOptions {
     pub epsilon: f64,
     /// Where labels are zero.
     pub reference: Reference,
+    /// Bisect open pieces of the curve that have fewer than 8 edges, and the faces there with them. Edges between two endpoints
+    /// are in no operator, so that a short piece would have little effect or none.
+    pub split_short: bool,
+    /// Solve on intrinsic Delaunay triangles instead of the faces: better where these are badly shaped. The result is on the
+    /// faces all the same.
+    pub intrinsic_delaunay: bool,
+    /// Whether the curve's orientation is looked at.
+    pub diagnosis: Diagnosis,
 }
 
 impl Default for WindingOptions {
     fn default() -> Self {
-        WindingOptions { completion: Completion::Full, epsilon: 1e-2, reference: Reference::LargestArea }
+        WindingOptions {
+            completion: Completion::Full,
+            epsilon: 1e-2,
+            reference: Reference::LargestArea,
+            split_short: true,
+            intrinsic_delaunay: false,
+            diagnosis: Diagnosis::Automatic,
+        }
     }
 }

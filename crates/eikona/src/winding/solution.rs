@@ -1,7 +1,9 @@
 //! What a solve gives.
 
+use crate::contour::{EmbeddedCurve, weights_in};
 use crate::phases::Phases;
-use eikona_mesh::{CornerField, Edge, EdgeField, Face, FaceField, TriangleMesh, Vertex};
+use crate::winding::orientation::Orientation;
+use eikona_mesh::{CornerField, Edge, EdgeField, Face, FaceField, SurfacePoint, TriangleMesh, Vertex};
 use eikona_numeric::{Certificate, JumpStatistics};
 
 /// The winding number of curves on a surface, and what follows from it. All fields are on [`mesh`](Winding::mesh).
@@ -24,6 +26,8 @@ pub struct Winding {
     pub shift: Vec<f64>,
     /// Component of each face.
     pub component: FaceField<u32>,
+    /// The curves of the input, as walks along edges of [`mesh`](Winding::mesh); each step with the segment that it is a piece of.
+    pub curves: Vec<EmbeddedCurve>,
     /// The input as a jump at each edge: the value in the face of its first halfedge minus that of its second. Multiplicities
     /// are added, opposite directions cancel.
     pub curve: EdgeField<i32>,
@@ -33,7 +37,7 @@ pub struct Winding {
     pub residual_function: CornerField<f64>,
     /// Inner vertices at which the curve ends.
     pub endpoints: Vec<Vertex>,
-    /// For each curve and each of its segments (those of zero length left out) whether it bounds.
+    /// For each of [`curves`](Winding::curves) and each of its steps whether it bounds.
     pub bounds: Vec<Vec<bool>>,
     /// The completed boundary of the regions: closed polylines of vertices (or from boundary to boundary) between faces of
     /// different labels, with the higher one on the left.
@@ -42,6 +46,16 @@ pub struct Winding {
     pub nonbounding_loops: Vec<Vec<Vertex>>,
     /// What was done and noticed.
     pub report: WindingReport,
+    pub(crate) parents: Parents,
+}
+
+/// The way back to the faces of the input.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Parents {
+    /// Faces of the input whose winding was turned over; empty if none was.
+    pub turned: Vec<bool>,
+    /// The mesh before it was cut, and where the vertices lie on it.
+    pub cut: Option<(TriangleMesh, Vec<SurfacePoint>)>,
 }
 
 /// What the solver did, measured.
@@ -58,6 +72,8 @@ pub struct WindingReport {
     pub largest_nonbounding: f64,
     /// See [`largest_nonbounding`](WindingReport::largest_nonbounding).
     pub farthest_from_whole: f64,
+    /// What was found about stretches of the curve that look reversed, if it was looked for.
+    pub orientation: Option<Orientation>,
     /// Sentences for the user.
     pub warnings: Vec<String>,
 }
@@ -74,31 +90,88 @@ pub struct ProgramReport {
 }
 
 impl Winding {
-    /// The winding number at a point of a face (barycentric weights of its corners), shifted so that it is a whole number where
-    /// the curve is whole; NaN where all corners of the face are endpoints, or at an endpoint itself.
+    /// The winding number at a point of a face of the input (barycentric weights of its corners, in their order there), shifted
+    /// so that it is a whole number where the curve is whole. On the curve it is the value of one of the sides. NaN at an endpoint of
+    /// the curve, in a face whose corners are all endpoints, and for faces that do not exist.
     ///
     /// Near an endpoint the value depends on the direction from it: corners without value have no weight (eq. 4).
+    ///
+    /// # Cost
+    /// O(log F), and the number of pieces into which the face was cut.
     pub fn value_at(&self, face: Face, weights: [f64; 3]) -> f64 {
+        let (face, weights) = self.piece_at(face, weights);
+        let Some(values) = self.values.as_slice().get(3 * face.index()..3 * face.index() + 3) else {
+            return f64::NAN;
+        };
         let (mut sum, mut total) = (0.0, 0.0);
-        for (k, weight) in weights.into_iter().enumerate() {
-            let value = self.values.as_slice()[3 * face.index() + k];
-            if !value.is_nan() {
-                sum += weight * value;
-                total += weight;
-            }
+        for (value, weight) in values.iter().zip(weights).filter(|(value, _)| !value.is_nan()) {
+            sum += weight * value;
+            total += weight;
         }
         if total == 0.0 { f64::NAN } else { sum / total + self.shift[self.component[face] as usize] }
     }
 
-    /// The whole number nearest to [`value_at`](Winding::value_at) inside a face: its label, but near the curve's gaps, where the
-    /// value changes inside faces, that of the point. `None` at an endpoint.
+    /// The whole number nearest to [`value_at`](Winding::value_at): the label of the face, but near the curve's gaps, where the
+    /// value changes inside faces, that of the point. `None` where there is no value.
+    ///
+    /// ```
+    /// use eikona::mesh::{Curve, Face, SurfaceCurves, Vertex, shapes};
+    /// use eikona::winding::{WindingOptions, surface_winding_number};
+    /// let disk = shapes::disk(20, 6, 20.0)?;
+    /// let ring = Curve::signed([1, 2, 3, 4, 5, 6, 1].map(Vertex));
+    /// let winding = surface_winding_number(&disk, &SurfaceCurves::from_curve(ring), &WindingOptions::default())?;
+    /// let middle = disk.vertex_corners(Vertex(0))[0].face();
+    /// assert_eq!(winding.label_at(middle, [0.2, 0.3, 0.5]), Some(1));
+    /// assert_eq!(winding.labels_at(&[(middle, [1. / 3.; 3]), (Face(1_000_000), [1., 0., 0.])]), [Some(1), None]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn label_at(&self, face: Face, weights: [f64; 3]) -> Option<i32> {
         let value = self.value_at(face, weights);
         (!value.is_nan()).then(|| value.round() as i32)
+    }
+
+    /// [`label_at`](Winding::label_at) for many points.
+    pub fn labels_at(&self, points: &[(Face, [f64; 3])]) -> Vec<Option<i32>> {
+        points.iter().map(|&(face, weights)| self.label_at(face, weights)).collect()
+    }
+
+    /// The face of [`mesh`](Winding::mesh) in which a point of an input face lies, with the weights of its corners.
+    fn piece_at(&self, face: Face, mut weights: [f64; 3]) -> (Face, [f64; 3]) {
+        if self.parents.turned.get(face.index()) == Some(&true) {
+            weights.swap(1, 2);
+        }
+        let (Some(parents), Some((uncut, places))) = (&self.face_parent, &self.parents.cut) else {
+            return (face, weights);
+        };
+        if face.index() >= uncut.face_count() {
+            return (Face(u32::MAX), weights);
+        }
+        let corners = uncut.face_vertices(face);
+        let first = parents.partition_point(|&parent| parent < face);
+        let pieces = parents[first..].iter().take_while(|&&parent| parent == face).count();
+        let weights_in_piece = |piece: usize| {
+            let [a, b, c] =
+                self.mesh.face_vertices(Face(piece as u32)).map(|v| weights_in(places[v.index()], corners));
+            barycentric(weights, [a, b, c])
+        };
+        // The one with the least negative weights: rounding leaves points on sides in none.
+        let lowest = |w: &[f64; 3]| w.iter().fold(f64::INFINITY, |m, x| m.min(*x));
+        let best = (first..first + pieces)
+            .map(|piece| (Face(piece as u32), weights_in_piece(piece)))
+            .max_by(|a, b| lowest(&a.1).total_cmp(&lowest(&b.1)));
+        best.unwrap_or((Face(u32::MAX), weights))
     }
 
     /// What is left of the jump at an edge when the nonbounding part is taken off.
     pub fn bounding_jump(&self, edge: Edge) -> f64 {
         f64::from(self.curve[edge]) - self.nonbounding[edge]
     }
+}
+
+/// The weights that make a point of a triangle from three others, all of them given by weights; NaN if these lie on a line.
+fn barycentric(point: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+    let area =
+        |p: [f64; 3], q: [f64; 3], r: [f64; 3]| (q[1] - p[1]) * (r[2] - p[2]) - (q[2] - p[2]) * (r[1] - p[1]);
+    let whole = area(a, b, c);
+    [area(point, b, c), area(a, point, c), area(a, b, point)].map(|part| part / whole)
 }

@@ -1,66 +1,80 @@
 //! The steps of the method, in order.
 
 use crate::contour::side::consistently_wound;
+use crate::contour::{Embedded, EmbeddedCurve, embed_curves, parts_of_short_edges};
 use crate::geometry::{Triangle, lay_out, winding_is_consistent};
-use crate::phases::Phases;
-use crate::winding::chain::{Chain, Step};
+use crate::phases::{Phases, Running};
+use crate::winding::chain::{Chain, Step, along_edge};
+use crate::winding::coordinates::Coordinates;
 use crate::winding::decomposition::{nonbounding_steps, polylines};
 use crate::winding::error::WindingError;
-use crate::winding::harmonic::{Hodge, darboux_derivative, integrated_in_faces, jumps_of};
-use crate::winding::jump_laplace::{Coordinates, JumpLaplace, solve_jump_equation};
-use crate::winding::labels::labels;
-use crate::winding::nonbounding::{Nonbounding, nonbounding_part};
-use crate::winding::options::{Completion, Reference, WindingOptions};
-use crate::winding::solution::{ProgramReport, Winding, WindingReport};
-use crate::winding::weights::Weights;
+use crate::winding::harmonic::{integrated_in_faces, jumps_of};
+use crate::winding::jump_laplace::{darboux_derivative, differences, solve_jump_equation};
+use crate::winding::labels::{Labels, labels};
+use crate::winding::nonbounding::nonbounding_part;
+use crate::winding::operators::Operators;
+use crate::winding::options::{Completion, Diagnosis, Reference, WindingOptions};
+use crate::winding::orientation::{MOST_STRETCHES, Stretches, changed_area};
+use crate::winding::solution::{Parents, ProgramReport, Winding, WindingReport};
 use crate::wording::counted;
-use eikona_mesh::{Components, SurfaceCurves, Topology, TriangleMesh, Vertex};
-use eikona_numeric::{Cholesky, NumericError};
+use eikona_mesh::{
+    Components, Curve, CurveKind, Edge, Face, Located, Segment, SurfaceCurves, Topology, TriangleMesh,
+    Vertex, segment_host,
+};
+use eikona_numeric::Cholesky;
 use std::sync::OnceLock;
 
 /// A mesh with its factored operators: answers curve after curve.
 ///
-/// Curves without endpoints (closed, or from boundary to boundary) share one factor of the Laplacian. Others leave out the
-/// vertices at which they end, which changes its numbers but not its pattern: it is factored anew, not analysed anew.
+/// Curves along edges without endpoints (closed, or from boundary to boundary) share one factor of the Laplacian and one of the
+/// Hodge system. Others leave out the vertices at which they end, which changes the numbers of the Laplacian but not its pattern: it
+/// is factored anew, not analysed anew. For a curve across faces the mesh is cut, and the operators are those of the cut mesh.
 #[derive(Debug)]
 pub struct Solver {
     mesh: TriangleMesh,
+    /// Faces whose winding was turned over; empty if none was.
+    turned: Vec<bool>,
     consistent: bool,
     /// Every closed curve bounds: no nonbounding part is looked for.
     simply_connected: bool,
     triangles: Vec<Triangle>,
-    weights: Weights,
-    laplace: JumpLaplace,
-    /// Without excluded vertices; made when the first curve without endpoints comes.
-    whole: OnceLock<Cholesky<f64>>,
-    /// Made when the first curve comes that needs it.
-    hodge: OnceLock<Hodge>,
+    on_faces: Operators,
+    /// On the intrinsic Delaunay triangles.
+    on_delaunay: OnceLock<Operators>,
     warnings: Vec<String>,
 }
 
 impl Solver {
-    /// Sets up the operators. Nothing is factored before the first curve shows what is needed.
+    /// Sets up the operators. Nothing is analysed or factored before the first curve shows what is needed.
     ///
     /// # Errors
-    /// [`WindingError::NoFaces`], [`WindingError::Numeric`].
+    /// [`WindingError::NoFaces`].
     pub fn new(mesh: &TriangleMesh) -> Result<Solver, WindingError> {
         if mesh.face_count() == 0 {
             return Err(WindingError::NoFaces);
         }
         let mut warnings = Vec::new();
-        let mesh = consistently_wound(mesh, &mut warnings);
+        let wound = consistently_wound(mesh, &mut warnings);
+        let mut turned: Vec<bool> =
+            mesh.faces().map(|f| mesh.face_vertices(f) != wound.face_vertices(f)).collect();
+        if !turned.contains(&true) {
+            turned = Vec::new();
+        }
+        Ok(Solver { turned, warnings, ..Solver::on_wound(wound) })
+    }
+
+    fn on_wound(mesh: TriangleMesh) -> Solver {
         let triangles = lay_out(&mesh);
-        Ok(Solver {
+        Solver {
+            turned: Vec::new(),
             consistent: winding_is_consistent(&mesh),
             simply_connected: is_simply_connected(&mesh),
-            weights: Weights::of(&triangles),
-            laplace: JumpLaplace::new(&mesh)?,
-            whole: OnceLock::new(),
-            hodge: OnceLock::new(),
+            on_faces: Operators::on_faces(&mesh, &triangles),
+            on_delaunay: OnceLock::new(),
             mesh,
             triangles,
-            warnings,
-        })
+            warnings: Vec::new(),
+        }
     }
 
     /// The mesh that curves are given on: the input, with faces turned over so that they are wound alike if that is possible.
@@ -68,71 +82,210 @@ impl Solver {
         &self.mesh
     }
 
-    /// The winding number of curves along edges.
+    /// The winding number of curves. Where they cross faces, or end inside of edges or faces, the mesh is cut along them first
+    /// ([`embed_curves`]); and where open pieces of them have fewer than 8 edges, unless
+    /// [`split_short`](WindingOptions::split_short) is off. The result is on the cut mesh then, with the parent of each face in
+    /// [`Winding::face_parent`].
     ///
     /// # Errors
-    /// [`WindingError::NoCurve`], [`WindingError::Unsigned`], [`WindingError::Curve`], [`WindingError::NotAlongEdges`],
+    /// [`WindingError::NoCurve`], [`WindingError::Unsigned`], [`WindingError::Curve`], [`WindingError::Embed`],
     /// [`WindingError::Multiplicity`], [`WindingError::Option`], and failures of the solves.
     ///
     /// # Cost
     /// Two back-substitutions; for curves with endpoints a factorisation, and on surfaces that are not simply connected the Hodge
-    /// system (factored once) and a linear program on the faces.
+    /// system (factored once) and a linear program on the faces. Where the mesh is cut, analysis and factorisation of its operators.
     pub fn solve(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<Winding, WindingError> {
         let mut phases = Phases::start();
         self.check(curves, options)?;
+        let segments = curves.segments(&self.mesh)?;
+        phases.end("check");
+        if segments.iter().all(|s| along_edge(s).is_some()) {
+            let walks = walks(curves, &segments);
+            if !options.split_short || parts_of_short_edges(&self.mesh, &walks).is_empty() {
+                let warnings = self.warnings.clone();
+                let mut winding =
+                    self.solve_along_edges(curves, &segments, walks, options, warnings, phases)?;
+                winding.parents = Parents { turned: self.turned.clone(), ..Parents::default() };
+                return Ok(winding);
+            }
+        }
+        self.solve_cut(curves, options, phases)
+    }
+
+    /// Cuts the mesh and solves there.
+    fn solve_cut(
+        &self,
+        curves: &SurfaceCurves,
+        options: &WindingOptions,
+        mut phases: Running,
+    ) -> Result<Winding, WindingError> {
+        let mut embedded = embed_curves(&self.mesh, curves)?;
+        if options.split_short {
+            embedded = embedded.split_short()?;
+        }
+        let mut options = *options;
+        if let Reference::Face(face) = options.reference {
+            let child = embedded.face_parent.iter().position(|&parent| parent == face);
+            let child = child.ok_or(WindingError::no_such_reference(face))?;
+            options.reference = Reference::Face(Face(child as u32));
+        }
+        let cut = Solver::on_wound(embedded.mesh.clone());
+        phases.end("cut");
+        let Embedded { mesh, face_parent, vertex_place, curves: walks, .. } = embedded;
+        let curve = |w: &EmbeddedCurve| {
+            let nodes = w.vertices.iter().map(|&v| v.into()).collect();
+            Curve { kind: w.kind, up: w.up, nodes }
+        };
+        let along = SurfaceCurves { curves: walks.iter().map(curve).collect(), points: Vec::new() };
+        let segments = segments_of(&mesh, &walks);
+        let warnings = self.warnings.clone();
+        let mut winding = cut.solve_along_edges(&along, &segments, walks, &options, warnings, phases)?;
+        winding.face_parent = Some(face_parent);
+        winding.parents =
+            Parents { turned: self.turned.clone(), cut: Some((self.mesh.clone(), vertex_place)) };
+        Ok(winding)
+    }
+
+    /// Solves for curves along edges, and looks at their orientation.
+    fn solve_along_edges(
+        &self,
+        curves: &SurfaceCurves,
+        segments: &[Segment],
+        walks: Vec<EmbeddedCurve>,
+        options: &WindingOptions,
+        mut warnings: Vec<String>,
+        mut phases: Running,
+    ) -> Result<Winding, WindingError> {
         let mesh = &self.mesh;
-        let mut warnings = self.warnings.clone();
-        let (chain, steps) = Chain::of(mesh, self.consistent, curves, &mut warnings)?;
+        let (chain, steps) = Chain::of(mesh, self.consistent, curves, segments, &mut warnings)?;
         note_chain(&chain, &mut warnings);
-        let jump: Vec<f64> = chain.jump.iter().map(|&j| f64::from(j)).collect();
+        let found = self.solve_chain(&chain.jump, options, &mut phases)?;
+        note_not_fans(&found.coordinates, &mut warnings);
+        note_freed(&found.freed, mesh, &mut warnings);
+
+        let stretches = Stretches::of(&steps);
+        let diagnosed = match options.diagnosis {
+            Diagnosis::Never => false,
+            Diagnosis::Always => true,
+            Diagnosis::Automatic => stretches.count() <= MOST_STRETCHES,
+        };
+        let mut orientation = None;
+        if diagnosed {
+            let mut report =
+                stretches.diagnose(mesh, &self.triangles, &self.on_faces, &found.excluded, &walks)?;
+            if !report.reversed.is_empty() {
+                let jump = report.turned_over(&steps, &chain.jump);
+                let other = self.solve_chain(&jump, options, &mut Phases::start())?;
+                report.changed_area = changed_area(&self.triangles, &found.labels.label, &other.labels.label);
+                warnings.push(report.sentence());
+            }
+            orientation = Some(report);
+            phases.end("orientation");
+        }
+
+        let bounds = by_curve(walks.len(), &steps, &nonbounding_steps(&steps, &found.nonbounding));
+        let label = &found.labels.label;
+        let bounding_loops = polylines(mesh, |e| match mesh.edge_halfedges(e) {
+            &[a, b] => f64::from(label[a.face().index()] - label[b.face().index()]),
+            _ => 0.0,
+        });
+        let nonbounding_loops = polylines(mesh, |e| found.nonbounding[e.index()]);
+        phases.end("loops");
+        let largest_nonbounding = found.nonbounding.iter().fold(0.0f64, |m, t| m.max(t.abs()));
+        let farthest_from_whole = found.nonbounding.iter().fold(0.0f64, |m, t| m.max((t - t.round()).abs()));
+        Ok(Winding {
+            mesh: mesh.clone(),
+            face_parent: None,
+            parents: Parents::default(),
+            values: found.values.into(),
+            labels: found.labels.label.into(),
+            margin: found.labels.margin.into(),
+            shift: found.labels.shift,
+            component: found.components.of_face,
+            curves: walks,
+            curve: chain.jump.into(),
+            nonbounding: found.nonbounding.into(),
+            residual_function: found.residual_function.into(),
+            endpoints: found.coordinates.endpoints,
+            bounds,
+            bounding_loops,
+            nonbounding_loops,
+            report: WindingReport {
+                phases: phases.finish(),
+                residual: found.residual,
+                program: found.program,
+                largest_nonbounding,
+                farthest_from_whole,
+                orientation,
+                warnings,
+            },
+        })
+    }
+
+    /// Steps 1 to 10 and the labels, for jumps at edges.
+    fn solve_chain(
+        &self,
+        curve: &[i32],
+        options: &WindingOptions,
+        phases: &mut Running,
+    ) -> Result<Found, WindingError> {
+        let mesh = &self.mesh;
+        let jump: Vec<f64> = curve.iter().map(|&j| f64::from(j)).collect();
         let coordinates = Coordinates::of(mesh, &jump, 0.5);
-        note_not_fans(&coordinates, &mut warnings);
         let mut excluded = vec![false; mesh.vertex_count()];
         coordinates.left_out().for_each(|v| excluded[v.index()] = true);
         let all_closed = coordinates.left_out().next().is_none();
         phases.end("chain");
 
-        let own;
-        let factor = if all_closed {
-            self.whole_factor()?
+        let own_operators;
+        let on = if !options.intrinsic_delaunay {
+            &self.on_faces
+        } else if all_closed {
+            self.on_delaunay.get_or_init(|| Operators::on_delaunay(mesh, &self.triangles, &excluded))
         } else {
-            own = self.laplace.factor(mesh, &self.weights, &excluded)?;
-            &own
+            own_operators = Operators::on_delaunay(mesh, &self.triangles, &excluded);
+            &own_operators
+        };
+        let own_factor;
+        let factor = if all_closed {
+            on.whole_factor(mesh)?
+        } else {
+            own_factor = on.factor(mesh, &excluded)?;
+            &own_factor
         };
         phases.end("factorisation");
-        let equation = |corner: &[f64]| solve_jump_equation(mesh, &self.weights, factor, &excluded, corner);
-        let (mut values, mut residual) = equation(&coordinates.corner)?;
-        phases.end("jump equation");
-
-        let mut program = None;
+        let equation = |corner: &[f64]| jump_function(mesh, on, factor, &excluded, corner);
+        let (mut values, derivative, mut residual) = equation(&coordinates.corner)?;
         let mut nonbounding = vec![0.0; mesh.edge_count()];
         let mut residual_function = vec![0.0; 3 * mesh.face_count()];
+        let (mut program, mut freed) = (None, Vec::new());
+        phases.end("jump equation");
+
         if !self.simply_connected {
-            let derivative = darboux_derivative(mesh, &values);
             let mut harmonic = derivative;
             if !all_closed {
                 let hodge_residual;
-                (harmonic, hodge_residual) = self.hodge()?.harmonic_part(mesh, &harmonic)?;
+                (harmonic, hodge_residual) = on.hodge(mesh)?.harmonic_part(&on.triangulation, &harmonic)?;
                 residual = residual.max(hodge_residual);
             }
+            on.triangulation.form_to_mesh(&mut harmonic);
             phases.end("harmonic part");
             let largest = harmonic.iter().fold(0.0f64, |m, x| m.max(x.abs()));
             if largest > NO_HARMONIC_PART {
                 let in_faces = integrated_in_faces(&harmonic);
                 let shift = jumps_of(mesh, &in_faces);
-                let part = nonbounding_part(mesh, &self.triangles, &chain.jump, &shift, options.epsilon)?;
-                let Nonbounding { jump: t, shift_of_face, certificate, objective, statistics } = part;
+                let part = nonbounding_part(mesh, &self.triangles, curve, &shift, options.epsilon)?;
                 for (corner, value) in residual_function.iter_mut().enumerate() {
-                    *value = in_faces[corner] + shift_of_face[corner / 3];
+                    *value = in_faces[corner] + part.shift_of_face[corner / 3];
                 }
-                nonbounding = t;
-                program = Some(ProgramReport { objective, certificate, statistics });
+                (nonbounding, freed) = (part.jump, part.freed);
+                program = Some(part.report);
                 phases.end("linear program");
 
                 let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
-                let corrected = self.corrected(&coordinates, &chain.jump, &rest, options.completion);
+                let corrected = self.corrected(&coordinates, curve, &rest, options.completion);
                 let second;
-                (values, second) = equation(&corrected)?;
+                (values, _, second) = equation(&corrected)?;
                 residual = residual.max(second);
                 phases.end("second jump equation");
             }
@@ -141,45 +294,27 @@ impl Solver {
         let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
         let components = Components::of(mesh);
         let labels = labels(mesh, &self.triangles, &components, &values, &rest, options.reference);
-        let bounds = by_curve(curves, &steps, &nonbounding_steps(&steps, &nonbounding));
-        let bounding_loops = polylines(mesh, |e| match mesh.edge_halfedges(e) {
-            &[a, b] => f64::from(labels.label[a.face().index()] - labels.label[b.face().index()]),
-            _ => 0.0,
-        });
-        let nonbounding_loops = polylines(mesh, |e| nonbounding[e.index()]);
-        phases.end("regions");
-
-        let largest_nonbounding = nonbounding.iter().fold(0.0f64, |m, t| m.max(t.abs()));
-        let farthest_from_whole = nonbounding.iter().fold(0.0f64, |m, t| m.max((t - t.round()).abs()));
-        Ok(Winding {
-            mesh: mesh.clone(),
-            face_parent: None,
-            values: values.into(),
-            labels: labels.label.into(),
-            margin: labels.margin.into(),
-            shift: labels.shift,
-            component: components.of_face,
-            curve: chain.jump.into(),
-            nonbounding: nonbounding.into(),
-            residual_function: residual_function.into(),
-            endpoints: coordinates.endpoints,
-            bounds,
-            bounding_loops,
-            nonbounding_loops,
-            report: WindingReport {
-                phases: phases.finish(),
-                residual,
-                program,
-                largest_nonbounding,
-                farthest_from_whole,
-                warnings,
-            },
+        phases.end("labels");
+        Ok(Found {
+            coordinates,
+            excluded,
+            values,
+            nonbounding,
+            residual_function,
+            components,
+            labels,
+            residual,
+            program,
+            freed,
         })
     }
 
     fn check(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<(), WindingError> {
         if curves.curves.is_empty() {
             return Err(WindingError::NoCurve);
+        }
+        if let Some(curve) = curves.curves.iter().position(|c| c.kind == CurveKind::Unsigned) {
+            return Err(WindingError::Unsigned { curve });
         }
         let epsilon = options.epsilon;
         if !(epsilon > 0.0 && epsilon <= 1.0) {
@@ -216,23 +351,38 @@ impl Solver {
         }
         corner
     }
+}
 
-    fn whole_factor(&self) -> Result<&Cholesky<f64>, NumericError> {
-        if let Some(factor) = self.whole.get() {
-            return Ok(factor);
-        }
-        let none = vec![false; self.mesh.vertex_count()];
-        let factor = self.laplace.factor(&self.mesh, &self.weights, &none)?;
-        Ok(self.whole.get_or_init(|| factor))
-    }
+/// What the steps give for jumps at edges.
+struct Found {
+    coordinates: Coordinates,
+    excluded: Vec<bool>,
+    values: Vec<f64>,
+    nonbounding: Vec<f64>,
+    residual_function: Vec<f64>,
+    components: Components,
+    labels: Labels,
+    residual: f64,
+    program: Option<ProgramReport>,
+    freed: Vec<Edge>,
+}
 
-    fn hodge(&self) -> Result<&Hodge, NumericError> {
-        if let Some(hodge) = self.hodge.get() {
-            return Ok(hodge);
-        }
-        let hodge = Hodge::new(&self.mesh, &self.weights)?;
-        Ok(self.hodge.get_or_init(|| hodge))
-    }
+/// The smoothest function with these coordinates at corners, NaN at excluded vertices; its derivative along the halfedges of the
+/// operators' triangulation; and the relative residual.
+fn jump_function(
+    mesh: &TriangleMesh,
+    on: &Operators,
+    factor: &Cholesky<f64>,
+    excluded: &[bool],
+    coordinates: &[f64],
+) -> Result<(Vec<f64>, Vec<f64>, f64), WindingError> {
+    let mut differences = differences(coordinates);
+    on.triangulation.form_from_mesh(&mut differences);
+    let (base, residual) = solve_jump_equation(&on.triangulation, factor, excluded, &differences)?;
+    let derivative = darboux_derivative(&on.triangulation, excluded, &base, &differences);
+    let value = |(&v, c): (&u32, &f64)| if excluded[v as usize] { f64::NAN } else { base[v as usize] + c };
+    let values = mesh.triangles().iter().flatten().zip(coordinates).map(value).collect();
+    Ok((values, derivative, residual))
 }
 
 /// A harmonic form below this (jumps are whole numbers) is rounding: every part of the curve bounds.
@@ -245,8 +395,41 @@ fn is_simply_connected(mesh: &TriangleMesh) -> bool {
         && topology.components.iter().all(|c| c.genus == Some(0) && c.boundary_loop_count <= 1)
 }
 
-fn by_curve(curves: &SurfaceCurves, steps: &[Step], nonbounding: &[bool]) -> Vec<Vec<bool>> {
-    let mut result = vec![Vec::new(); curves.curves.len()];
+/// The steps of walks along edges.
+fn segments_of(mesh: &TriangleMesh, walks: &[EmbeddedCurve]) -> Vec<Segment> {
+    let mut segments = Vec::new();
+    for (curve, walk) in walks.iter().enumerate() {
+        for (node, ends) in walk.vertices.windows(2).enumerate() {
+            let ends = [Located::Vertex(ends[0]), Located::Vertex(ends[1])];
+            if let Some(host) = segment_host(mesh, ends[0], ends[1]) {
+                segments.push(Segment { curve, node, ends, host });
+            }
+        }
+    }
+    segments
+}
+
+/// Curves along edges as walks.
+fn walks(curves: &SurfaceCurves, segments: &[Segment]) -> Vec<EmbeddedCurve> {
+    let mut walks: Vec<EmbeddedCurve> = curves
+        .curves
+        .iter()
+        .map(|c| EmbeddedCurve { kind: c.kind, up: c.up, vertices: Vec::new(), segments: Vec::new() })
+        .collect();
+    for segment in segments {
+        let [Located::Vertex(from), Located::Vertex(to)] = segment.ends else { continue };
+        let walk = &mut walks[segment.curve];
+        if walk.vertices.is_empty() {
+            walk.vertices.push(from);
+        }
+        walk.vertices.push(to);
+        walk.segments.push(segment.node);
+    }
+    walks
+}
+
+fn by_curve(curves: usize, steps: &[Step], nonbounding: &[bool]) -> Vec<Vec<bool>> {
+    let mut result = vec![Vec::new(); curves];
     for (step, nonbounding) in steps.iter().zip(nonbounding) {
         result[step.curve].push(!nonbounding);
     }
@@ -268,6 +451,9 @@ fn note_chain(chain: &Chain, warnings: &mut Vec<String>) {
             "{steps} along edges of three or more faces, where there is no left; they are left out"
         ));
     }
+    if chain.jump.iter().all(|&j| j == 0) {
+        warnings.push("nothing is left of the curve, so every region is outside".into());
+    }
 }
 
 fn note_not_fans(coordinates: &Coordinates, warnings: &mut Vec<String>) {
@@ -277,6 +463,19 @@ fn note_not_fans(coordinates: &Coordinates, warnings: &mut Vec<String>) {
         warnings.push(format!(
             "{vertices} more than one fan of faces, the first is vertex {}; the winding number has no value there",
             first.index()
+        ));
+    }
+}
+
+fn note_freed(freed: &[Edge], mesh: &TriangleMesh, warnings: &mut Vec<String>) {
+    if let Some(&first) = freed.first() {
+        let [a, b] = mesh.edge_vertices(first);
+        let edges = counted(freed.len(), "edge of the curve is", "edges of the curve are");
+        warnings.push(format!(
+            "{edges} all that joins a ring of faces, the first from vertex {} to {}: the nonbounding part may be larger than the \
+             curve there; refine the mesh around it",
+            a.index(),
+            b.index()
         ));
     }
 }

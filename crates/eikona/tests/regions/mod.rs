@@ -17,3 +17,10 @@ pub fn boundary_of(mesh: &TriangleMesh, inside: impl Fn(Face) -> bool) -> Vec<Cu
     }
     sides
 }
+
+pub fn area(mesh: &TriangleMesh, f: Face) -> f64 {
+    let [a, b, c] = mesh.face_positions(f);
+    let (u, v) = ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| c[k] - a[k]));
+    let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    0.5 * n.iter().map(|x| x * x).sum::<f64>().sqrt()
+}

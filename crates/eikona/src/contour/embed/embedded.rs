@@ -6,7 +6,7 @@ use eikona_mesh::{
     Curve, CurveKind, Edge, EdgeField, ElementId, Face, FaceField, Field, Located, SurfaceCurves,
     SurfacePoint, TriangleMesh, Vertex, VertexField,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Pieces of curves with fewer edges than this are short, see [`Embedded::split_short`].
 pub const SHORT: usize = 8;
@@ -214,12 +214,12 @@ impl Embedded {
         Ok(gathered.into())
     }
 
-    /// Bisects the edges of every piece of the curves that has fewer than [`SHORT`] edges, until it has as many.
+    /// Bisects the edges of every open piece of the curves that has fewer than [`SHORT`] edges, until it has as many.
     ///
     /// Methods whose functions turn about the ends of an open curve leave those vertices out of their operators, and with them
     /// every edge between two of them. A curve of a single edge would so leave no trace at all; with vertices inside it,
     /// it leaves one. A piece is what hangs together through vertices of the curves; its edges count once, however often they are
-    /// walked. Edges are cut into 2, 4 or 8 equal parts, and with them the faces there.
+    /// walked. It is open if not as many steps arrive as leave at each of its vertices, those on the boundary of the mesh aside. Edges are cut into 2, 4 or 8 equal parts, and with them the faces there.
     ///
     /// # Errors
     /// [`EmbedError::Mesh`] if the result is too large.
@@ -227,8 +227,8 @@ impl Embedded {
     /// # Cost
     /// That of [`embed_curves`](super::embed_curves); nothing if no piece is short.
     pub fn split_short(&self) -> Result<Embedded, EmbedError> {
-        let parts = self.parts_of_edges();
-        if parts.values().all(|&n| n == 1) {
+        let parts = parts_of_short_edges(&self.mesh, &self.curves);
+        if parts.is_empty() {
             return Ok(self.clone());
         }
         // The same curves with the new vertices as nodes, and the step that each node begins.
@@ -258,27 +258,6 @@ impl Embedded {
         finer.vertex_place = self.places_of_places(&finer);
         finer.input = self.input.clone();
         Ok(finer)
-    }
-
-    /// Into how many parts each edge of a curve has to be cut.
-    fn parts_of_edges(&self) -> BTreeMap<[Vertex; 2], usize> {
-        let mut parts: BTreeMap<[Vertex; 2], usize> = BTreeMap::new();
-        for curve in &self.curves {
-            parts.extend(curve.vertices.windows(2).map(|v| (sorted(v[0], v[1]), 1)));
-        }
-        let mut pieces = Pieces::default();
-        for edge in parts.keys() {
-            pieces.join(edge[0], edge[1]);
-        }
-        let mut edges_of: BTreeMap<Vertex, usize> = BTreeMap::new();
-        for edge in parts.keys() {
-            *edges_of.entry(pieces.find(edge[0])).or_default() += 1;
-        }
-        for (edge, count) in &mut parts {
-            let edges = edges_of.get(&pieces.find(edge[0])).copied().unwrap_or(SHORT);
-            *count = SHORT.div_ceil(edges.max(1)).next_power_of_two();
-        }
-        parts
     }
 
     /// Where the vertices of a mesh cut from this one lie on the input.
@@ -311,8 +290,46 @@ impl Embedded {
     }
 }
 
+/// Into how many parts each edge has to be cut that belongs to a short open piece of the curves.
+pub(crate) fn parts_of_short_edges(
+    mesh: &TriangleMesh,
+    curves: &[EmbeddedCurve],
+) -> BTreeMap<[Vertex; 2], usize> {
+    let mut edges: BTreeSet<[Vertex; 2]> = BTreeSet::new();
+    let mut leaving_less_arriving: BTreeMap<Vertex, i64> = BTreeMap::new();
+    let mut pieces = Pieces::default();
+    for ends in curves.iter().flat_map(|c| c.vertices.windows(2)) {
+        pieces.join(ends[0], ends[1]);
+        edges.insert(sorted(ends[0], ends[1]));
+        *leaving_less_arriving.entry(ends[0]).or_default() += 1;
+        *leaving_less_arriving.entry(ends[1]).or_default() -= 1;
+    }
+    let on_boundary = |v: Vertex| {
+        let corners = mesh.vertex_corners(v).iter();
+        let mut sides = corners.flat_map(|c| [c.halfedge(), c.halfedge().previous()]);
+        sides.any(|h| mesh.edge_halfedges(mesh.edge(h)).len() == 1)
+    };
+    let mut open: BTreeSet<Vertex> = BTreeSet::new();
+    for (v, _) in leaving_less_arriving.into_iter().filter(|&(v, n)| n != 0 && !on_boundary(v)) {
+        open.insert(pieces.find(v));
+    }
+    let mut edges_of: BTreeMap<Vertex, usize> = BTreeMap::new();
+    for edge in &edges {
+        *edges_of.entry(pieces.find(edge[0])).or_default() += 1;
+    }
+    let mut parts = BTreeMap::new();
+    for edge in edges {
+        let piece = pieces.find(edge[0]);
+        let count = SHORT.div_ceil(edges_of[&piece]).next_power_of_two();
+        if count > 1 && open.contains(&piece) {
+            parts.insert(edge, count);
+        }
+    }
+    parts
+}
+
 /// The weights that a place gives to the corners of a face in which it lies.
-fn weights_in(place: SurfacePoint, corners: [Vertex; 3]) -> [f64; 3] {
+pub(crate) fn weights_in(place: SurfacePoint, corners: [Vertex; 3]) -> [f64; 3] {
     let weight = |corner: u32| match place {
         SurfacePoint::Vertex { vertex } => f64::from(u8::from(vertex == corner)),
         SurfacePoint::Edge { vertices: [a, b], t } => match corner {

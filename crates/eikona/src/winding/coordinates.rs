@@ -1,0 +1,68 @@
+//! Step 1: jumps across edges as values at corners.
+
+use crate::winding::fan::Fan;
+use eikona_mesh::{TriangleMesh, Vertex};
+
+/// What jumps mean around each vertex.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Coordinates {
+    /// Value at each corner relative to the vertex's first one (*reduced coordinates*, section 2.3.1).
+    pub corner: Vec<f64>,
+    /// Vertices around which the jumps do not add up: the curve ends there. They have no coordinates.
+    pub endpoints: Vec<Vertex>,
+    /// Vertices with jumps whose faces are not one fan. They have no coordinates either.
+    ///
+    /// Deviation: the public program takes the curve for absent there, so that the jumps at both ends of an edge differ and the
+    /// derivative is no form any more. (Test `a_fin_is_warned_of_and_changes_little_elsewhere`.)
+    pub not_fans: Vec<Vertex>,
+}
+
+impl Coordinates {
+    /// The vertices that have no coordinates.
+    pub fn left_out(&self) -> impl Iterator<Item = Vertex> {
+        self.endpoints.iter().chain(&self.not_fans).copied()
+    }
+
+    /// Those of no jumps.
+    pub fn none(mesh: &TriangleMesh) -> Coordinates {
+        Coordinates { corner: vec![0.0; 3 * mesh.face_count()], ..Coordinates::default() }
+    }
+
+    /// Walks around every vertex at an edge with a jump. Around an inner vertex jumps that add up to more than `tolerance` make it
+    /// an endpoint.
+    pub fn of(mesh: &TriangleMesh, jump: &[f64], tolerance: f64) -> Coordinates {
+        let mut result = Coordinates::none(mesh);
+        result.walk_around(mesh, jump, vertices_at_jumps(mesh, jump), tolerance);
+        result
+    }
+
+    /// Walks around these vertices.
+    pub fn walk_around(&mut self, mesh: &TriangleMesh, jump: &[f64], vertices: Vec<Vertex>, tolerance: f64) {
+        let mut fan = Fan::default();
+        for v in vertices {
+            if !fan.walk(mesh, v) {
+                self.not_fans.push(v);
+                continue;
+            }
+            let mut sum = 0.0;
+            for (i, crossing) in fan.crossings.iter().enumerate() {
+                sum += crossing.change(jump);
+                if let Some(&corner) = fan.corners.get(i + 1) {
+                    self.corner[corner] = sum;
+                }
+            }
+            if fan.closed && sum.abs() > tolerance {
+                fan.corners.iter().for_each(|&c| self.corner[c] = 0.0);
+                self.endpoints.push(v);
+            }
+        }
+    }
+}
+
+fn vertices_at_jumps(mesh: &TriangleMesh, jump: &[f64]) -> Vec<Vertex> {
+    let mut vertices: Vec<Vertex> =
+        mesh.edges().filter(|e| jump[e.index()] != 0.0).flat_map(|e| mesh.edge_vertices(e)).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    vertices
+}
