@@ -1,7 +1,6 @@
 //! The command `eikona`: it reads files, calls the library, prints and writes. No mathematics is done here.
 
 mod bench;
-mod bench_case;
 mod demo;
 mod exit;
 mod field_file;

@@ -16,7 +16,9 @@ fn examples(help: &str) -> Vec<String> {
 #[test]
 fn the_examples_of_every_help_text_work() {
     let mut ran = 0;
-    for verb in ["sdf", "inspect", "make", "render", "demo", "bench", ""] {
+    for verb in
+        ["sdf", "winding", "inspect", "make", "render", "demo", "bench", "bench sdf", "bench winding", ""]
+    {
         let folder = Folder::new();
         folder.write("distance.ply", ""); // written anew by the examples
         let help = folder.done(&format!("{verb} --help"));
@@ -50,11 +52,16 @@ fn completions_and_version_are_printed() {
 fn every_verb_writes_a_report() {
     let folder = Folder::new();
     for (verb, command) in [
-        ("make", "make torus nu=20 nv=10 -o t.ply --seed 3 --jitter 0.1"),
+        (
+            "make",
+            "make torus nu=20 nv=10 -o t.ply --seed 3 --jitter 0.1 --curve-out c.json --cut axis=x,at=0.9",
+        ),
         ("inspect", "inspect t.ply"),
         ("sdf", "sdf t.ply --points 0 -o d.ply"),
         ("render", "render d.ply -o d.png --size 200x150"),
+        ("winding", "winding t.ply --curve c.json -o w.ply"),
         ("bench", "bench sdf --faces 300 --repeats 1"),
+        ("bench", "bench winding --faces 300"),
     ] {
         folder.done(&format!("{command} --report r.json"));
         let report = folder.json("r.json");
@@ -189,6 +196,25 @@ fn the_benchmark_measures_every_mode() {
             for mode in run["modes"].as_array().unwrap() {
                 assert!(mode["l2_error"].as_f64().unwrap() < 5e-3, "{mode}");
             }
+        }
+    }
+}
+
+#[test]
+fn the_benchmark_measures_winding_numbers() {
+    let folder = Folder::new();
+    for shape in ["torus", "double-torus"] {
+        let text = folder.done(&format!("bench winding --faces 9000 --shape {shape} --json")).text();
+        let bench: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let [closed, broken] = bench["runs"].as_array().unwrap().as_slice() else { panic!("two states") };
+        assert_eq!((closed["curve"].as_str(), closed["endpoints"].as_u64()), (Some("closed"), Some(0)));
+        assert_eq!(closed["right"].as_f64(), Some(1.0));
+        assert!(broken["endpoints"].as_u64().unwrap() >= 18);
+        assert!(broken["right"].as_f64().unwrap() > 0.9, "{broken}");
+        for run in [closed, broken] {
+            assert!(run["gap"].as_f64().unwrap() < 1e-9, "{run}");
+            assert!(run["objective"].as_f64().unwrap() > 0.01, "some loops bound nothing");
+            assert!(run["phases"].as_array().unwrap().len() > 5);
         }
     }
 }

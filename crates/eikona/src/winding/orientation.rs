@@ -138,7 +138,7 @@ impl Stretches {
         curves: &[EmbeddedCurve],
     ) -> Result<Orientation, WindingError> {
         let mut report = Orientation { stretches: self.count(), ..Orientation::default() };
-        if self.count() < 2 {
+        if self.count() < 2 || !(0..self.count()).any(|p| self.has_ends(p)) {
             return Ok(report);
         }
         let interaction = self.interaction(mesh, on, excluded)?;

@@ -1,7 +1,8 @@
-//! `eikona bench`: phases, accuracy and memory on meshes with a known answer, each size in a process of its own; optionally
+//! `eikona bench sdf`: phases, accuracy and memory on meshes with a known answer, each size in a process of its own; optionally
 //! beside potpourri3d on the same mesh and curve.
 
-use crate::bench_case::{Case, Shape};
+use crate::bench::case::{Case, Shape};
+use crate::bench::{megabytes, output_json, parse_faces, print_json, printed, this_program};
 use crate::exit::Failure;
 use crate::report::peak_memory_bytes;
 use crate::session::{General, Session, print_bytes};
@@ -14,15 +15,12 @@ use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// Arguments of `eikona bench`.
+/// Arguments of `eikona bench sdf`.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   eikona bench sdf --faces 5000
   eikona bench sdf --faces 20000,100000,500000 --peer potpourri3d --json > bench.json")]
-pub struct BenchArguments {
-    /// What is measured
-    #[arg(value_enum)]
-    pub method: Method,
+pub struct SdfBench {
     /// About how many faces, one or several sizes
     #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "20000,100000", allow_negative_numbers = true, value_parser = parse_faces)]
     pub faces: Vec<usize>,
@@ -50,13 +48,6 @@ pub struct BenchArguments {
     /// Write the mesh, the curve and the truth into this folder instead of measuring.
     #[arg(long, hide = true)]
     pub export: Option<PathBuf>,
-}
-
-/// What can be measured.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Method {
-    /// Signed distance on a surface
-    Sdf,
 }
 
 /// What it can be compared with.
@@ -102,24 +93,14 @@ struct PeerRun {
     peak_memory_bytes: Option<u64>,
 }
 
-fn parse_faces(text: &str) -> Result<usize, String> {
-    const MOST: usize = 100_000_000;
-    text.parse()
-        .ok()
-        .filter(|n| (1..=MOST).contains(n))
-        .ok_or("a number from 1 to 100000000 is expected".into())
-}
-
 /// Runs the verb. Gives the exit code.
-pub fn run(arguments: &BenchArguments, general: &General) -> Result<u8, Failure> {
-    let Method::Sdf = arguments.method;
+pub fn run(arguments: &SdfBench, general: &General) -> Result<u8, Failure> {
     if let (Some(&faces), Some(folder)) = (arguments.faces.first(), &arguments.export) {
         return Case::new(arguments.shape, faces)?.export(folder).map(|()| 0);
     }
     if let (Some(&faces), true) = (arguments.faces.first(), arguments.in_this_process) {
         let run = measure(&Case::new(arguments.shape, faces)?, arguments, general)?;
-        let text = serde_json::to_string(&run).map_err(|e| Failure::Failed(e.to_string()))?;
-        return print_bytes(text.as_bytes()).map(|()| 0);
+        return printed(&run);
     }
     let mut session = Session::new("bench", general);
     session.check_report()?;
@@ -139,17 +120,11 @@ pub fn run(arguments: &BenchArguments, general: &General) -> Result<u8, Failure>
         }
         runs.push(run);
     }
-    let value = serde_json::json!({
-        "eikona": "bench", "version": 1, "tool_version": env!("CARGO_PKG_VERSION"), "method": "sdf", "runs": runs,
-    });
-    if arguments.json {
-        print_bytes((serde_json::to_string_pretty(&value).unwrap_or_default() + "\n").as_bytes())?;
-    }
-    session.report.result.insert("bench".into(), value);
+    print_json("sdf", &runs, arguments.json, &mut session)?;
     session.finish()
 }
 
-fn measure(case: &Case, arguments: &BenchArguments, general: &General) -> Result<Run, Failure> {
+fn measure(case: &Case, arguments: &SdfBench, general: &General) -> Result<Run, Failure> {
     let threads = general.threads.map_or(1, usize::from);
     let start = Instant::now();
     let options = SolverOptions { time: arguments.time, threads, memory_limit: None };
@@ -199,45 +174,22 @@ fn measure(case: &Case, arguments: &BenchArguments, general: &General) -> Result
 }
 
 /// This program again, for one size.
-fn this_program(faces: usize, arguments: &BenchArguments) -> Result<Command, Failure> {
-    let program = std::env::current_exe()
-        .map_err(|e| Failure::Failed(format!("this program can not find itself to start again: {e}")))?;
+fn for_one_size(faces: usize, arguments: &SdfBench) -> Result<Command, Failure> {
     let time = match arguments.time {
         DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps => "auto".to_string(),
         DiffusionTime::Coefficient(c) => c.to_string(),
     };
-    let mut command = Command::new(program);
+    let mut command = this_program()?;
     command.args(["bench", "sdf", "--faces", &faces.to_string(), "--shape", arguments.shape.name()]);
     command.args(["--time", &time, "--repeats", &arguments.repeats.to_string()]);
     Ok(command)
 }
 
-fn measure_apart(faces: usize, arguments: &BenchArguments, general: &General) -> Result<Run, Failure> {
-    let mut command = this_program(faces, arguments)?;
+fn measure_apart(faces: usize, arguments: &SdfBench, general: &General) -> Result<Run, Failure> {
+    let mut command = for_one_size(faces, arguments)?;
     command.arg("--in-this-process");
     command.args(["--threads", &general.threads.unwrap_or(1).to_string()]);
     output_json(&mut command)
-}
-
-/// The JSON that a program prints.
-fn output_json<T: for<'a> Deserialize<'a>>(command: &mut Command) -> Result<T, Failure> {
-    let name = command.get_program().to_string_lossy().into_owned();
-    let output = command
-        .stdin(Stdio::null())
-        .stderr(Stdio::piped())
-        .output()
-        .map_err(|e| Failure::Failed(format!("{name} can not be started: {e}")))?;
-    if !output.status.success() {
-        let message = String::from_utf8_lossy(&output.stderr);
-        let message = message.trim().trim_start_matches("error: ").to_string();
-        return Err(match output.status.code() {
-            Some(2) => Failure::Usage(message),
-            Some(3) => Failure::Input(message),
-            _ => Failure::Failed(format!("{name} ended with {}: {message}", output.status)),
-        });
-    }
-    serde_json::from_slice(&output.stdout)
-        .map_err(|e| Failure::Failed(format!("{name} printed no numbers that can be read: {e}")))
 }
 
 fn find_peer(python: &Path) -> Result<(), Failure> {
@@ -269,7 +221,7 @@ pub fn remove_temporary_folder() {
     }
 }
 
-fn measure_peer(faces: usize, ours: &Run, arguments: &BenchArguments) -> Result<PeerRun, Failure> {
+fn measure_peer(faces: usize, ours: &Run, arguments: &SdfBench) -> Result<PeerRun, Failure> {
     let folder = std::env::temp_dir().join(format!("eikona-bench-{}", std::process::id()));
     std::fs::create_dir_all(&folder)
         .map_err(|e| Failure::Failed(format!("{}: this folder can not be made: {e}", folder.display())))?;
@@ -279,8 +231,8 @@ fn measure_peer(faces: usize, ours: &Run, arguments: &BenchArguments) -> Result<
     measured
 }
 
-fn run_peer(folder: &Path, faces: usize, ours: &Run, arguments: &BenchArguments) -> Result<PeerRun, Failure> {
-    let exported = this_program(faces, arguments)?.arg("--export").arg(folder).status();
+fn run_peer(folder: &Path, faces: usize, ours: &Run, arguments: &SdfBench) -> Result<PeerRun, Failure> {
+    let exported = for_one_size(faces, arguments)?.arg("--export").arg(folder).status();
     if !exported.is_ok_and(|s| s.success()) {
         return Err(Failure::Failed(format!("the mesh of {} faces could not be exported", ours.faces)));
     }
@@ -297,8 +249,6 @@ fn run_peer(folder: &Path, faces: usize, ours: &Run, arguments: &BenchArguments)
 
 fn table(run: &Run) -> String {
     let mut text = String::new();
-    let megabytes =
-        |bytes: Option<u64>| bytes.map_or("?".to_string(), |b| format!("{:.0} MB", b as f64 / 1e6));
     let _ = writeln!(
         text,
         "{} with {} faces, {} vertices, {} unknowns, source of {} segments, {} thread(s)",

@@ -1,0 +1,103 @@
+//! `eikona bench`: how long each method takes, phase by phase. Each size is measured in a process of its own.
+
+mod case;
+mod sdf;
+mod winding;
+
+pub use sdf::remove_temporary_folder;
+
+use crate::exit::Failure;
+use crate::session::{General, Session, print_bytes};
+use clap::{Args, Subcommand};
+use serde::{Deserialize, Serialize};
+use std::process::{Command, Stdio};
+
+/// Arguments of `eikona bench`.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Examples:
+  eikona bench sdf --faces 5000
+  eikona bench winding --shape double-torus --faces 35000")]
+pub struct BenchArguments {
+    #[command(subcommand)]
+    pub method: Method,
+}
+
+/// What can be measured.
+#[derive(Subcommand, Clone, Debug)]
+pub enum Method {
+    /// Signed distance on a surface
+    Sdf(sdf::SdfBench),
+    /// Surface winding numbers
+    Winding(winding::WindingBench),
+}
+
+/// Runs the verb. Gives the exit code.
+pub fn run(arguments: &BenchArguments, general: &General) -> Result<u8, Failure> {
+    match &arguments.method {
+        Method::Sdf(arguments) => sdf::run(arguments, general),
+        Method::Winding(arguments) => winding::run(arguments, general),
+    }
+}
+
+fn parse_faces(text: &str) -> Result<usize, String> {
+    const MOST: usize = 100_000_000;
+    text.parse()
+        .ok()
+        .filter(|n| (1..=MOST).contains(n))
+        .ok_or("a number from 1 to 100000000 is expected".into())
+}
+
+/// This program, to be started again.
+fn this_program() -> Result<Command, Failure> {
+    let program = std::env::current_exe()
+        .map_err(|e| Failure::Failed(format!("this program can not find itself to start again: {e}")))?;
+    Ok(Command::new(program))
+}
+
+/// The JSON that a program prints.
+fn output_json<T: for<'a> Deserialize<'a>>(command: &mut Command) -> Result<T, Failure> {
+    let name = command.get_program().to_string_lossy().into_owned();
+    let output = command
+        .stdin(Stdio::null())
+        .stderr(Stdio::piped())
+        .output()
+        .map_err(|e| Failure::Failed(format!("{name} can not be started: {e}")))?;
+    if !output.status.success() {
+        let message = String::from_utf8_lossy(&output.stderr);
+        let message = message.trim().trim_start_matches("error: ").to_string();
+        return Err(match output.status.code() {
+            Some(2) => Failure::Usage(message),
+            Some(3) => Failure::Input(message),
+            _ => Failure::Failed(format!("{name} ended with {}: {message}", output.status)),
+        });
+    }
+    serde_json::from_slice(&output.stdout)
+        .map_err(|e| Failure::Failed(format!("{name} printed no numbers that can be read: {e}")))
+}
+
+/// Prints what was measured in this process. Gives the exit code.
+fn printed(run: &impl Serialize) -> Result<u8, Failure> {
+    let text = serde_json::to_string(run).map_err(|e| Failure::Failed(e.to_string()))?;
+    print_bytes(text.as_bytes()).map(|()| 0)
+}
+
+/// Keeps all runs for the report, and prints them if they are wanted so.
+fn print_json(
+    method: &str,
+    runs: &[impl Serialize],
+    wanted: bool,
+    session: &mut Session,
+) -> Result<(), Failure> {
+    let value = serde_json::json!({
+        "eikona": "bench", "version": 1, "tool_version": env!("CARGO_PKG_VERSION"), "method": method, "runs": runs,
+    });
+    if wanted {
+        print_bytes((serde_json::to_string_pretty(&value).unwrap_or_default() + "\n").as_bytes())?;
+    }
+    session.report.result.insert("bench".into(), value);
+    Ok(())
+}
+
+fn megabytes(bytes: Option<u64>) -> String {
+    bytes.map_or("?".to_string(), |b| format!("{:.0} MB", b as f64 / 1e6))
+}
