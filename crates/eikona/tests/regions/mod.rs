@@ -1,5 +1,7 @@
 //! Regions of faces and the curves around them.
+#![allow(dead_code)] // each test file uses some of them
 
+use eikona::geometry::Triangle;
 use eikona::mesh::{Curve, Face, Neighbour, TriangleMesh};
 
 pub fn centre(mesh: &TriangleMesh, f: Face) -> [f64; 3] {
@@ -16,4 +18,8 @@ pub fn boundary_of(mesh: &TriangleMesh, inside: impl Fn(Face) -> bool) -> Vec<Cu
         }
     }
     sides
+}
+
+pub fn area(mesh: &TriangleMesh, f: Face) -> f64 {
+    Triangle::of_face(mesh, f).area
 }
