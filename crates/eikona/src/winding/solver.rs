@@ -138,9 +138,9 @@ impl Solver {
             }
         }
 
-        let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
         let components = Components::of(mesh);
-        let labels = labels(mesh, &self.triangles, &components, &values, &rest, options.reference);
+        let labels =
+            labels(mesh, &self.triangles, &components, &values, &chain.jump, &nonbounding, options.reference);
         let bounds = by_curve(curves, &steps, &nonbounding_steps(&steps, &nonbounding));
         let bounding_loops = polylines(mesh, |e| match mesh.edge_halfedges(e) {
             &[a, b] => f64::from(labels.label[a.face().index()] - labels.label[b.face().index()]),
