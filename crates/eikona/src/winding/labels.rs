@@ -74,7 +74,9 @@ impl Votes {
 /// jump. Votes are averaged around the circle, as they are whole numbers apart on different loops; but where they contradict each other
 /// (two copies of a broken curve side by side: with both there the steps are at 0 and 1, with one at 1/2) the plain mean
 /// parts inside from outside. Jumps off the curve have no vote: around a broken loop that bounds nothing the largest of them lie in
-/// its gaps, and would put the level halfway between whole numbers. (Measured: `tests/winding_broken.rs`.)
+/// its gaps, and would put the level halfway between whole numbers. (Tests `winding_broken`: with half of a level set missing, 0.7 % of the
+/// area is wrong, by the public rule 5 % to 9 %, at the best level there is 0.6 %; with half of a curve and of its offset missing
+/// 0.04 %, by a circular mean alone 2.0 %.)
 pub(crate) fn labels(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
