@@ -13,11 +13,27 @@ use eikona_numeric::{Cholesky, Ordering, Symbolic, nested_dissection_order};
 use regions::{area, boundary_of};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::OnceLock;
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
 
+/// A surface with its name and its lowest functions.
+type Surface = (&'static str, TriangleMesh, Vec<(f64, Vec<f64>)>);
+
+/// The surfaces, made once for all tests.
+fn surfaces() -> &'static [Surface] {
+    static SURFACES: OnceLock<Vec<Surface>> = OnceLock::new();
+    SURFACES.get_or_init(|| {
+        let with_functions = |(name, mesh)| {
+            let functions = eigenfunctions(&mesh, FUNCTIONS);
+            (name, mesh, functions)
+        };
+        meshes().into_iter().map(with_functions).collect()
+    })
+}
+
 /// Six surfaces made by formulas, and three files if the data folder is there; one that it lacks is a fault.
-fn surfaces() -> Vec<(&'static str, TriangleMesh)> {
+fn meshes() -> Vec<(&'static str, TriangleMesh)> {
     let torus = shapes::torus(1.0, 0.4, 72, 36).unwrap();
     let cylinder = shapes::cylinder(0.5, 2.0, 48, 60, shapes::Ends::Open).unwrap();
     let mut surfaces = vec![
@@ -254,13 +270,13 @@ impl Truth {
     /// The same for labels that are off by the best constant: what the level alone costs.
     fn up_to_constant(&self, label: &[i32]) -> f64 {
         let with = |c: i32| self.share(|f| label[f] + c != self.label[f]);
-        (-5..=5).map(with).fold(1.0, f64::min)
+        (-3..=3).map(with).fold(1.0, f64::min)
     }
 
     /// The same if all labels from one on are inside.
     fn in_or_out(&self, label: &[i32]) -> f64 {
         let from = |c: i32| self.share(|f| (label[f] >= c) != (self.label[f] > 0));
-        (-5..=5).map(from).fold(1.0, f64::min)
+        (-3..=3).map(from).fold(1.0, f64::min)
     }
 
     fn share(&self, wrong: impl Fn(usize) -> bool) -> f64 {
@@ -311,13 +327,13 @@ fn table<const N: usize>(
 ) -> [Column; N] {
     let mut columns: [Column; N] = std::array::from_fn(|_| Column::default());
     println!("surface, function, region %, missing %, endpoints; wrong %: {}", names.join(", "));
-    for (name, mesh) in surfaces() {
-        for (k, (_, values)) in eigenfunctions(&mesh, FUNCTIONS).into_iter().enumerate() {
+    for (name, mesh, functions) in surfaces() {
+        for (k, (_, values)) in functions.iter().enumerate() {
             for draw in 0..DRAWS {
                 let mut random = Random::from_seed(100 * draw + k as u64);
                 let share = random.range(0.15, 0.85);
-                let inside = upper_part(&mesh, &values, share);
-                let (endpoints, missing, shares) = case(&mesh, inside, &mut random);
+                let inside = upper_part(mesh, values, share);
+                let (endpoints, missing, shares) = case(mesh, inside, &mut random);
                 let percent: String = shares.iter().map(|s| format!("{:6.1}", 100.0 * s)).collect();
                 println!(
                     "{name:24} {k} {:3.0} {:5.1} {endpoints:3}  {percent}",
@@ -362,7 +378,7 @@ fn one_curve(
     let (rules, ours) = (Rules::of(&w), w.labels.as_slice());
     let public = rules.public();
     let any = |i: i32| truth.up_to_constant(&rules.rounded(rules.public_shift(f64::from(i) / 16.0)));
-    let best = (0..40).map(|i| truth.up_to_constant(&rules.rounded(f64::from(i) / 40.0)));
+    let best = (0..20).map(|i| truth.up_to_constant(&rules.rounded(f64::from(i) / 20.0)));
     let shares = [
         zeroed.strictly(ours),
         truth.up_to_constant(ours),
