@@ -24,41 +24,86 @@ pub(crate) fn face_mean(values: &[f64], face: Face) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// Rounds a function that jumps by `jump` (first face of an edge minus second).
+/// What part of the curve is taken to bound: where this much of the jump is left without its nonbounding part.
+const BOUNDS: f64 = 0.6;
+/// Weight of the other edges of the curve, of whose jump the nonbounding part is an uncertain share. It lets them decide where nearly
+/// nothing bounds.
+const WEIGHT_OF_OTHERS: f64 = 0.1;
+/// Below this agreement (1 if all votes are the same, 0 if they cancel) a circular mean says nothing.
+const AGREEMENT: f64 = 0.5;
+
+/// Votes for the value that is to become a whole number.
+#[derive(Clone, Copy, Debug, Default)]
+struct Votes {
+    phase: [f64; 2],
+    weight: f64,
+    /// Sum and weight of the values halfway up an odd number of steps. Others are left out: the mean would change when the curve is
+    /// reversed.
+    halfway: [f64; 2],
+}
+
+impl Votes {
+    /// For the value in the middle of so many steps of one.
+    fn add(&mut self, middle: f64, steps: f64, weight: f64) {
+        let angle = TAU * (middle - 0.5 * steps);
+        self.phase[0] += weight * angle.cos();
+        self.phase[1] += weight * angle.sin();
+        self.weight += weight;
+        if steps % 2.0 == 1.0 {
+            self.halfway[0] += weight * middle;
+            self.halfway[1] += weight;
+        }
+    }
+
+    fn result(&self) -> f64 {
+        let ([x, y], [sum, weight]) = (self.phase, self.halfway);
+        if weight > 0.0 && x.hypot(y) < AGREEMENT * self.weight {
+            sum / weight - 0.5
+        } else if x == 0.0 && y == 0.0 {
+            0.0
+        } else {
+            y.atan2(x) / TAU
+        }
+    }
+}
+
+/// Rounds a function that jumps by `curve` less `nonbounding` (first face of an edge minus second).
 ///
-/// Deviation: the public program shifts by the mean of |round(a) - a| over the curve, which loses the sign of the shift. Here it
-/// is a circular mean: halfway between both sides of a jump lies a whole number plus half the jump.
+/// Deviation: the public program shifts by the mean of |round(a) - a| over the curve, `a` the value on its left, which loses the sign of
+/// the shift. Here the edges of the curve vote for it: halfway between both sides of a jump lies a whole number plus half the
+/// jump. Votes are averaged around the circle, as they are whole numbers apart on different loops; but where they contradict each other
+/// (two copies of a broken curve side by side: with both there the steps are at 0 and 1, with one at 1/2) the plain mean
+/// parts inside from outside. Jumps off the curve have no vote: around a broken loop that bounds nothing the largest of them lie in
+/// its gaps, and would put the level halfway between whole numbers. (Tests `winding_broken`: with half of a level set missing, 0.7 % of the
+/// area is wrong, by the public rule 5 % to 9 %, at the best level there is 0.6 %; with half of a curve and of its offset missing
+/// 0.04 %, by a circular mean alone 2.0 %.)
 pub(crate) fn labels(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
     components: &Components,
     values: &[f64],
-    jump: &[f64],
+    curve: &[i32],
+    nonbounding: &[f64],
     reference: Reference,
 ) -> Labels {
     let component = |f: Face| components.of_face[f] as usize;
-    let mut phase = vec![[0.0, 0.0]; components.count];
-    let mut add = |component: usize, value: f64, weight: f64| {
-        let angle = TAU * value;
-        phase[component][0] += weight * angle.cos();
-        phase[component][1] += weight * angle.sin();
-    };
-    let mut jumps_in = vec![false; components.count];
-    for e in mesh.edges().filter(|e| jump[e.index()].abs() > 0.5) {
+    let mut votes = vec![Votes::default(); components.count];
+    for e in mesh.edges().filter(|e| curve[e.index()] != 0) {
         if let Some((middle, length)) = middle_of_jump(mesh, triangles, values, e) {
-            let component = component(mesh.edge_halfedges(e)[0].face());
-            jumps_in[component] = true;
-            add(component, middle - 0.5 * jump[e.index()].round(), length);
+            let left = (f64::from(curve[e.index()]) - nonbounding[e.index()]).abs();
+            let steps = (left + 1.0 - BOUNDS).floor();
+            let weight = if steps > 0.0 { length } else { WEIGHT_OF_OTHERS * length };
+            votes[component(mesh.edge_halfedges(e)[0].face())].add(middle, steps, weight);
         }
     }
-    // Without a jump the values themselves say what is whole.
-    for f in mesh.faces().filter(|&f| !jumps_in[component(f)]) {
+    // Without a curve the values themselves say what is whole.
+    let silent: Vec<bool> = votes.iter().map(|v| v.weight == 0.0).collect();
+    for f in mesh.faces().filter(|&f| silent[component(f)]) {
         if let Some(mean) = face_mean(values, f) {
-            add(component(f), mean, triangles[f.index()].area);
+            votes[component(f)].add(mean, 0.0, triangles[f.index()].area);
         }
     }
-    let shift: Vec<f64> =
-        phase.iter().map(|[x, y]| if *x == 0.0 && *y == 0.0 { 0.0 } else { -y.atan2(*x) / TAU }).collect();
+    let shift: Vec<f64> = votes.iter().map(|v| -v.result()).collect();
 
     let mut label = vec![0; mesh.face_count()];
     let mut margin = vec![0.0; mesh.face_count()];

@@ -291,9 +291,9 @@ impl Solver {
             }
         }
 
-        let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
         let components = Components::of(mesh);
-        let labels = labels(mesh, &self.triangles, &components, &values, &rest, options.reference);
+        let labels =
+            labels(mesh, &self.triangles, &components, &values, curve, &nonbounding, options.reference);
         phases.end("labels");
         Ok(Found {
             coordinates,

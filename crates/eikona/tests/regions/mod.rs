@@ -1,5 +1,7 @@
 //! Regions of faces and the curves around them.
+#![allow(dead_code)] // each test file uses some of them
 
+use eikona::geometry::Triangle;
 use eikona::mesh::{Curve, Face, Neighbour, TriangleMesh};
 
 pub fn centre(mesh: &TriangleMesh, f: Face) -> [f64; 3] {
@@ -19,8 +21,5 @@ pub fn boundary_of(mesh: &TriangleMesh, inside: impl Fn(Face) -> bool) -> Vec<Cu
 }
 
 pub fn area(mesh: &TriangleMesh, f: Face) -> f64 {
-    let [a, b, c] = mesh.face_positions(f);
-    let (u, v) = ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| c[k] - a[k]));
-    let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    0.5 * n.iter().map(|x| x * x).sum::<f64>().sqrt()
+    Triangle::of_face(mesh, f).area
 }
