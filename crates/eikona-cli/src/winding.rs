@@ -19,7 +19,8 @@ use std::path::{Path, PathBuf};
   eikona make torus -o torus.ply --curve-out cut.json --cut axis=x,at=0.9
   eikona winding torus.ply --curve cut.json -o labels.ply --render labels.png
 
-Where curves cross faces the mesh is cut along them; the output is the cut mesh, with the field `parent`.")]
+Where curves cross faces the mesh is cut along them; the output is the cut mesh, with the field `parent`. Labels for the faces of
+your own mesh: --input-labels.")]
 pub struct WindingArguments {
     #[command(flatten)]
     pub mesh: MeshArguments,

@@ -16,7 +16,7 @@ fn examples(help: &str) -> Vec<String> {
 #[test]
 fn the_examples_of_every_help_text_work() {
     let mut ran = 0;
-    for verb in ["sdf", "inspect", "make", "render", "demo", "bench", ""] {
+    for verb in ["sdf", "inspect", "make", "winding", "render", "demo", "bench", ""] {
         let folder = Folder::new();
         folder.write("distance.ply", ""); // written anew by the examples
         let help = folder.done(&format!("{verb} --help"));
@@ -50,9 +50,13 @@ fn completions_and_version_are_printed() {
 fn every_verb_writes_a_report() {
     let folder = Folder::new();
     for (verb, command) in [
-        ("make", "make torus nu=20 nv=10 -o t.ply --seed 3 --jitter 0.1"),
+        (
+            "make",
+            "make torus nu=20 nv=10 -o t.ply --seed 3 --jitter 0.1 --curve-out cut.json --cut axis=x,at=0.9",
+        ),
         ("inspect", "inspect t.ply"),
         ("sdf", "sdf t.ply --points 0 -o d.ply"),
+        ("winding", "winding t.ply --curve cut.json -o w.npy"),
         ("render", "render d.ply -o d.png --size 200x150"),
         ("bench", "bench sdf --faces 300 --repeats 1"),
     ] {
