@@ -102,11 +102,8 @@ fn tables_have_the_same_labels() {
 fn texture_coordinates_are_the_value_and_one() {
     let folder = across();
     folder.done(&format!("{SOLVE} -o out.obj"));
-    let (_, mesh) = read(&folder, "out.obj");
-    let text = folder.read("out.obj");
-    let number = |word: &str| word.parse::<f64>().unwrap();
-    let lines = text.lines().filter_map(|l| l.strip_prefix("vt "));
-    let uvs: Vec<Vec<f64>> = lines.map(|l| l.split(' ').map(number).collect()).collect();
+    let (file, mesh) = read(&folder, "out.obj");
+    let uvs = file.corner_uvs.unwrap();
     assert_eq!(uvs.len(), 3 * mesh.face_count());
     for (f, label) in expected(&mesh).into_iter().enumerate() {
         for uv in &uvs[3 * f..3 * f + 3] {
@@ -122,16 +119,27 @@ fn endpoints_have_no_weight_in_texture_coordinates() {
     // A curve that ends inside, in the vertex 16 at (5, 1).
     folder.write("half.json", &LINE.replace(r#",{"vertex":17}"#, ""));
     folder.done("winding grid.obj --curve half.json -o out.obj -q");
-    let (_, mesh) = read(&folder, "out.obj");
-    let text = folder.read("out.obj");
-    let uvs: Vec<&str> = text.lines().filter_map(|l| l.strip_prefix("vt ")).collect();
+    let (file, mesh) = read(&folder, "out.obj");
+    let uvs = file.corner_uvs.unwrap();
     for f in mesh.faces() {
         for (k, p) in mesh.face_positions(f).into_iter().enumerate() {
-            let uv = uvs[3 * f.index() + k];
-            assert_eq!(uv == "0 0", p == [5.0, 1.0, 0.0], "{uv} at {p:?}");
-            assert!(uv == "0 0" || uv.ends_with(" 1"), "{uv}");
+            let [u, v] = uvs[3 * f.index() + k];
+            let at_end = p == [5.0, 1.0, 0.0];
+            assert!(v == if at_end { 0.0 } else { 1.0 } && (u == 0.0 || !at_end), "{u} {v} at {p:?}");
         }
     }
+}
+
+#[test]
+fn texture_coordinates_are_drawn_divided() {
+    let folder = across();
+    folder.done(&format!("{SOLVE} -o out.obj --render-values v.png --size 160x120 --no-bar"));
+    folder.done("render out.obj --field uv-quotient -o uv.png --size 160x120 --no-bar --curve across.obj -q");
+    assert_eq!(folder.bytes("uv.png"), folder.bytes("v.png"));
+    folder.refused("render grid.obj --field uv-quotient -o no.png", 3, &["no field", "uv-quotient"]);
+    folder.refused("render out.obj --field label -o no.png", 3, &["fields are: uv-quotient"]);
+    folder.write("quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 1\nf 1/1 2/1 3/1 4/1\n");
+    folder.refused("render quad.obj --field uv-quotient -o no.png", 3, &["give triangles"]);
 }
 
 #[test]
