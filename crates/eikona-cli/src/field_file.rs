@@ -184,11 +184,9 @@ fn whole_colours(scalars: &[(&str, Vec<f64>)]) -> Option<Vec<[u8; 3]>> {
     (0..channels[0].len()).map(colour).collect()
 }
 
-/// The format of numpy, version 1.0: one array of shape (V,) for one field, (V, n) for n of them.
-fn npy(fields: &[(&str, &[f64])]) -> Vec<u8> {
-    let rows = fields.first().map_or(0, |f| f.1.len());
-    let shape = if fields.len() == 1 { format!("({rows},)") } else { format!("({rows}, {})", fields.len()) };
-    let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
+/// The head of a file of numpy, format 1.0, before the numbers.
+fn npy_head(kind: &str, shape: &str) -> Vec<u8> {
+    let mut header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
     const PREFIX: usize = 10;
     const ALIGNMENT: usize = 64;
     while !(PREFIX + header.len() + 1).is_multiple_of(ALIGNMENT) {
@@ -198,6 +196,21 @@ fn npy(fields: &[(&str, &[f64])]) -> Vec<u8> {
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
     bytes.extend((header.len() as u16).to_le_bytes());
     bytes.extend(header.into_bytes());
+    bytes
+}
+
+/// Whole numbers for numpy: int32 of shape (n,).
+pub fn npy_of_labels(labels: &[i32]) -> Vec<u8> {
+    let mut bytes = npy_head("<i4", &format!("({},)", labels.len()));
+    labels.iter().for_each(|label| bytes.extend(label.to_le_bytes()));
+    bytes
+}
+
+/// Doubles for numpy: an array of shape (V,) for one field, (V, n) for n of them.
+fn npy(fields: &[(&str, &[f64])]) -> Vec<u8> {
+    let rows = fields.first().map_or(0, |f| f.1.len());
+    let shape = if fields.len() == 1 { format!("({rows},)") } else { format!("({rows}, {})", fields.len()) };
+    let mut bytes = npy_head("<f8", &shape);
     for row in 0..rows {
         for (_, values) in fields {
             bytes.extend(values.get(row).copied().unwrap_or(f64::NAN).to_le_bytes());

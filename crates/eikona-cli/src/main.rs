@@ -17,6 +17,7 @@ mod sdf;
 mod session;
 mod source;
 mod winding;
+mod winding_file;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};

@@ -96,24 +96,39 @@ fn parse_range(text: &str) -> Result<(f64, f64), String> {
 }
 
 /// What is drawn on the mesh.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Drawing<'a> {
     /// Values per vertex, and their name over the colour bar.
     pub field: Option<(&'a [f64], &'a str)>,
     /// Values per face, and their name; drawn when there are none per vertex.
     pub face_field: Option<(&'a [f64], &'a str)>,
+    /// Numerators and denominators per corner, and the name of the quotient; drawn when there are none per vertex or face.
+    pub quotient: Option<([&'a [f64]; 2], &'a str)>,
     /// Whole numbers per face, drawn as regions.
     pub labels: Option<&'a [i64]>,
     /// Isolines of the field.
     pub levels: Option<Levels>,
     /// Curves and points on the mesh.
     pub curves: Option<&'a SurfaceCurves>,
+    /// The mesh that the curves are on, where it is not the one that is drawn.
+    pub curves_of: Option<&'a TriangleMesh>,
+    /// Borders of regions, drawn thinner and beneath the curves.
+    pub borders: Option<&'a SurfaceCurves>,
     /// The colour map where none was asked for; otherwise the signs of the values choose it.
     pub map: Option<ColorMap>,
 }
 
 const CURVE: CurveStyle =
     CurveStyle { color: [30, 30, 36], width: 4.6, rim: Some(([255, 255, 255], 1.5)), arrow_spacing: None };
+
+const BORDER: CurveStyle =
+    CurveStyle { color: [176, 24, 62], width: 2.4, rim: Some(([255, 255, 255], 1.0)), arrow_spacing: None };
+
+/// A style with its widths in a picture so many times as large.
+fn scaled(style: &CurveStyle, scale: f64) -> CurveStyle {
+    let rim = style.rim.map(|(color, width)| (color, width * scale));
+    CurveStyle { width: style.width * scale, rim, ..style.clone() }
+}
 
 /// The picture as a PNG file.
 pub fn draw(
@@ -148,6 +163,8 @@ pub fn draw(
         scene = scene.vertex_scalar(values).title(title);
     } else if let Some((values, title)) = drawing.face_field {
         scene = scene.face_scalar(values).title(title);
+    } else if let Some(([numerator, denominator], title)) = drawing.quotient {
+        scene = scene.corner_quotient(numerator, denominator).title(title);
     } else if let Some(labels) = drawing.labels {
         scene = scene.face_labels(labels).title("winding number");
     }
@@ -164,15 +181,14 @@ pub fn draw(
     if let Some((min, max)) = arguments.range {
         scene = scene.range(min, max);
     }
+    let points = PointStyle::default();
+    let points = PointStyle { radius: points.radius * scale, ..points };
+    if let Some(borders) = drawing.borders {
+        scene = scene.surface_curves(borders, &scaled(&BORDER, scale), points)?;
+    }
     if let Some(curves) = drawing.curves {
-        let style = CurveStyle {
-            width: CURVE.width * scale,
-            rim: CURVE.rim.map(|(color, width)| (color, width * scale)),
-            ..CURVE
-        };
-        let points = PointStyle::default();
-        scene =
-            scene.surface_curves(curves, &style, PointStyle { radius: points.radius * scale, ..points })?;
+        let of = drawing.curves_of.unwrap_or(mesh);
+        scene = scene.surface_curves_of(of, curves, &scaled(&CURVE, scale), points)?;
     }
     Ok(render(&scene, &options)?.to_png_bytes()?)
 }

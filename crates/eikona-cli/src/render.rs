@@ -8,7 +8,7 @@ use crate::session::{General, Session, check_distinct, check_output};
 use crate::source::{SourceArguments, read_source};
 use clap::Args;
 use eikona_mesh::SurfaceCurves;
-use eikona_render::Levels;
+use eikona_render::{ColorMap, Levels};
 use std::path::PathBuf;
 
 /// Arguments of `eikona render`.
@@ -23,7 +23,8 @@ pub struct RenderArguments {
     /// The picture; - for the standard output
     #[arg(short, long, value_name = "PNG")]
     pub output: PathBuf,
-    /// The field of the file to show, or none [default: distance, else quality, else the first one]
+    /// The field of the file to show, or none [default: distance, else quality, else the first one]; uv-quotient is u / v of the
+    /// texture coordinates of an OBJ file, divided at each pixel (what `eikona winding -o OUT.obj` writes)
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
     /// About how many isolines; 0 for none [default: 18]
@@ -50,10 +51,13 @@ pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure
     input.require_faces()?;
     let shown = choose_field(&input, arguments.field.as_deref())?;
     let curves = read_curves(arguments, &input, &mut session)?;
-    let levels = match (arguments.spacing, arguments.isolines) {
+    // Regions of one value but for rounding would be covered with isolines of it.
+    let default = if matches!(shown, Shown::Quotient(_)) { 0 } else { 18 };
+    let levels = match (arguments.spacing, arguments.isolines.or(Some(default))) {
         (Some(spacing), _) => Some(Levels::Spacing(spacing)),
         (None, Some(0)) => None,
-        (None, count) => Some(Levels::About(count.unwrap_or(18))),
+        (None, Some(count)) => Some(Levels::About(count)),
+        (None, None) => None,
     };
     let drawing = match &shown {
         Shown::Vertex(name, values) => Drawing {
@@ -65,6 +69,13 @@ pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure
         Shown::Face(name, values) => {
             Drawing { face_field: Some((*values, *name)), curves: curves.as_ref(), ..Drawing::default() }
         }
+        Shown::Quotient([u, v]) => Drawing {
+            quotient: Some(([u, v], UV_QUOTIENT)),
+            levels,
+            curves: curves.as_ref(),
+            map: Some(ColorMap::signed()),
+            ..Drawing::default()
+        },
         Shown::Nothing => Drawing { curves: curves.as_ref(), ..Drawing::default() },
     };
     let png = session.phase("render", || draw(&input.mesh, &drawing, &arguments.picture))?;
@@ -87,8 +98,12 @@ fn read_curves(
 enum Shown<'a> {
     Vertex(&'a str, Vec<f64>),
     Face(&'a str, &'a [f64]),
+    /// Numerators and denominators per corner.
+    Quotient([Vec<f64>; 2]),
     Nothing,
 }
+
+const UV_QUOTIENT: &str = "uv-quotient";
 
 /// Not shown unless asked for: they say how the surface looks, not what was computed on it.
 const APPEARANCE: [&str; 10] = ["nx", "ny", "nz", "red", "green", "blue", "alpha", "s", "t", "u"];
@@ -118,7 +133,21 @@ fn choose_field<'a>(input: &'a MeshInput, wanted: Option<&str>) -> Result<Shown<
         }
         return Ok(Shown::Face(name, values));
     }
-    let names: Vec<&str> = scalars.iter().chain(&input.file.face_scalars).map(|s| s.0.as_str()).collect();
+    if wanted == UV_QUOTIENT
+        && let Some(uvs) = &input.file.corner_uvs
+    {
+        if uvs.len() != 3 * input.mesh.face_count() || !input.file.mesh.is_triangular() {
+            return Err(Failure::Input(format!(
+                "the {} texture coordinates belong to corners of polygons that were cut or dropped; give triangles",
+                uvs.len()
+            )));
+        }
+        let (u, v) = uvs.iter().map(|uv| (uv[0], uv[1])).unzip();
+        return Ok(Shown::Quotient([u, v]));
+    }
+    let of_texture = input.file.corner_uvs.iter().map(|_| UV_QUOTIENT);
+    let names: Vec<&str> =
+        scalars.iter().chain(&input.file.face_scalars).map(|s| s.0.as_str()).chain(of_texture).collect();
     let known = if names.is_empty() { "none".to_string() } else { names.join(", ") };
     Err(Failure::Input(format!(
         "{}: there is no field {wanted:?} in this file; its fields are: {known}",

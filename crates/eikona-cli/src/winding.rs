@@ -3,18 +3,16 @@
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::number::above_zero;
-use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
+use crate::picture::{PictureArguments, check_picture_path};
 use crate::session::{General, Session, check_distinct, check_output};
 use crate::source::{SourceArguments, read_source};
+use crate::winding_file::{Formats, write_outputs};
 use clap::{Args, ValueEnum};
-use eikona::contour::{obj_lines, polylines};
 use eikona::winding::{
     Completion, Diagnosis, Orientation, Reference, Winding, WindingOptions, surface_winding_number,
 };
-use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
-use eikona_mesh::{Curve, Face, SurfaceCurves, Vertex};
+use eikona_mesh::{Face, SurfaceCurves};
 use serde_json::json;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `eikona winding`.
@@ -23,7 +21,8 @@ use std::path::{Path, PathBuf};
   eikona make torus -o torus.ply --curve-out cut.json --cut axis=x,at=0.9
   eikona winding torus.ply --curve cut.json -o labels.ply --render labels.png
 
-Where curves cross faces the mesh is cut along them; the output is the cut mesh, with the field `parent`.")]
+Where curves cross faces the mesh is cut along them; the output is the cut mesh, with the field `parent`. Labels for the faces of
+your own mesh: --input-labels.")]
 pub struct WindingArguments {
     #[command(flatten)]
     pub mesh: MeshArguments,
@@ -87,61 +86,64 @@ pub enum CompletionName {
 #[command(next_help_heading = "Outputs")]
 pub struct OutputArguments {
     /// The mesh with `label`, `margin` and `parent` (the face of the input) at its faces (.ply, .vtp); with the winding number at its corners as homogeneous texture
-    /// coordinates u/v (.obj); or label and margin of each face (.csv)
+    /// coordinates u/v (.obj); cut open between regions, with colours and `label` at its vertices (.glb, .gltf); label, margin and
+    /// parent of each face (.csv); or the labels alone (.npy)
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
+    /// The mesh cut open between regions: with `label` and `parent` at its faces (.ply, .vtp), with `label` at its vertices (.glb,
+    /// .gltf), with the colours of the regions (these, .obj, .off), or bare (.stl)
+    #[arg(long, value_name = "OUT")]
+    pub split: Option<PathBuf>,
+    /// A label for each face (triangle) of the input, where it was cut that of the larger part (.npy, .csv)
+    #[arg(long, value_name = "OUT")]
+    pub input_labels: Option<PathBuf>,
     /// The completed boundary of the regions, as lines of an OBJ file
     #[arg(long, value_name = "OBJ")]
     pub bounding: Option<PathBuf>,
     /// The completed loops that bound nothing, as lines of an OBJ file
     #[arg(long, value_name = "OBJ")]
     pub nonbounding: Option<PathBuf>,
-    /// A picture of the regions and the curves
+    /// The part of the curve itself that bounds, as lines of an OBJ file
+    #[arg(long, value_name = "OBJ")]
+    pub bounding_part: Option<PathBuf>,
+    /// The part of the curve itself that bounds nothing, as lines of an OBJ file
+    #[arg(long, value_name = "OBJ")]
+    pub nonbounding_part: Option<PathBuf>,
+    /// A picture of the regions, their completed boundary (thin) and the curves
     #[arg(long, value_name = "PNG")]
     pub render: Option<PathBuf>,
+    /// A picture of the winding number before it is rounded, with its jumps, and the curves
+    #[arg(long, value_name = "PNG")]
+    pub render_values: Option<PathBuf>,
 }
 
-/// Formats of the main output.
-#[derive(Clone, Copy, Debug)]
-enum Format {
-    /// Values at faces.
-    Faces,
-    /// Texture coordinates at corners.
-    Corners,
-    Csv,
-}
-
-fn format_of(path: &Path) -> Result<Format, Failure> {
-    let is = |end: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
-    match MeshFormat::from_path(path) {
-        _ if is("csv") => Ok(Format::Csv),
-        Some(MeshFormat::Ply | MeshFormat::Vtp) => Ok(Format::Faces),
-        Some(MeshFormat::Obj) => Ok(Format::Corners),
-        _ => Err(Failure::Usage(format!(
-            "{}: regions can be written as .ply, .vtp, .obj or .csv; choose one of these",
-            path.display()
-        ))),
+impl OutputArguments {
+    /// The names of files of lines: completed loops and parts of the curve, those that bound first.
+    pub fn lines(&self) -> [Option<&Path>; 4] {
+        [&self.bounding, &self.nonbounding, &self.bounding_part, &self.nonbounding_part]
+            .map(|path| path.as_deref())
     }
 }
 
 /// Runs the verb. Gives the exit code.
 pub fn run(arguments: &WindingArguments, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("winding", general);
-    let format = check_arguments(arguments, general)?;
+    let formats = check_arguments(arguments, general)?;
     let input = MeshInput::read(&arguments.mesh, &mut session)?;
     input.require_faces()?;
     let (curves, _) = read_source(&arguments.source, &input, &mut session)?;
     let winding = solve(arguments, &input, &curves, &mut session)?;
-    write_outputs(arguments, format, &winding, &curves, &mut session)?;
+    write_outputs(arguments, &formats, &winding, (&input, &curves), &mut session)?;
     session.finish()
 }
 
 /// What can be refused before any work is done.
-fn check_arguments(arguments: &WindingArguments, general: &General) -> Result<Option<Format>, Failure> {
+fn check_arguments(arguments: &WindingArguments, general: &General) -> Result<Formats, Failure> {
     let outputs = &arguments.outputs;
-    let lines = [outputs.bounding.as_deref(), outputs.nonbounding.as_deref()];
-    let others = [outputs.output.as_deref(), outputs.render.as_deref(), general.report.as_deref()];
-    let paths: Vec<&Path> = lines.into_iter().chain(others).flatten().collect();
+    let pictures = [outputs.render.as_deref(), outputs.render_values.as_deref()];
+    let files = [&outputs.output, &outputs.split, &outputs.input_labels].map(|path| path.as_deref());
+    let others = outputs.lines().into_iter().chain(pictures).chain([general.report.as_deref()]);
+    let paths: Vec<&Path> = files.into_iter().chain(others).flatten().collect();
     if paths.is_empty() {
         return Err(Failure::Usage(
             "nothing would be written; give -o OUT.ply, --render OUT.png, --bounding OUT.obj or --report R.json".into(),
@@ -149,13 +151,8 @@ fn check_arguments(arguments: &WindingArguments, general: &General) -> Result<Op
     }
     check_distinct(paths.iter().copied())?;
     paths.iter().try_for_each(|path| check_output(path))?;
-    for path in lines.into_iter().flatten() {
-        if MeshFormat::from_path(path) != Some(MeshFormat::Obj) {
-            return Err(Failure::Usage(format!("{}: loops are written as .obj; name it so", path.display())));
-        }
-    }
-    outputs.render.as_deref().map_or(Ok(()), check_picture_path)?;
-    outputs.output.as_deref().map(format_of).transpose()
+    pictures.into_iter().flatten().try_for_each(check_picture_path)?;
+    Formats::of(outputs)
 }
 
 fn solve(
@@ -221,66 +218,4 @@ fn orientation_json(orientation: &Orientation) -> serde_json::Value {
         "energy_saved": orientation.energy_saved,
         "changed_area": orientation.changed_area,
     })
-}
-
-fn write_outputs(
-    arguments: &WindingArguments,
-    format: Option<Format>,
-    winding: &Winding,
-    curves: &SurfaceCurves,
-    session: &mut Session,
-) -> Result<(), Failure> {
-    let outputs = &arguments.outputs;
-    let labels: Vec<f64> = winding.labels.as_slice().iter().map(|&l| f64::from(l)).collect();
-    let margin = winding.margin.as_slice();
-    let parents: Vec<f64> = match &winding.face_parent {
-        Some(parents) => parents.iter().map(|f| f.index() as f64).collect(),
-        None => (0..labels.len()).map(|f| f as f64).collect(),
-    };
-    if let (Some(path), Some(format)) = (&outputs.output, format) {
-        let mut out = MeshOut::from(&winding.mesh);
-        let uvs: Vec<[f64; 2]>;
-        match format {
-            Format::Csv => {
-                let mut text = String::from("label,margin,parent\n");
-                for ((label, margin), parent) in labels.iter().zip(margin).zip(&parents) {
-                    let _ = writeln!(text, "{label},{margin},{parent}");
-                }
-                session.output("regions", path, text.into_bytes())?;
-            }
-            Format::Faces | Format::Corners => {
-                if let Format::Corners = format {
-                    // (w, 1), or (0, 0) where there is no value: interpolated linearly and divided at each pixel.
-                    let values = winding.values.as_slice().iter();
-                    uvs = values.map(|&w| if w.is_nan() { [0.0, 0.0] } else { [w, 1.0] }).collect();
-                    out.corner_uvs = Some(&uvs);
-                } else {
-                    out.face_scalars = vec![("label", &labels), ("margin", margin), ("parent", &parents)];
-                }
-                let (file, left_out) = stage_mesh(path, &out).map_err(Failure::writing)?;
-                session.staged_output("regions", path, file);
-                for sentence in left_out {
-                    session.warn(format!("{}: {sentence}", path.display()));
-                }
-            }
-        }
-    }
-    for (path, loops) in
-        [(&outputs.bounding, &winding.bounding_loops), (&outputs.nonbounding, &winding.nonbounding_loops)]
-    {
-        if let Some(path) = path {
-            let curve = |nodes: &Vec<Vertex>| Curve::signed(nodes.iter().copied());
-            let loops = SurfaceCurves { curves: loops.iter().map(curve).collect(), points: Vec::new() };
-            let lines = polylines(&winding.mesh, &loops).and_then(|lines| obj_lines(&lines));
-            let text = lines.map_err(|e| Failure::Failed(format!("{}: {e}", path.display())))?;
-            session.output("loops", path, text.into_bytes())?;
-        }
-    }
-    if let Some(path) = &outputs.render {
-        let labels: Vec<i64> = winding.labels.as_slice().iter().map(|&l| i64::from(l)).collect();
-        let drawing = Drawing { labels: Some(&labels), curves: Some(curves), ..Drawing::default() };
-        let png = session.phase("render", || draw(&winding.mesh, &drawing, &arguments.picture))?;
-        session.output("picture", path, png)?;
-    }
-    Ok(())
 }

@@ -59,7 +59,7 @@ fn every_verb_writes_a_report() {
         ("inspect", "inspect t.ply"),
         ("sdf", "sdf t.ply --points 0 -o d.ply"),
         ("render", "render d.ply -o d.png --size 200x150"),
-        ("winding", "winding t.ply --curve c.json -o w.ply"),
+        ("winding", "winding t.ply --curve c.json -o w.npy"),
         ("bench", "bench sdf --faces 300 --repeats 1"),
         ("bench", "bench winding --faces 300"),
     ] {

@@ -30,24 +30,31 @@ pub(crate) const CLAY: [u8; 3] = [214, 208, 199];
 /// Colour of faces without a value.
 pub(crate) const MISSING: [u8; 3] = [176, 176, 178];
 
-/// Categorical colours: the seven chromatic ones of Okabe and Ito (2008), then five of our own between them.
+/// Categorical colours of the labels 1, 2, ... 12 in turn, so that the last but one is that of -1: the seven chromatic ones of Okabe
+/// and Ito (2008) and five of our own. Warm ones are small positive labels, cool ones negative, as in [`ColorMap::signed`].
 const CATEGORIES: [[u8; 3]; 12] = [
-    [86, 180, 233],
     [230, 159, 0],
-    [0, 158, 115],
-    [204, 121, 167],
     [213, 94, 0],
-    [0, 114, 178],
-    [240, 228, 66],
+    [204, 121, 167],
     [140, 107, 177],
-    [166, 206, 140],
+    [240, 228, 66],
     [150, 98, 62],
     [246, 171, 171],
     [64, 96, 90],
+    [0, 158, 115],
+    [0, 114, 178],
+    [86, 180, 233],
+    [166, 206, 140],
 ];
 
-/// The colour of a label: light grey for 0, else one of twelve in turn.
-pub(crate) fn label_color(label: i64) -> [u8; 3] {
+/// The sRGB colour of a label: light grey for 0, else one of twelve in turn (orange for 1, light blue for -1).
+///
+/// ```
+/// use eikona_render::label_color;
+/// assert_eq!((label_color(1), label_color(13)), ([230, 159, 0], [230, 159, 0]));
+/// assert_eq!((label_color(0), label_color(-1)), ([206, 206, 203], [86, 180, 233]));
+/// ```
+pub fn label_color(label: i64) -> [u8; 3] {
     if label == 0 {
         return [206, 206, 203];
     }
@@ -225,7 +232,8 @@ mod tests {
 
     #[test]
     fn labels_of_either_sign_have_colors() {
-        assert_ne!(label_color(1), label_color(-1));
+        let colors: std::collections::BTreeSet<_> = (-6..=5).map(label_color).collect();
+        assert_eq!(colors.len(), 12, "small labels have colours of their own");
         assert_eq!(label_color(1), label_color(13));
         for label in [i64::MIN, -1, 0, 1, 12, 13, i64::MAX] {
             assert_eq!(label_linear(label), to_linear(label_color(label)));

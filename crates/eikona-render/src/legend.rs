@@ -25,7 +25,7 @@ pub(crate) struct Legend {
 enum Entries {
     /// Share of the bar from its lower end, and text.
     Ticks(Vec<(f64, String)>),
-    /// Labels from top to bottom.
+    /// Labels from top to bottom, the highest first, as in a bar.
     Swatches(Vec<i64>),
 }
 
@@ -38,7 +38,9 @@ impl Legend {
         let (width, height) = (options.width as f64, options.height as f64);
         let text = (0.0145 * height).max(7.0);
         let entries = match scene.field {
-            SceneField::Labels(_) => Entries::Swatches(coloring.labels(MOST_LABELS)?),
+            SceneField::Labels(_) => {
+                Entries::Swatches(coloring.labels(MOST_LABELS)?.into_iter().rev().collect())
+            }
             _ => Entries::Ticks(ticks(coloring)),
         };
         let widest = match &entries {
@@ -62,7 +64,13 @@ impl Legend {
 
     /// Pixels from the left that stay free for the scene.
     pub(crate) fn free_width(&self) -> f64 {
-        self.left
+        self.left.min(self.title_left() - self.text).max(0.5 * self.left)
+    }
+
+    /// Where the title begins.
+    fn title_left(&self) -> f64 {
+        let width = self.title.as_ref().map_or(0.0, |title| text_width(title, self.text));
+        (self.right - width).max(self.text).min(self.left)
     }
 
     pub(crate) fn draw(&self, image: &mut Image, coloring: &Coloring) {
@@ -108,8 +116,7 @@ impl Legend {
             }
         }
         if let Some(title) = &self.title {
-            let x = (self.right - text_width(title, text)).max(text).min(self.left);
-            self.write(image, title, x, top - 1.8 * text);
+            self.write(image, title, self.title_left(), top - 1.8 * text);
         }
     }
 

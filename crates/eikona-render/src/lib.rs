@@ -39,7 +39,7 @@ mod shadow;
 mod stroke;
 mod vector;
 
-pub use color::ColorMap;
+pub use color::{ColorMap, label_color};
 pub use error::RenderError;
 pub use image::Image;
 pub use options::{Background, Camera, Lighting, Projection, RenderOptions, UpAxis, Wireframe};

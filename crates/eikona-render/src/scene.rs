@@ -132,7 +132,7 @@ impl<'a> Scene<'a> {
         self.field = SceneField::Quotient { numerator, denominator };
         self
     }
-    /// An integer per face, shown in categorical colours: light grey for 0, else one of twelve in turn.
+    /// An integer per face, shown in categorical colours: see [`label_color`](crate::label_color).
     pub fn face_labels(mut self, labels: &'a [i64]) -> Self {
         self.field = SceneField::Labels(labels);
         self
@@ -179,7 +179,21 @@ impl<'a> Scene<'a> {
     /// # Errors
     /// [`RenderError::Curve`] with the first node that names an element the mesh does not have.
     pub fn surface_curves(
+        self,
+        curves: &SurfaceCurves,
+        style: &CurveStyle,
+        point_style: PointStyle,
+    ) -> Result<Self, RenderError> {
+        let mesh = self.mesh;
+        self.surface_curves_of(mesh, curves, style, point_style)
+    }
+    /// Curves and points on another mesh of the surface that this scene shows, such as the one from which its mesh was cut.
+    ///
+    /// # Errors
+    /// [`RenderError::Curve`] with the first node that names an element which `mesh` does not have.
+    pub fn surface_curves_of(
         mut self,
+        mesh: &TriangleMesh,
         curves: &SurfaceCurves,
         style: &CurveStyle,
         point_style: PointStyle,
@@ -187,13 +201,13 @@ impl<'a> Scene<'a> {
         for (c, curve) in curves.curves.iter().enumerate() {
             let mut line = Vec::with_capacity(curve.nodes.len());
             for (n, node) in curve.nodes.iter().enumerate() {
-                line.push(node.locate(self.mesh).map_err(|e| e.at(c, n))?.position(self.mesh));
+                line.push(node.locate(mesh).map_err(|e| e.at(c, n))?.position(mesh));
             }
             self.curves.push((line.into(), style.clone()));
         }
-        let points = curves.located_points(self.mesh)?;
+        let points = curves.located_points(mesh)?;
         if !points.is_empty() {
-            let places: Vec<[f64; 3]> = points.iter().map(|p| p.position(self.mesh)).collect();
+            let places: Vec<[f64; 3]> = points.iter().map(|p| p.position(mesh)).collect();
             self.points.push((places.into(), point_style));
         }
         Ok(self)

@@ -1,9 +1,9 @@
 //! Pictures of scenes small enough to know what must be where.
 
-use eikona_mesh::{TriangleMesh, shapes};
+use eikona_mesh::{Curve, SurfaceCurves, TriangleMesh, Vertex, shapes};
 use eikona_render::{
     Background, Camera, ColorMap, CurveStyle, Image, Isolines, Levels, Lighting, PointStyle, Projection,
-    RenderError, RenderOptions, Scene, UpAxis, Wireframe, render,
+    RenderError, RenderOptions, Scene, UpAxis, Wireframe, label_color, render,
 };
 
 /// The square from 0 to 1 in the xy plane, `z` high, its cells cut from lower left to upper right.
@@ -104,7 +104,8 @@ fn the_nearer_face_hides_the_other_in_either_order() {
             let seen = image.pixel(50, 50).unwrap();
             let wanted = if front == 1 { other.pixel(50, 50).unwrap() } else { seen };
             assert_eq!(seen, wanted);
-            let label_one = [86, 180, 233, 255];
+            let [r, g, b] = label_color(1);
+            let label_one = [r, g, b, 255];
             assert_eq!(seen == label_one, front == 1);
         }
     }
@@ -143,6 +144,36 @@ fn a_curve_behind_the_surface_is_hidden_and_one_on_it_is_seen() {
         assert!((balls(0.0) as f64 / area - 1.0).abs() < 0.15, "{}", balls(0.0));
         assert_eq!(balls(-0.2), 0);
     }
+}
+
+#[test]
+fn curves_may_name_the_points_of_another_mesh() {
+    let (shown, coarse) = (square(3, 0.0), square(1, 0.0));
+    let style = CurveStyle { color: [255, 0, 0], width: 6.0, ..CurveStyle::default() };
+    let diagonal = SurfaceCurves::from_curve(Curve::signed([0, 3].map(Vertex)));
+    let scene = Scene::new(&shown).surface_curves_of(&coarse, &diagonal, &style, PointStyle::default());
+    let by_place = Scene::new(&shown).curve(vec![[0., 0., 0.], [1., 1., 0.]], style);
+    let image = render(&scene.unwrap(), &plain(100)).unwrap();
+    assert_eq!(image.rgba, render(&by_place, &plain(100)).unwrap().rgba);
+    assert_eq!(pixel(&image, 0.5, 0.5), [255, 0, 0, 255]);
+}
+
+#[test]
+fn a_long_title_of_the_legend_keeps_off_the_surface() {
+    let mesh = shapes::grid(4, 1, 4.0, 1.0, shapes::Diagonal::Alternating).unwrap();
+    let title = "a title longer than its swatches";
+    let scene = Scene::new(&mesh).face_labels(&[0; 8]).title(title);
+    let options = RenderOptions { width: 500, height: 300, color_bar: true, ..plain(300) };
+    let image = render(&scene, &options).unwrap();
+    // The one swatch lies in the middle of the picture's height, and the title above it.
+    let columns = |rows: std::ops::Range<u32>, is: &dyn Fn([u8; 4]) -> bool| -> Vec<u32> {
+        let seen = |x| rows.clone().any(|y| image.pixel(x, y).is_some_and(is));
+        (0..500).filter(|&x| seen(x)).collect()
+    };
+    let ink = columns(0..140, &|p| darkness(p) > 130);
+    let surface = columns(160..300, &|p| p == [206, 206, 203, 255]).last().copied();
+    assert!(surface < ink.first().copied(), "{surface:?} {:?}", ink.first());
+    assert!(surface.unwrap() > 150, "there is room for the surface");
 }
 
 #[test]

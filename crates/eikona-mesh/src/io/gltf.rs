@@ -391,6 +391,7 @@ impl Collected {
             lines: self.lines,
             vertex_scalars: self.scalars,
             face_scalars: Vec::new(),
+            corner_uvs: None,
             warnings,
         })
     }

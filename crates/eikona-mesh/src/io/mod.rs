@@ -3,7 +3,7 @@
 //!
 //! | format | read | written |
 //! |---|---|---|
-//! | OBJ | polygons, `l` lines, vertex colours | polygons, lines, colours, texture coordinates, a scalar as texture u |
+//! | OBJ | polygons, `l` lines, vertex colours, texture coordinates | polygons, lines, colours, texture coordinates, a scalar as texture u |
 //! | PLY | ascii and binary; polygons, strips, edges; all scalar properties | ascii or binary; all but polylines of more than 2 nodes stay whole |
 //! | STL | ascii and binary, three vertices a facet | ascii or binary, triangles only |
 //! | OFF | with colours and normals | polygons, colours |
@@ -130,6 +130,9 @@ pub struct MeshFile {
     pub vertex_scalars: Vec<(String, Vec<f64>)>,
     /// Named values, one a face, in the order of the file. NaN where the file has none.
     pub face_scalars: Vec<(String, Vec<f64>)>,
+    /// Texture coordinates u, v, one a corner, in the order of the faces and their corners: of OBJ files in which every corner
+    /// has them. [`MeshOut::from`](MeshOut) passes them over.
+    pub corner_uvs: Option<Vec<[f64; 2]>>,
     /// What was left out or looked odd, one sentence each.
     pub warnings: Vec<String>,
 }

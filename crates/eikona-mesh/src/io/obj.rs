@@ -12,7 +12,8 @@ use std::io::{self, Write};
 const OBJ: &str = "OBJ";
 
 /// The mesh and lines of an OBJ text. Colours after the coordinates (`v x y z r g b`) become the vertex scalars `red`,
-/// `green` and `blue`; a single fourth number is a weight and is passed over; texture coordinates and normals are not kept.
+/// `green` and `blue`; a single fourth number is a weight and is passed over; texture coordinates are kept if every corner of a face has
+/// them; normals are not kept.
 ///
 /// # Errors
 /// [`FileError::Syntax`] with the line: a word that is no number, an index that is 0 or names no vertex, no vertex at all.
@@ -22,13 +23,14 @@ pub fn read_obj(bytes: &[u8]) -> Result<MeshFile, FileError> {
     loop {
         match words.word_on_line() {
             Some(b"v") => content.vertex(&mut words)?,
+            Some(b"vt") => content.texture(&mut words),
             Some(b"f") => {
-                content.indices(&mut words, "f")?;
+                content.indices(&mut words, Keyword::Face)?;
                 let Content { mesh, corners, .. } = &mut content;
                 mesh.push_face(corners.iter().copied());
             }
             Some(b"l") => {
-                content.indices(&mut words, "l")?;
+                content.indices(&mut words, Keyword::Line)?;
                 content.lines.push(content.corners.clone());
             }
             _ => {}
@@ -39,10 +41,21 @@ pub fn read_obj(bytes: &[u8]) -> Result<MeshFile, FileError> {
     }
 }
 
+/// What lists vertices.
+#[derive(Clone, Copy, PartialEq)]
+enum Keyword {
+    Face,
+    Line,
+}
+
 #[derive(Default)]
 struct Content {
     mesh: PolygonMesh,
     lines: Vec<Vec<u32>>,
+    /// Texture coordinates; NaN for what is no number.
+    textures: Vec<[f64; 2]>,
+    /// Which of them each corner of a face has, from 0; corners that have none are left out.
+    corner_textures: Vec<usize>,
     /// Colours of the first vertices; NaN where a vertex before a coloured one has none.
     colours: Vec<[f64; 3]>,
     /// The vertices of the current `f` or `l` line.
@@ -76,12 +89,28 @@ impl Content {
         Ok(())
     }
 
+    /// u and v (0 if it is missing), as they are: nothing depends on them.
+    fn texture(&mut self, words: &mut Words) {
+        let mut coordinate =
+            |missing: f64| words.word_on_line().map_or(missing, |w| number(w).unwrap_or(f64::NAN));
+        self.textures.push([coordinate(f64::NAN), coordinate(0.0)]);
+    }
+
     /// Reads the vertices of an `f` or `l` line into `corners`; what follows a slash is texture and normal.
-    fn indices(&mut self, words: &mut Words, keyword: &str) -> Result<(), FileError> {
+    fn indices(&mut self, words: &mut Words, line: Keyword) -> Result<(), FileError> {
+        let keyword = if line == Keyword::Face { "f" } else { "l" };
         self.corners.clear();
         let vertices = self.mesh.positions.len() as i64;
         while let Some(word) = words.word_on_line() {
-            let vertex = word.split(|&b| b == b'/').next().unwrap_or(word);
+            let mut parts = word.split(|&b| b == b'/');
+            let vertex = parts.next().unwrap_or(word);
+            if line == Keyword::Face
+                && let Some(index) = parts.next().and_then(integer)
+            {
+                let count = self.textures.len() as i64;
+                let from_0 = if index < 0 { count.saturating_add(index) } else { index - 1 };
+                self.corner_textures.extend(usize::try_from(from_0));
+            }
             let index = integer(vertex).ok_or_else(|| {
                 words.fault(OBJ, format!("{keyword} names {}, which is no vertex number", shown(word)))
             })?;
@@ -123,6 +152,11 @@ impl Content {
             return Err(FileError::syntax(OBJ, format!("line {line}"), problem));
         }
         let mut file = MeshFile { mesh: self.mesh, lines: self.lines, ..MeshFile::default() };
+        let corners: usize = file.mesh.faces().map(<[u32]>::len).sum();
+        if corners > 0 && self.corner_textures.len() == corners {
+            let coordinates = self.corner_textures.iter().map(|&i| self.textures.get(i).copied());
+            file.corner_uvs = coordinates.collect();
+        }
         let mut colours = self.colours;
         if !colours.is_empty() {
             colours.resize(vertices, [f64::NAN; 3]);

@@ -72,7 +72,7 @@ impl<'a> From<&'a PolygonMesh> for MeshOut<'a> {
     }
 }
 
-/// All that was read: mesh, lines and scalars.
+/// What was read: mesh, lines and scalars, but not texture coordinates.
 impl<'a> From<&'a MeshFile> for MeshOut<'a> {
     fn from(file: &'a MeshFile) -> Self {
         fn borrowed(scalars: &[(String, Vec<f64>)]) -> Vec<(&str, &[f64])> {

@@ -141,6 +141,7 @@ impl Collected {
             lines: self.lines,
             vertex_scalars: self.vertex_scalars,
             face_scalars: self.face_scalars,
+            corner_uvs: None,
             warnings: self.warnings,
         })
     }

@@ -15,6 +15,7 @@
 //! | `sigma`, `v` | [`Winding::residual_function`], `nonbounding.rs` | F, corners | 11 |
 //! | `w` | [`Winding::values`] | corners | sec 3.5 |
 //! | - | [`Winding::labels`], [`Winding::margin`] | F | sec 3.5.1 |
+//! | - | [`Winding::split`], `split.rs` | mesh | - |
 //!
 //! Inside, the curve is a dual chain: for each edge an ordered pair of faces and the jump between them. So orientable,
 //! inconsistently wound and one-sided surfaces are one code; only reading a curve has to know its left (carried along the
@@ -56,6 +57,7 @@ mod options;
 mod orientation;
 mod solution;
 mod solver;
+mod split;
 mod triangulation;
 
 pub use error::WindingError;
@@ -63,6 +65,7 @@ pub use options::{Completion, Diagnosis, Reference, WindingOptions};
 pub use orientation::{MOST_STRETCHES, Orientation};
 pub use solution::{ProgramReport, Winding, WindingReport};
 pub use solver::Solver;
+pub use split::Split;
 
 use eikona_mesh::{SurfaceCurves, TriangleMesh};
 

@@ -1,10 +1,14 @@
 //! What a solve gives.
 
 use crate::contour::{EmbeddedCurve, weights_in};
+use crate::geometry::Triangle;
 use crate::phases::Phases;
 use crate::winding::orientation::Orientation;
-use eikona_mesh::{CornerField, Edge, EdgeField, Face, FaceField, SurfacePoint, TriangleMesh, Vertex};
+use eikona_mesh::{
+    CornerField, Curve, Edge, EdgeField, Face, FaceField, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex,
+};
 use eikona_numeric::{Certificate, JumpStatistics};
+use std::collections::BTreeMap;
 
 /// The winding number of curves on a surface, and what follows from it. All fields are on [`mesh`](Winding::mesh).
 #[derive(Clone, Debug)]
@@ -165,6 +169,75 @@ impl Winding {
     /// What is left of the jump at an edge when the nonbounding part is taken off.
     pub fn bounding_jump(&self, edge: Edge) -> f64 {
         f64::from(self.curve[edge]) - self.nonbounding[edge]
+    }
+    /// The part of the input that bounds, or that does not, as curves along edges of [`mesh`](Winding::mesh), every copy by itself. Not
+    /// completed: see [`bounding_loops`](Winding::bounding_loops).
+    ///
+    /// ```
+    /// use eikona::mesh::{Curve, SurfaceCurves, Vertex, shapes};
+    /// use eikona::winding::{WindingOptions, surface_winding_number};
+    /// // Around the tube of a torus, twice.
+    /// let torus = shapes::torus(1.0, 0.4, 30, 15)?;
+    /// let twice = Curve::signed((0..=30).map(|j| Vertex(7 * 15 + j % 15)));
+    /// let winding = surface_winding_number(&torus, &SurfaceCurves::from_curve(twice), &WindingOptions::default())?;
+    /// assert_eq!(winding.part(true).segment_count(), 0);
+    /// assert_eq!(winding.part(false).segment_count(), 30);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn part(&self, bounding: bool) -> SurfaceCurves {
+        let mut part = SurfaceCurves { curves: Vec::new(), points: Vec::new() };
+        for (walk, bounds) in self.curves.iter().zip(&self.bounds) {
+            let mut first = 0;
+            for run in bounds.chunk_by(|a, b| a == b) {
+                if run[0] == bounding {
+                    let nodes = walk.vertices[first..=first + run.len()].iter().map(|&v| v.into()).collect();
+                    part.curves.push(Curve { kind: walk.kind, up: walk.up, nodes });
+                }
+                first += run.len();
+            }
+        }
+        part
+    }
+
+    /// The label of each face of the input: where the mesh was cut, the one that covers most of the face; of labels that cover the
+    /// same area the smallest. (Equally many pieces stand for equal areas where a face has none.)
+    ///
+    /// # Cost
+    /// O(F log n) for n pieces of a face.
+    ///
+    /// ```
+    /// use eikona::mesh::{Curve, SurfaceCurves, SurfacePoint, shapes};
+    /// use eikona::winding::{WindingOptions, surface_winding_number};
+    /// // Two triangles; a closed curve around most of the first, across its inside.
+    /// let square = shapes::grid(1, 1, 1.0, 1.0, shapes::Diagonal::Alternating)?;
+    /// let [a, b, c] = square.triangles()[0];
+    /// let at = |bary| SurfacePoint::Face { vertices: [a, b, c], bary };
+    /// let corners = [[0.98, 0.01, 0.01], [0.01, 0.98, 0.01], [0.01, 0.01, 0.98], [0.98, 0.01, 0.01]];
+    /// let curve = SurfaceCurves::from_curve(Curve::signed(corners.map(at)));
+    /// let winding = surface_winding_number(&square, &curve, &WindingOptions::default())?;
+    /// assert!(winding.mesh.face_count() > 2);
+    /// let labels = winding.input_labels();
+    /// assert_eq!(labels.as_slice(), [1, 0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn input_labels(&self) -> FaceField<i32> {
+        let Some(parents) = &self.face_parent else { return self.labels.clone() };
+        let pieces: Vec<(Face, Face)> = parents.iter().copied().zip(self.mesh.faces()).collect();
+        // The pieces of a face follow each other.
+        let of_parents = pieces.chunk_by(|a, b| a.0 == b.0).map(|pieces| self.largest_label(pieces));
+        of_parents.collect::<Vec<i32>>().into()
+    }
+
+    /// The label with the largest area among faces (the second of each pair).
+    fn largest_label(&self, pieces: &[(Face, Face)]) -> i32 {
+        let area = |f: Face| Triangle::of_face(&self.mesh, f).area;
+        let has_area = pieces.iter().any(|p| area(p.1) > 0.0);
+        let mut covered: BTreeMap<i32, f64> = BTreeMap::new();
+        for &(_, f) in pieces {
+            *covered.entry(self.labels[f]).or_default() += if has_area { area(f) } else { 1.0 };
+        }
+        let larger = |a: &(i32, f64), b: &(i32, f64)| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0));
+        covered.into_iter().max_by(larger).map_or(0, |(label, _)| label)
     }
 }
 

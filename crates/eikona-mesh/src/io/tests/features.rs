@@ -19,6 +19,7 @@ fn obj_in_all_its_spellings() {
     let faces: Vec<&[u32]> = file.mesh.faces().collect();
     assert_eq!(faces, [&[0, 1, 2, 3][..], &[0, 1, 4], &[4, 3, 2]]);
     assert_eq!(file.lines, [[0, 1, 3, 0]]);
+    assert_eq!(file.corner_uvs, None, "not every corner has texture coordinates");
     let refusal = file.mesh.triangulate().unwrap_err().to_string();
     assert!(refusal.contains("vertex 4") && refusal.contains("not finite"), "{refusal}");
     let old_mac = read_obj(b"v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r").unwrap();
@@ -64,6 +65,21 @@ fn ply_body(big_endian: bool) -> Vec<u8> {
     put(&(strip.len() as i32).to_le_bytes());
     strip.iter().for_each(|v| put(&v.to_le_bytes()));
     body
+}
+
+#[test]
+fn obj_texture_coordinates_are_kept_if_every_corner_has_them() {
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 1 0\nvt 0.25\nvt x 2\n";
+    let uvs = |faces: &str| read_obj(format!("{corners}{faces}").as_bytes()).unwrap().corner_uvs;
+    assert_eq!(uvs("f 1/1 2/2/9 3/-3/\nl 1/3 2"), Some(vec![[0.5, 1.0], [0.25, 0.0], [0.5, 1.0]]));
+    assert_eq!(uvs("f 1/4 2/1 3/1\nvt 7 8\n").unwrap()[0], [7.0, 8.0]);
+    assert!(uvs("f 1/3 2/3 3/3").unwrap().iter().all(|uv| uv[0].is_nan() && uv[1] == 2.0));
+    for without in
+        ["", "f 1 2 3", "f 1/1 2/1 3", "f 1/1 2/1 3//1", "f 1/1 2/1 3/4", "f 1/1 2/1 3/0", "f 1/1 2/1 3/-4"]
+    {
+        assert_eq!(uvs(without), None, "{without}");
+    }
+    assert_eq!(uvs("f 1/9223372036854775807 2/-9223372036854775808 3/1"), None);
 }
 
 #[test]

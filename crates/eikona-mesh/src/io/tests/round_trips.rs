@@ -163,6 +163,7 @@ fn obj_carries_texture_coordinates_of_corners_or_a_scalar() {
     out.corner_uvs = Some(&uvs);
     let text = String::from_utf8(written(MeshFormat::Obj, &out)).unwrap();
     assert!(text.ends_with("vt 0 0\nvt 1 0\nvt 0 0.125\nf 1/1 2/2 3/3\n"), "{text}");
+    assert_eq!(read_mesh_bytes(text.as_bytes(), MeshFormat::Obj).unwrap().corner_uvs, Some(uvs.to_vec()));
     let ply = read_mesh_bytes(&written(MeshFormat::Ply, &out), MeshFormat::Ply).unwrap();
     assert_eq!(ply.mesh.face(0), [0, 1, 2]);
     assert_eq!(ply.warnings, ["properties of element \"face\" were left out: texcoord"]);

@@ -1,0 +1,265 @@
+//! Output files of `eikona winding`.
+
+use crate::exit::Failure;
+use crate::field_file::npy_of_labels;
+use crate::input::MeshInput;
+use crate::picture::{Drawing, draw};
+use crate::session::Session;
+use crate::winding::{OutputArguments, WindingArguments};
+use eikona::contour::{obj_lines, polylines};
+use eikona::winding::Winding;
+use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
+use eikona_mesh::{Curve, SurfaceCurves, TriangleMesh, Vertex};
+use eikona_render::{ColorMap, Levels, label_color};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// What the names of the outputs stand for.
+#[derive(Clone, Copy, Debug)]
+pub struct Formats {
+    output: Option<MainFormat>,
+    split: Option<MeshFormat>,
+    input_labels: Option<TableFormat>,
+}
+
+/// Formats of the main output.
+#[derive(Clone, Copy, Debug)]
+enum MainFormat {
+    /// Values at faces.
+    Faces,
+    /// Texture coordinates at corners.
+    Corners,
+    /// The mesh cut open, with values at vertices.
+    Split(MeshFormat),
+    Table(TableFormat),
+}
+
+/// Formats without a mesh.
+#[derive(Clone, Copy, Debug)]
+enum TableFormat {
+    Csv,
+    Npy,
+}
+
+impl Formats {
+    /// Of the names given.
+    ///
+    /// # Errors
+    /// [`Failure::Usage`] for a name that stands for no format that the output can have, with those it can.
+    pub fn of(outputs: &OutputArguments) -> Result<Formats, Failure> {
+        let wrong = |path: &Path, what: &str| Failure::Usage(format!("{}: {what}", path.display()));
+        const MAIN: &str =
+            "regions can be written as .ply, .vtp, .obj, .glb, .gltf, .csv or .npy; choose one of these";
+        const SPLIT: &str = "the split mesh can be written as .ply, .vtp, .obj, .off, .stl, .glb or .gltf; choose one of these";
+        const TABLE: &str =
+            "labels for the faces of the input are written as .npy or .csv; choose one of these";
+        let main = |path: &Path| match (table_format(path), MeshFormat::from_path(path)) {
+            (Some(table), _) => Ok(MainFormat::Table(table)),
+            (_, Some(MeshFormat::Ply | MeshFormat::Vtp)) => Ok(MainFormat::Faces),
+            (_, Some(MeshFormat::Obj)) => Ok(MainFormat::Corners),
+            (_, Some(format @ (MeshFormat::Glb | MeshFormat::Gltf))) => Ok(MainFormat::Split(format)),
+            _ => Err(wrong(path, MAIN)),
+        };
+        let split = |path: &Path| MeshFormat::from_path(path).ok_or_else(|| wrong(path, SPLIT));
+        let table = |path: &Path| table_format(path).ok_or_else(|| wrong(path, TABLE));
+        for path in outputs.lines().into_iter().flatten() {
+            if MeshFormat::from_path(path) != Some(MeshFormat::Obj) {
+                return Err(wrong(path, "loops are written as .obj; name it so"));
+            }
+        }
+        Ok(Formats {
+            output: outputs.output.as_deref().map(main).transpose()?,
+            split: outputs.split.as_deref().map(split).transpose()?,
+            input_labels: outputs.input_labels.as_deref().map(table).transpose()?,
+        })
+    }
+}
+
+fn table_format(path: &Path) -> Option<TableFormat> {
+    let extension = path.extension()?.to_string_lossy().to_ascii_lowercase();
+    match extension.as_str() {
+        "csv" => Some(TableFormat::Csv),
+        "npy" => Some(TableFormat::Npy),
+        _ => None,
+    }
+}
+
+/// Stages all that was asked for.
+pub fn write_outputs(
+    arguments: &WindingArguments,
+    formats: &Formats,
+    winding: &Winding,
+    (input, curves): (&MeshInput, &SurfaceCurves),
+    session: &mut Session,
+) -> Result<(), Failure> {
+    let outputs = &arguments.outputs;
+    if let (Some(path), Some(format)) = (&outputs.output, formats.output) {
+        match format {
+            MainFormat::Faces => write_faces(path, winding, session)?,
+            MainFormat::Corners => write_corners(path, winding, session)?,
+            MainFormat::Split(format) => write_split("regions", path, format, winding, session)?,
+            MainFormat::Table(TableFormat::Npy) => {
+                session.output("regions", path, npy_of_labels(winding.labels.as_slice()))?;
+            }
+            MainFormat::Table(TableFormat::Csv) => {
+                session.output("regions", path, csv_of_regions(winding).into_bytes())?;
+            }
+        }
+    }
+    if let (Some(path), Some(format)) = (&outputs.split, formats.split) {
+        write_split("split mesh", path, format, winding, session)?;
+    }
+    if let (Some(path), Some(format)) = (&outputs.input_labels, formats.input_labels) {
+        if !input.file.mesh.is_triangular() {
+            session.warn(format!(
+                "{}: the polygons of the input were cut into triangles; there is a label for each triangle",
+                path.display()
+            ));
+        }
+        let labels = winding.input_labels();
+        let bytes = match format {
+            TableFormat::Npy => npy_of_labels(labels.as_slice()),
+            TableFormat::Csv => {
+                let mut text = String::from("face,label\n");
+                for (f, label) in labels.iter() {
+                    let _ = writeln!(text, "{},{label}", f.index());
+                }
+                text.into_bytes()
+            }
+        };
+        session.output("labels", path, bytes)?;
+    }
+    let [bounding, nonbounding, bounding_part, nonbounding_part] = outputs.lines();
+    for (path, curves) in [
+        (bounding, curves_of(&winding.bounding_loops)),
+        (nonbounding, curves_of(&winding.nonbounding_loops)),
+        (bounding_part, winding.part(true)),
+        (nonbounding_part, winding.part(false)),
+    ] {
+        if let Some(path) = path {
+            let lines = polylines(&winding.mesh, &curves).and_then(|lines| obj_lines(&lines));
+            let text = lines.map_err(|e| Failure::Failed(format!("{}: {e}", path.display())))?;
+            session.output("loops", path, text.into_bytes())?;
+        }
+    }
+    // The winding number is of a mesh that may have been cut; the curves name points of the one that was read.
+    let curves = Drawing { curves: Some(curves), curves_of: Some(&input.mesh), ..Drawing::default() };
+    if let Some(path) = &outputs.render {
+        let labels: Vec<i64> = winding.labels.as_slice().iter().map(|&l| i64::from(l)).collect();
+        let borders = curves_of(&winding.bounding_loops);
+        let drawing = Drawing { labels: Some(&labels), borders: Some(&borders), ..curves.clone() };
+        let png = session.phase("render", || draw(&winding.mesh, &drawing, &arguments.picture))?;
+        session.output("picture", path, png)?;
+    }
+    if let Some(path) = &outputs.render_values {
+        let [numerator, denominator] = homogeneous(winding);
+        let drawing = Drawing {
+            quotient: Some(([&numerator, &denominator], "winding number")),
+            levels: levels_between_whole_numbers(&numerator),
+            // 0 is white whatever the signs, and +1 and -1 have the colours that regions have.
+            map: Some(ColorMap::signed()),
+            ..curves
+        };
+        let png = session.phase("render", || draw(&winding.mesh, &drawing, &arguments.picture))?;
+        session.output("picture", path, png)?;
+    }
+    Ok(())
+}
+
+fn curves_of(loops: &[Vec<Vertex>]) -> SurfaceCurves {
+    let curve = |nodes: &Vec<Vertex>| Curve::signed(nodes.iter().copied());
+    SurfaceCurves { curves: loops.iter().map(curve).collect(), points: Vec::new() }
+}
+
+/// At each corner the winding number and 1, or twice 0 where it has no value (an endpoint): interpolated linearly and divided at each
+/// pixel. Shifted so that labels are the values rounded.
+fn homogeneous(winding: &Winding) -> [Vec<f64>; 2] {
+    let shift = |corner: usize| winding.shift[winding.component.as_slice()[corner / 3] as usize];
+    let values = winding.values.as_slice().iter().enumerate();
+    let pairs = values.map(|(c, w)| if w.is_nan() { (0.0, 0.0) } else { (w + shift(c), 1.0) });
+    let (numerator, denominator) = pairs.unzip();
+    [numerator, denominator]
+}
+
+/// Tenths, but no whole numbers: whole regions have these but for rounding, which isolines would show.
+fn levels_between_whole_numbers(values: &[f64]) -> Option<Levels> {
+    const MOST: f64 = 50.0;
+    let (low, high) = values.iter().fold((0.0f64, 0.0f64), |(l, h), &w| (l.min(w), h.max(w)));
+    let whole = (low.floor(), high.ceil());
+    if whole.1 - whole.0 > MOST {
+        return None;
+    }
+    let units = (whole.0 as i64)..(whole.1 as i64);
+    Some(Levels::Values(units.flat_map(|n| (1..10).map(move |i| n as f64 + 0.1 * f64::from(i))).collect()))
+}
+
+fn as_numbers(winding: &Winding) -> [Vec<f64>; 2] {
+    let labels = winding.labels.as_slice().iter().map(|&l| f64::from(l)).collect();
+    [labels, winding.input_faces().iter().map(|f| f.index() as f64).collect()]
+}
+
+fn csv_of_regions(winding: &Winding) -> String {
+    let mut text = String::from("label,margin,parent\n");
+    for ((label, margin), parent) in
+        winding.labels.as_slice().iter().zip(winding.margin.as_slice()).zip(winding.input_faces())
+    {
+        let _ = writeln!(text, "{label},{margin},{}", parent.index());
+    }
+    text
+}
+
+fn write_faces(path: &Path, winding: &Winding, session: &mut Session) -> Result<(), Failure> {
+    let [labels, parents] = as_numbers(winding);
+    let margin = winding.margin.as_slice();
+    let mut out = MeshOut::from(&winding.mesh);
+    out.face_scalars = vec![("label", &labels), ("margin", margin), ("parent", &parents)];
+    stage("regions", path, &out, session)
+}
+
+fn write_corners(path: &Path, winding: &Winding, session: &mut Session) -> Result<(), Failure> {
+    let [numerator, denominator] = homogeneous(winding);
+    let uvs: Vec<[f64; 2]> = numerator.into_iter().zip(denominator).map(|(u, v)| [u, v]).collect();
+    let mut out = MeshOut::from(&winding.mesh);
+    out.corner_uvs = Some(&uvs);
+    stage("regions", path, &out, session)
+}
+
+/// The mesh cut open, with all that the format holds.
+fn write_split(
+    kind: &'static str,
+    path: &Path,
+    format: MeshFormat,
+    winding: &Winding,
+    session: &mut Session,
+) -> Result<(), Failure> {
+    let split = winding.split().map_err(|e| Failure::Failed(format!("{}: {e}", path.display())))?;
+    let [labels, parents] = as_numbers(winding);
+    let at_vertices = labels_at_vertices(&split.mesh, winding);
+    let colours: Vec<[u8; 3]> = at_vertices.iter().map(|&label| label_color(i64::from(label))).collect();
+    let at_vertices: Vec<f64> = at_vertices.into_iter().map(f64::from).collect();
+    let mut out = MeshOut::from(&split.mesh);
+    match format {
+        MeshFormat::Ply | MeshFormat::Vtp => {
+            out.face_scalars = vec![("label", &labels), ("parent", &parents)]
+        }
+        MeshFormat::Glb | MeshFormat::Gltf => out.vertex_scalars = vec![("label", &at_vertices)],
+        MeshFormat::Obj | MeshFormat::Off | MeshFormat::Stl => {}
+    }
+    out.vertex_colours = (format != MeshFormat::Stl).then_some(&colours);
+    stage(kind, path, &out, session)
+}
+
+/// Every vertex of a split mesh has faces of one label. One that has no faces gets 0.
+fn labels_at_vertices(split: &TriangleMesh, winding: &Winding) -> Vec<i32> {
+    let label = |v| split.vertex_corners(v).first().map_or(0, |c| winding.labels[c.face()]);
+    split.vertices().map(label).collect()
+}
+
+fn stage(kind: &'static str, path: &Path, out: &MeshOut, session: &mut Session) -> Result<(), Failure> {
+    let (file, left_out) = stage_mesh(path, out).map_err(Failure::writing)?;
+    session.staged_output(kind, path, file);
+    for sentence in left_out {
+        session.warn(format!("{}: {sentence}", path.display()));
+    }
+    Ok(())
+}

@@ -1,0 +1,314 @@
+//! Every output of `eikona winding`, read again.
+
+mod run;
+
+use eikona_mesh::io::{MeshFile, read_mesh};
+use eikona_mesh::{Topology, TriangleMesh};
+use eikona_render::label_color;
+use run::{Folder, LINE, data, grid_obj, png_size};
+
+/// The grid of 10 x 2 squares, and the line x = 4.5 from rim to rim, which crosses faces: 1 on its left, where x is smaller, and 0 on
+/// the larger right side.
+fn across() -> Folder {
+    let folder = Folder::new();
+    folder.write("grid.obj", &grid_obj());
+    folder.write("line.json", LINE);
+    folder.write("across.obj", "v 4.5 0 0\nv 4.5 2 0\nl 1 2\n");
+    folder
+}
+
+const SOLVE: &str = "winding grid.obj --curve across.obj -q";
+
+fn read(folder: &Folder, name: &str) -> (MeshFile, TriangleMesh) {
+    let file = read_mesh(folder.0.join(name)).unwrap();
+    let mesh = file.mesh.triangulate().unwrap().0;
+    (file, mesh)
+}
+
+#[track_caller]
+fn scalar<'a>(scalars: &'a [(String, Vec<f64>)], name: &str) -> &'a [f64] {
+    let found = scalars.iter().find(|s| s.0 == name);
+    &found.unwrap_or_else(|| panic!("no {name} in {:?}", scalars.iter().map(|s| &s.0).collect::<Vec<_>>())).1
+}
+
+/// What the label of each face must be.
+fn expected(mesh: &TriangleMesh) -> Vec<f64> {
+    let middle = |f| mesh.face_positions(f).iter().map(|p| p[0]).sum::<f64>() / 3.0;
+    mesh.faces().map(|f| if middle(f) < 4.5 { 1.0 } else { 0.0 }).collect()
+}
+
+/// The numbers of an int32 file of numpy.
+fn npy(folder: &Folder, name: &str) -> Vec<i32> {
+    let bytes = folder.bytes(name);
+    assert!(bytes.starts_with(b"\x93NUMPY\x01\x00"));
+    let head = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    assert_eq!(head % 64, 0);
+    let numbers: Vec<i32> = bytes[head..].as_chunks::<4>().0.iter().map(|b| i32::from_le_bytes(*b)).collect();
+    let header = format!("{{'descr': '<i4', 'fortran_order': False, 'shape': ({},), }}", numbers.len());
+    assert_eq!(String::from_utf8_lossy(&bytes[10..head]).trim_end(), header);
+    numbers
+}
+
+/// Two pieces of equal label each, which share no vertex.
+fn assert_split(mesh: &TriangleMesh) {
+    let labels = expected(mesh);
+    for v in mesh.vertices() {
+        let corners = mesh.vertex_corners(v);
+        assert!(corners.iter().all(|c| labels[c.face().index()] == labels[corners[0].face().index()]));
+    }
+    let topology = Topology::of(mesh);
+    let characteristics: Vec<i64> = topology.components.iter().map(|c| c.euler_characteristic).collect();
+    assert_eq!(characteristics, [1, 1]);
+}
+
+#[test]
+fn the_mesh_has_labels_margins_and_parents_at_its_faces() {
+    let folder = across();
+    for name in ["out.ply", "out.vtp"] {
+        folder.done(&format!("{SOLVE} -o {name}"));
+        let (file, mesh) = read(&folder, name);
+        assert!(mesh.face_count() > 40);
+        assert_eq!(Topology::of(&mesh).components.len(), 1);
+        assert_eq!(scalar(&file.face_scalars, "label"), expected(&mesh), "{name}");
+        assert!(scalar(&file.face_scalars, "margin").iter().all(|m| (m - 0.5).abs() < 1e-6));
+        let (_, grid) = read(&folder, "grid.obj");
+        for (f, parent) in mesh.faces().zip(scalar(&file.face_scalars, "parent")) {
+            let parent = grid.face_positions(eikona_mesh::Face(*parent as u32));
+            for axis in 0..2 {
+                let middle = mesh.face_positions(f).iter().map(|p| p[axis]).sum::<f64>() / 3.0;
+                let low = parent.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
+                assert!((low..=low + 1.0).contains(&middle));
+            }
+        }
+    }
+}
+
+#[test]
+fn tables_have_the_same_labels() {
+    let folder = across();
+    folder.done(&format!("{SOLVE} -o out.ply"));
+    folder.done(&format!("{SOLVE} -o out.csv"));
+    folder.done(&format!("{SOLVE} -o out.npy"));
+    let (file, _) = read(&folder, "out.ply");
+    for column in ["label", "parent"] {
+        assert_eq!(folder.column("out.csv", column), scalar(&file.face_scalars, column));
+    }
+    assert_eq!(folder.column("out.csv", "margin").len(), file.mesh.face_count());
+    let labels: Vec<f64> = npy(&folder, "out.npy").into_iter().map(f64::from).collect();
+    assert_eq!(labels, scalar(&file.face_scalars, "label"));
+}
+
+#[test]
+fn texture_coordinates_are_the_value_and_one() {
+    let folder = across();
+    folder.done(&format!("{SOLVE} -o out.obj"));
+    let (file, mesh) = read(&folder, "out.obj");
+    let uvs = file.corner_uvs.unwrap();
+    assert_eq!(uvs.len(), 3 * mesh.face_count());
+    for (f, label) in expected(&mesh).into_iter().enumerate() {
+        for uv in &uvs[3 * f..3 * f + 3] {
+            // The curve has no endpoint inside, so every corner has a value, and each is a whole number.
+            assert!((uv[0] - label).abs() < 1e-6 && uv[1] == 1.0, "face {f}: {uv:?}, not {label}");
+        }
+    }
+}
+
+#[test]
+fn endpoints_have_no_weight_in_texture_coordinates() {
+    let folder = across();
+    // A curve that ends inside, in the vertex 16 at (5, 1).
+    folder.write("half.json", &LINE.replace(r#",{"vertex":17}"#, ""));
+    folder.done("winding grid.obj --curve half.json -o out.obj -q");
+    let (file, mesh) = read(&folder, "out.obj");
+    let uvs = file.corner_uvs.unwrap();
+    for f in mesh.faces() {
+        for (k, p) in mesh.face_positions(f).into_iter().enumerate() {
+            let [u, v] = uvs[3 * f.index() + k];
+            let at_end = p == [5.0, 1.0, 0.0];
+            assert!(v == if at_end { 0.0 } else { 1.0 } && (u == 0.0 || !at_end), "{u} {v} at {p:?}");
+        }
+    }
+}
+
+#[test]
+fn texture_coordinates_are_drawn_divided() {
+    let folder = across();
+    folder.done(&format!("{SOLVE} -o out.obj --render-values v.png --size 160x120 --no-bar"));
+    folder.done("render out.obj --field uv-quotient -o uv.png --size 160x120 --no-bar --curve across.obj -q");
+    assert_eq!(folder.bytes("uv.png"), folder.bytes("v.png"));
+    folder.refused("render grid.obj --field uv-quotient -o no.png", 3, &["no field", "uv-quotient"]);
+    folder.refused("render out.obj --field label -o no.png", 3, &["fields are: uv-quotient"]);
+    folder.write("quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 1\nf 1/1 2/1 3/1 4/1\n");
+    folder.refused("render quad.obj --field uv-quotient -o no.png", 3, &["give triangles"]);
+}
+
+#[test]
+fn viewers_get_the_mesh_cut_open_with_labels_at_vertices() {
+    let folder = across();
+    for name in ["out.glb", "out.gltf"] {
+        folder.done(&format!("{SOLVE} -o {name}"));
+        let (file, mesh) = read(&folder, name);
+        assert_split(&mesh);
+        let labels = scalar(&file.vertex_scalars, "label");
+        for (f, label) in expected(&mesh).into_iter().enumerate() {
+            let corners = mesh.triangles()[f].map(|v| labels[v as usize]);
+            assert_eq!(corners, [label; 3], "{name}");
+        }
+    }
+    let json = folder.json("out.gltf");
+    let attributes = &json["meshes"][0]["primitives"][0]["attributes"];
+    let names: Vec<&str> = attributes.as_object().unwrap().keys().map(String::as_str).collect();
+    assert_eq!(names, ["COLOR_0", "POSITION", "_label"]);
+    let count = |name: &str| &json["accessors"][attributes[name].as_u64().unwrap() as usize]["count"];
+    assert_eq!(count("COLOR_0"), count("POSITION"));
+    assert_eq!(count("_label"), count("POSITION"));
+}
+
+#[test]
+fn the_split_mesh_keeps_what_its_format_holds() {
+    let folder = across();
+    for name in ["s.ply", "s.ply.gz", "s.vtp", "s.obj", "s.off", "s.glb", "s.gltf", "s.stl"] {
+        let outcome = folder.done(&format!("{SOLVE} --strict --split {name}"));
+        assert!(!outcome.stderr.contains("warning"), "{}", outcome.stderr);
+        let (file, mesh) = read(&folder, name);
+        let labels = expected(&mesh);
+        assert!(labels.contains(&1.0) && labels.contains(&0.0));
+        if name.contains(".ply") || name.contains(".vtp") {
+            assert_eq!(scalar(&file.face_scalars, "label"), labels, "{name}");
+            assert_eq!(scalar(&file.face_scalars, "parent").last(), Some(&39.0));
+        }
+        if name == "s.stl" {
+            continue; // three vertices of its own for every face
+        }
+        assert_split(&mesh);
+        if name.contains(".gl") || name == "s.vtp" {
+            continue; // colours of these are not read
+        }
+        // OBJ holds them from 0 to 1.
+        let unit = if name == "s.obj" { 255.0 } else { 1.0 };
+        for (k, channel) in ["red", "green", "blue"].into_iter().enumerate() {
+            let values = scalar(&file.vertex_scalars, channel);
+            for (f, label) in labels.iter().enumerate() {
+                let wanted = f64::from(label_color(*label as i64)[k]);
+                assert!(
+                    mesh.triangles()[f].iter().all(|&v| (values[v as usize] * unit - wanted).abs() < 1e-6)
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn faces_of_the_input_get_the_label_of_their_larger_part() {
+    let folder = across();
+    folder.done(&format!("{SOLVE} --input-labels in.npy"));
+    folder.done(&format!("{SOLVE} --input-labels in.csv"));
+    let labels = npy(&folder, "in.npy");
+    // The squares at x from 4 to 5 are cut: three quarters of the face above the diagonal are on the left, one of that below it.
+    let wanted: Vec<i32> = (0..40).map(|f| i32::from(f < 16 || (f < 20 && f % 2 == 1))).collect();
+    assert_eq!(labels, wanted);
+    let column: Vec<i32> = folder.column("in.csv", "label").into_iter().map(|l| l as i32).collect();
+    assert_eq!(column, wanted);
+    assert_eq!(folder.column("in.csv", "face"), (0..40).map(f64::from).collect::<Vec<_>>());
+    // The reversed curve has its left on the other side.
+    folder.done(&format!("{SOLVE} --flip --input-labels flip.npy"));
+    assert_eq!(npy(&folder, "flip.npy"), wanted.iter().map(|l| -l).collect::<Vec<_>>());
+}
+
+#[test]
+fn pictures_of_regions_and_values_are_drawn_of_curves_along_edges_and_across_faces() {
+    let folder = across();
+    for curve in ["line.json", "across.obj"] {
+        folder.done(&format!(
+            "winding grid.obj --curve {curve} --render r.png --render-values v.png --size 200x150 --report r.json"
+        ));
+        assert_eq!(png_size(&folder.bytes("r.png")), (200, 150));
+        assert_eq!(png_size(&folder.bytes("v.png")), (200, 150));
+        assert_ne!(folder.bytes("r.png"), folder.bytes("v.png"));
+        let report = folder.json("r.json");
+        let kinds: Vec<&str> =
+            report["outputs"].as_array().unwrap().iter().map(|o| o["kind"].as_str().unwrap()).collect();
+        assert_eq!(kinds, ["picture", "picture", "report"]);
+    }
+}
+
+#[test]
+fn names_that_stand_for_no_format_are_refused_with_those_that_do() {
+    let folder = across();
+    let main = [".ply", ".vtp", ".obj", ".glb", ".gltf", ".csv", ".npy"];
+    for name in ["out.stl", "out.off", "out.txt", "out", "out.png"] {
+        folder.refused(&format!("{SOLVE} -o {name}"), 2, &[&main, &[name][..]].concat());
+    }
+    for name in ["s.npy", "s.csv", "s"] {
+        let split = [name, ".ply", ".vtp", ".obj", ".off", ".stl", ".glb", ".gltf"];
+        folder.refused(&format!("{SOLVE} --split {name}"), 2, &split);
+    }
+    for name in ["in.ply", "in.txt", "in"] {
+        folder.refused(&format!("{SOLVE} --input-labels {name}"), 2, &[name, ".npy", ".csv"]);
+    }
+    for flag in ["--bounding", "--nonbounding", "--bounding-part", "--nonbounding-part"] {
+        folder.refused(&format!("{SOLVE} {flag} b.ply"), 2, &["b.ply", ".obj"]);
+    }
+    for flag in ["--render", "--render-values"] {
+        folder.refused(&format!("{SOLVE} {flag} p.jpg"), 2, &["p.jpg", "p.png"]);
+    }
+    folder.refused(&format!("{SOLVE} -o one.ply --split one.ply"), 2, &["one.ply"]);
+    folder.refused(SOLVE, 2, &["nothing would be written"]);
+    // Before the work: the mesh is not even there.
+    folder.refused("winding none.obj --curve none.json -o out.stl", 2, &[".npy"]);
+}
+
+#[test]
+fn polygons_are_told_to_be_cut_into_triangles() {
+    let folder = across();
+    folder.write("quads.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nf 1 2 5 4\nf 2 3 6 5\n");
+    folder.write("cut.obj", "v 0.7 0 0\nv 0.7 1 0\nl 1 2\n");
+    let outcome = folder.done("winding quads.obj --curve cut.obj --input-labels in.npy");
+    assert!(outcome.stderr.contains("each triangle"), "{}", outcome.stderr);
+    assert_eq!(npy(&folder, "in.npy"), [0, 1, 0, 0]);
+}
+
+#[test]
+fn curves_of_the_shared_data_are_written_in_every_format() {
+    let Some(data) = data() else { return };
+    let folder = Folder::new();
+    let curves = data.join("curves/swn");
+    let mut ran = 0;
+    for (mesh, curve) in [
+        (curves.join("torus.obj"), "torus-phi.txt"),
+        (curves.join("annulus.obj"), "annulus.txt"),
+        (data.join("closed/bunny.obj"), "bunny-brokenheart.txt"),
+    ] {
+        let solve = format!("winding {} --curve {} -q", mesh.display(), curves.join(curve).display());
+        folder.done(&format!("{solve} -o out.glb --split s.ply --input-labels in.npy"));
+        let (file, cut) = read(&folder, "s.ply");
+        let labels = scalar(&file.face_scalars, "label");
+        for v in cut.vertices() {
+            let corners = cut.vertex_corners(v);
+            assert!(corners.iter().all(|c| labels[c.face().index()] == labels[corners[0].face().index()]));
+        }
+        let (glb, _) = read(&folder, "out.glb");
+        assert_eq!(glb.mesh.vertex_count(), cut.vertex_count());
+        let input = read_mesh(&mesh).unwrap();
+        assert_eq!(npy(&folder, "in.npy").len(), input.mesh.face_count());
+        ran += 1;
+    }
+    println!("{ran} files ran");
+}
+
+#[test]
+fn the_curve_is_parted_into_what_bounds_and_what_does_not() {
+    let folder = Folder::new();
+    // Three circles around the tube of a torus: the plane makes two, which bound a half; one more bounds nothing.
+    folder.done("make torus nu=40 nv=20 -o t.ply --curve-out two.json --cut axis=y,at=0.03");
+    folder.done(
+        "winding t.ply --curve two.json --bounding-part b.obj --nonbounding-part n.obj --bounding l.obj",
+    );
+    let segments = |name: &str| {
+        let text = String::from_utf8(folder.bytes(name)).unwrap();
+        text.lines().filter(|l| l.starts_with("l ")).map(|l| l.split_whitespace().count() - 2).sum::<usize>()
+    };
+    assert!(segments("b.obj") > 40);
+    assert_eq!(segments("n.obj"), 0);
+    assert_eq!(segments("l.obj"), segments("b.obj"));
+}

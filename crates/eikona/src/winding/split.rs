@@ -1,0 +1,137 @@
+//! The mesh cut open where labels change.
+
+use crate::winding::harmonic::tip_corner;
+use crate::winding::solution::Winding;
+use eikona_mesh::{Edge, Face, FaceField, Halfedge, MeshError, TriangleMesh, Vertex};
+
+/// A mesh in which regions of different labels share no vertex: see [`Winding::split`].
+#[derive(Clone, Debug)]
+pub struct Split {
+    /// The faces of [`Winding::mesh`] in their order, so that [`Winding::labels`] are theirs. Its vertices keep their numbers; copies
+    /// come behind them.
+    pub mesh: TriangleMesh,
+    /// For each vertex the one of [`Winding::mesh`] that it is a copy of.
+    pub vertex_parent: Vec<Vertex>,
+    /// For each face the one of the input that it lies in.
+    pub face_parent: Vec<Face>,
+}
+
+impl Winding {
+    /// The mesh cut open along the completed boundary of the regions: wherever the two faces of an edge have different labels.
+    ///
+    /// A vertex whose faces have more than one label gets a copy for each fan of equally labelled faces (faces that hang together
+    /// across edges at it), so that every vertex of the result has one label. At an edge of three or more faces those of equal
+    /// label stay together. All other vertices stay as they are, also those at which the surface only touches itself.
+    ///
+    /// # Errors
+    /// [`MeshError::TooLarge`] if the copies do not fit into 32-bit indices; coarsen the mesh.
+    ///
+    /// # Cost
+    /// Nearly linear: O(V + F log d) for d faces at an edge.
+    ///
+    /// ```
+    /// use eikona::mesh::{Curve, SurfaceCurves, Vertex, shapes};
+    /// use eikona::winding::{WindingOptions, surface_winding_number};
+    /// let disk = shapes::disk(20, 6, 20.0)?;
+    /// let ring = Curve::signed([1, 2, 3, 4, 5, 6, 1].map(Vertex));
+    /// let winding = surface_winding_number(&disk, &SurfaceCurves::from_curve(ring), &WindingOptions::default())?;
+    /// let split = winding.split()?;
+    /// assert_eq!(split.mesh.vertex_count(), disk.vertex_count() + 6); // the ring, on both sides
+    /// assert_eq!(split.vertex_parent[disk.vertex_count()], Vertex(1));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn split(&self) -> Result<Split, MeshError> {
+        let (mesh, labels) = (&self.mesh, &self.labels);
+        let mut fans = Fans { parent: (0..mesh.halfedge_count() as u32).collect() };
+        mesh.edges().for_each(|e| fans.join_across(mesh, e, labels));
+
+        let mut positions = mesh.positions().to_vec();
+        let mut vertex_parent: Vec<Vertex> = mesh.vertices().collect();
+        let mut triangles = mesh.triangles().to_vec();
+        // The fans at a vertex, each with its copy.
+        let mut copies: Vec<(u32, u32)> = Vec::new();
+        for v in mesh.vertices() {
+            let corners = mesh.vertex_corners(v);
+            let label = |i: usize| labels[corners[i].face()];
+            if (1..corners.len()).all(|i| label(i) == label(0)) {
+                continue;
+            }
+            copies.clear();
+            for corner in corners {
+                let fan = fans.root(corner.index() as u32);
+                let copy = match copies.binary_search_by_key(&fan, |c| c.0) {
+                    Ok(place) => copies[place].1,
+                    Err(place) => {
+                        let mut copy = v.0;
+                        if !copies.is_empty() {
+                            copy = positions.len() as u32;
+                            positions.push(mesh.position(v));
+                            vertex_parent.push(v);
+                        }
+                        copies.insert(place, (fan, copy));
+                        copy
+                    }
+                };
+                triangles[corner.face().index()][corner.index() % 3] = copy;
+            }
+        }
+        let mesh = TriangleMesh::new(positions, triangles)?;
+        Ok(Split { mesh, vertex_parent, face_parent: self.input_faces() })
+    }
+
+    /// For each face of [`mesh`](Winding::mesh) the one of the input that it lies in: itself, if the mesh was not cut.
+    ///
+    /// ```
+    /// # use eikona::mesh::{Curve, Face, SurfaceCurves, Vertex, shapes};
+    /// # use eikona::winding::{WindingOptions, surface_winding_number};
+    /// let disk = shapes::disk(20, 6, 20.0)?;
+    /// let ring = Curve::signed([1, 2, 3, 4, 5, 6, 1].map(Vertex));
+    /// let winding = surface_winding_number(&disk, &SurfaceCurves::from_curve(ring), &WindingOptions::default())?;
+    /// assert_eq!(winding.input_faces()[7], Face(7)); // the curve runs along edges
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn input_faces(&self) -> Vec<Face> {
+        self.face_parent.clone().unwrap_or_else(|| self.mesh.faces().collect())
+    }
+}
+
+/// Disjoint sets of corners, each known by its smallest one.
+struct Fans {
+    parent: Vec<u32>,
+}
+
+impl Fans {
+    /// Joins the corners at both ends of an edge of those of its faces that have the same label.
+    fn join_across(&mut self, mesh: &TriangleMesh, e: Edge, labels: &FaceField<i32>) {
+        let mut join_all = |halfedges: &[Halfedge]| {
+            for pair in halfedges.windows(2).filter(|p| labels[p[0].face()] == labels[p[1].face()]) {
+                for v in mesh.edge_vertices(e) {
+                    let at = |h: Halfedge| if mesh.origin(h) == v { h.index() } else { tip_corner(h) };
+                    self.join(at(pair[0]) as u32, at(pair[1]) as u32);
+                }
+            }
+        };
+        match mesh.edge_halfedges(e) {
+            two @ [_, _] => join_all(two),
+            more => {
+                let mut by_label = more.to_vec();
+                by_label.sort_by_key(|h| labels[h.face()]);
+                join_all(&by_label);
+            }
+        }
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parent[a.max(b) as usize] = a.min(b);
+    }
+
+    fn root(&mut self, mut corner: u32) -> u32 {
+        while self.parent[corner as usize] != corner {
+            let above = self.parent[self.parent[corner as usize] as usize];
+            self.parent[corner as usize] = above;
+            corner = above;
+        }
+        corner
+    }
+}
