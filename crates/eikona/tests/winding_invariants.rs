@@ -1,7 +1,7 @@
 //! What must hold for winding numbers on surfaces (spec 2.6), on shapes where the answer is known.
 
 mod regions;
-use eikona::mesh::{Curve, Face, SurfaceCurves, TriangleMesh, Vertex, shapes};
+use eikona::mesh::{Curve, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, shapes};
 use eikona::winding::{Completion, Solver, Winding, WindingOptions, surface_winding_number};
 use regions::{area, boundary_of, centre};
 
@@ -213,5 +213,107 @@ fn one_solver_answers_as_fresh_ones_do() {
         let fresh = solve(&torus, &[curve]);
         assert_eq!(kept.labels, fresh.labels);
         assert_eq!(kept.nonbounding, fresh.nonbounding);
+    }
+}
+
+/// The degree of an endpoint is what leaves it less what arrives, and all degrees add up to nothing, as a chain's ends do.
+#[test]
+fn degrees_of_endpoints_add_up_to_nothing() {
+    let sphere = shapes::geodesic_sphere(12).unwrap();
+    // Three arms from one vertex, one of them double, and one that leads back.
+    let path = |from: u32, to: u32| {
+        Curve::signed(eikona::contour::shortest_vertex_path(&sphere, &[Vertex(from), Vertex(to)]).unwrap())
+    };
+    let curves = [path(700, 20), path(700, 350), path(700, 350), path(1100, 700)];
+    let options = WindingOptions { split_short: false, ..Default::default() };
+    let input = SurfaceCurves { curves: curves.to_vec(), points: Vec::new() };
+    let w = surface_winding_number(&sphere, &input, &options).unwrap();
+    // The sum of the jumps around a vertex.
+    let degree = |v: Vertex| -> i32 {
+        let edges = sphere.edges().filter(|&e| sphere.edge_vertices(e).contains(&v));
+        edges.map(|e| if sphere.edge_vertices(e)[0] == v { w.curve[e] } else { -w.curve[e] }).sum()
+    };
+    let mut endpoints = w.endpoints.clone();
+    endpoints.sort_unstable();
+    assert_eq!(endpoints, [20, 350, 700, 1100].map(Vertex));
+    assert_eq!([20, 350, 700, 1100].map(|v| degree(Vertex(v))), [-1, -2, 2, 1]);
+    assert_eq!(sphere.vertices().map(degree).sum::<i32>(), 0);
+    assert_eq!(sphere.vertices().filter(|&v| degree(v) != 0).count(), 4);
+}
+
+/// A loop around a disk adds the disk's indicator, whatever else is there.
+#[test]
+fn a_loop_that_bounds_adds_its_indicator() {
+    let torus = torus(48, 24);
+    let disk = |f: Face| {
+        let [x, y, z] = centre(&torus, f);
+        ((x + 1.0).powi(2) + y.powi(2) + (z - 0.35).powi(2)).sqrt() < 0.25
+    };
+    // A loop that bounds nothing and a region that the disk lies across.
+    let mut curves = boundary_of(&torus, |f| centre(&torus, f)[1] > 0.1 && centre(&torus, f)[0] < 0.0);
+    curves.push(around_tube(24, 2));
+    let before = solve(&torus, &curves);
+    curves.extend(boundary_of(&torus, disk));
+    let after = solve(&torus, &curves);
+    assert!(before.endpoints.is_empty() && before.report.largest_nonbounding > 0.9);
+    for f in torus.faces() {
+        assert_eq!(after.labels[f], before.labels[f] + i32::from(disk(f)));
+    }
+    let moved = |f: Face, k: usize| {
+        let corner = 3 * f.index() + k;
+        after.values.as_slice()[corner] + after.shift[0] - before.values.as_slice()[corner] - before.shift[0]
+    };
+    for f in torus.faces() {
+        assert!((0..3).all(|k| (moved(f, k) - f64::from(i32::from(disk(f)))).abs() < 1e-9));
+    }
+    for e in torus.edges() {
+        assert!((after.nonbounding[e] - before.nonbounding[e]).abs() < 1e-9);
+    }
+}
+
+/// Numbers of vertices and faces, the first corner of a face and the direction of an edge mean nothing.
+#[test]
+fn numbering_changes_nothing() {
+    let torus = torus(30, 15);
+    let mut open = around_tube(15, 7);
+    open.nodes.truncate(12);
+    let mut curves = boundary_of(&torus, |f| centre(&torus, f)[0] > 1.15);
+    curves.push(open);
+    curves.push(Curve::signed((4..20).map(|i| Vertex(15 * i + 3))));
+    let (n, m) = (torus.vertex_count(), torus.face_count());
+    // Multiplying by what has no factor in common permutes.
+    let vertex = |v: u32| (v as usize * 101 % n) as u32;
+    let face = |f: usize| f * 103 % m;
+    assert!(n % 101 != 0 && m % 103 != 0);
+    let mut positions = vec![[0.0; 3]; n];
+    torus.vertices().for_each(|v| positions[vertex(v.0) as usize] = torus.position(v));
+    let mut triangles = vec![[0; 3]; m];
+    for (f, corners) in torus.triangles().iter().enumerate() {
+        triangles[face(f)] = corners.map(vertex);
+        triangles[face(f)].rotate_left(f % 3);
+    }
+    let renumbered = TriangleMesh::new(positions, triangles).unwrap();
+    let moved: Vec<Curve> = curves
+        .iter()
+        .map(|c| {
+            Curve::signed(c.nodes.iter().map(|node| {
+                let SurfacePoint::Vertex { vertex: v } = node else { panic!("nodes are vertices") };
+                Vertex(vertex(*v))
+            }))
+        })
+        .collect();
+    let (w, r) = (solve(&torus, &curves), solve(&renumbered, &moved));
+    let by_place = |w: &Winding, map: &dyn Fn(usize) -> usize| -> Vec<i32> {
+        let labels = w.input_labels();
+        (0..m).map(|f| labels.as_slice()[map(f)]).collect()
+    };
+    assert_eq!(by_place(&w, &|f| f), by_place(&r, &face));
+    let objective = |w: &Winding| w.report.program.as_ref().unwrap().objective;
+    assert!((objective(&w) / objective(&r) - 1.0).abs() < 1e-9, "{} {}", objective(&w), objective(&r));
+    // Values at middles of faces, near endpoints and far from them.
+    for f in 0..m {
+        let one = w.value_at(Face(f as u32), [1.0 / 3.0; 3]);
+        let other = r.value_at(Face(face(f) as u32), [1.0 / 3.0; 3]);
+        assert!((one - other).abs() < 1e-6, "face {f}: {one} and {other}");
     }
 }

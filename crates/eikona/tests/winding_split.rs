@@ -161,7 +161,10 @@ fn labelled(positions: Vec<[f64; 3]>, faces: Vec<[u32; 3]>, labels: Vec<i32>) ->
     let disk = shapes::disk(3, 6, 1.0).unwrap();
     let ring = Curve::signed([1, 2, 3, 4, 5, 6, 1].map(Vertex));
     let mesh = TriangleMesh::new(positions, faces).unwrap();
-    Winding { mesh, labels: FaceField::from(labels), ..solve(&disk, vec![ring]) }
+    let mut winding = solve(&disk, vec![ring]);
+    winding.mesh = mesh;
+    winding.labels = FaceField::from(labels);
+    winding
 }
 
 #[test]

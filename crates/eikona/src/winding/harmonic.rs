@@ -114,3 +114,78 @@ pub(crate) fn jumps_of(mesh: &TriangleMesh, values: &[f64]) -> Vec<f64> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Triangle, lay_out};
+    use crate::winding::coordinates::Coordinates;
+    use crate::winding::jump_laplace::{darboux_derivative, differences, solve_jump_equation};
+    use crate::winding::operators::Operators;
+    use eikona_mesh::{Vertex, damage, shapes};
+
+    /// A form that is closed in every triangle and co-closed at every vertex inside, also at the curve's ends.
+    fn is_harmonic(mesh: &TriangleMesh, on: &Operators, arc: &[u32]) {
+        let mut jump = vec![0.0; mesh.edge_count()];
+        for ends in arc.windows(2) {
+            let e = mesh.find_edge(Vertex(ends[0]), Vertex(ends[1])).unwrap();
+            jump[e.index()] = if mesh.edge_vertices(e)[0] == Vertex(ends[0]) { 1.0 } else { -1.0 };
+        }
+        let coordinates = Coordinates::of(mesh, &jump, 0.5);
+        let mut excluded = vec![false; mesh.vertex_count()];
+        coordinates.left_out().for_each(|v| excluded[v.index()] = true);
+        let mut kappa = differences(&coordinates.corner);
+        on.triangulation.form_from_mesh(&mut kappa);
+        let factor = on.factor(mesh, &excluded).unwrap();
+        let (base, _) = solve_jump_equation(&on.triangulation, &factor, &excluded, &kappa).unwrap();
+        let derivative = darboux_derivative(&on.triangulation, &excluded, &base, &kappa);
+        let (form, _) = on.hodge(mesh).unwrap().harmonic_part(&on.triangulation, &derivative).unwrap();
+        let largest = form.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        assert!(largest > 1e-3, "there is something to be harmonic");
+        let curl = form.chunks_exact(3).map(|sides| sides.iter().sum::<f64>().abs()).fold(0.0, f64::max);
+        let mut divergence = vec![0.0; mesh.vertex_count()];
+        for (h, value) in form.iter().enumerate() {
+            // Half of a side's flow is in each of its triangles.
+            divergence[on.triangulation.origin(h) as usize] += on.triangulation.weight[h] * value;
+            divergence[on.triangulation.tip(h) as usize] -= on.triangulation.weight[h] * value;
+        }
+        let divergence = divergence.iter().fold(0.0f64, |m, d| m.max(d.abs()));
+        assert!(curl < 1e-9 && divergence < 1e-9, "{curl:e} {divergence:e}");
+    }
+
+    #[test]
+    fn harmonic_parts_are_closed_and_co_closed() {
+        let torus = damage::jitter(&shapes::torus(1.0, 0.4, 30, 15).unwrap(), 0.3, 5).unwrap();
+        let annulus = shapes::annulus(1.0, 2.0, 8, 40).unwrap();
+        let band = shapes::moebius_band(1.0, 0.6, 60, 8).unwrap();
+        let tube: Vec<u32> = (105..116).collect();
+        let mut kept = vec![false; torus.vertex_count()];
+        (105..116).for_each(|v| kept[v] = true);
+        for (mesh, arc) in [(&torus, tube), (&annulus, inner_path(&annulus)), (&band, inner_path(&band))] {
+            let triangles: Vec<Triangle> = lay_out(mesh);
+            is_harmonic(mesh, &Operators::on_faces(mesh, &triangles), &arc);
+            if std::ptr::eq(mesh, &torus) {
+                is_harmonic(mesh, &Operators::on_delaunay(mesh, &triangles, &kept), &arc);
+            }
+        }
+    }
+
+    /// Some steps along edges between vertices inside.
+    fn inner_path(mesh: &TriangleMesh) -> Vec<u32> {
+        let is_inner = |v: Vertex| {
+            let edges = mesh.vertex_corners(v).iter().flat_map(|c| [c.halfedge(), c.halfedge().previous()]);
+            edges.into_iter().all(|h| mesh.edge_halfedges(mesh.edge(h)).len() == 2)
+        };
+        let mut path = vec![mesh.vertices().find(|&v| is_inner(v)).unwrap()];
+        while path.len() < 6 {
+            let last = path[path.len() - 1];
+            let next = mesh
+                .vertex_corners(last)
+                .iter()
+                .map(|c| mesh.tip(c.halfedge()))
+                .find(|v| is_inner(*v) && !path.contains(v) && mesh.find_edge(last, *v).is_some());
+            path.push(next.unwrap());
+        }
+        path.into_iter().map(|v| v.0).collect()
+    }
+}
