@@ -94,7 +94,6 @@ impl From<SignedHeatError> for Failure {
     }
 }
 
-/// A parameter on the command line is out of range.
 impl From<WindingError> for Failure {
     fn from(fault: WindingError) -> Failure {
         use WindingError as E;
@@ -106,6 +105,7 @@ impl From<WindingError> for Failure {
     }
 }
 
+/// A parameter on the command line is out of range.
 impl From<ContourError> for Failure {
     fn from(fault: ContourError) -> Failure {
         match fault {

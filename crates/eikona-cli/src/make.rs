@@ -290,7 +290,7 @@ fn space_polyline(points: &[[f64; 3]]) -> SpacePolyline {
     SpacePolyline { kind: CurveKind::Signed, closed, points }
 }
 
-fn output_curves(
+pub fn output_curves(
     path: &Path,
     file: &CurveFile,
     mesh: &TriangleMesh,
@@ -301,7 +301,7 @@ fn output_curves(
     session.output("curve", path, text.into_bytes())
 }
 
-fn curve_format(path: &Path) -> Result<CurveFormat, Failure> {
+pub fn curve_format(path: &Path) -> Result<CurveFormat, Failure> {
     CurveFormat::from_extension(path).ok_or_else(|| {
         Failure::Usage(format!(
             "{}: curves can be written as .json, .obj or .txt; choose one of these",

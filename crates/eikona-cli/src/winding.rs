@@ -2,6 +2,7 @@
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
+use crate::make::curve_format;
 use crate::number::above_zero;
 use crate::picture::{PictureArguments, check_picture_path};
 use crate::session::{General, Session, check_distinct, check_output};
@@ -109,6 +110,9 @@ pub struct OutputArguments {
     /// The part of the curve itself that bounds nothing, as lines of an OBJ file
     #[arg(long, value_name = "OBJ")]
     pub nonbounding_part: Option<PathBuf>,
+    /// The curves with the stretches that look reversed turned over (.json); see --diagnose
+    #[arg(long, value_name = "JSON")]
+    pub suggested: Option<PathBuf>,
     /// A picture of the regions, their completed boundary (thin) and the curves
     #[arg(long, value_name = "PNG")]
     pub render: Option<PathBuf>,
@@ -128,10 +132,16 @@ impl OutputArguments {
 /// Runs the verb. Gives the exit code.
 pub fn run(arguments: &WindingArguments, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("winding", general);
+    let source = &arguments.source;
     let formats = check_arguments(arguments, general)?;
     let input = MeshInput::read(&arguments.mesh, &mut session)?;
     input.require_faces()?;
-    let (curves, _) = read_source(&arguments.source, &input, &mut session)?;
+    if source.curve.is_empty() && input.file.lines.is_empty() {
+        return Err(Failure::Usage(
+            "there is no curve; give --curve FILE (or `l` lines in the OBJ file of the mesh)".into(),
+        ));
+    }
+    let (curves, _) = read_source(source, &input, &mut session)?;
     let winding = solve(arguments, &input, &curves, &mut session)?;
     write_outputs(arguments, &formats, &winding, (&input, &curves), &mut session)?;
     session.finish()
@@ -139,9 +149,23 @@ pub fn run(arguments: &WindingArguments, general: &General) -> Result<u8, Failur
 
 /// What can be refused before any work is done.
 fn check_arguments(arguments: &WindingArguments, general: &General) -> Result<Formats, Failure> {
+    let source = &arguments.source;
+    if !source.points.is_empty() || source.unsigned {
+        let flag = if source.unsigned { "--unsigned" } else { "--points" };
+        return Err(Failure::Usage(format!(
+            "{flag}: points and curves without direction bound nothing; winding takes oriented curves only"
+        )));
+    }
     let outputs = &arguments.outputs;
+    if let Some(path) = &outputs.suggested {
+        curve_format(path)?;
+        if let DiagnosisName::Never = arguments.method.diagnose {
+            return Err(Failure::Usage("--suggested and --diagnose never exclude each other".into()));
+        }
+    }
     let pictures = [outputs.render.as_deref(), outputs.render_values.as_deref()];
-    let files = [&outputs.output, &outputs.split, &outputs.input_labels].map(|path| path.as_deref());
+    let files = [&outputs.output, &outputs.split, &outputs.input_labels, &outputs.suggested];
+    let files = files.map(|path| path.as_deref());
     let others = outputs.lines().into_iter().chain(pictures).chain([general.report.as_deref()]);
     let paths: Vec<&Path> = files.into_iter().chain(others).flatten().collect();
     if paths.is_empty() {
@@ -172,6 +196,7 @@ fn solve(
         split_short: !method.keep_short,
         intrinsic_delaunay: method.delaunay,
         diagnosis: match method.diagnose {
+            DiagnosisName::Auto if arguments.outputs.suggested.is_some() => Diagnosis::Always,
             DiagnosisName::Auto => Diagnosis::Automatic,
             DiagnosisName::Always => Diagnosis::Always,
             DiagnosisName::Never => Diagnosis::Never,

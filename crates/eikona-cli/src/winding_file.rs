@@ -3,13 +3,14 @@
 use crate::exit::Failure;
 use crate::field_file::npy_of_labels;
 use crate::input::MeshInput;
+use crate::make::output_curves;
 use crate::picture::{Drawing, draw};
 use crate::session::Session;
 use crate::winding::{OutputArguments, WindingArguments};
 use eikona::contour::{obj_lines, polylines};
 use eikona::winding::Winding;
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
-use eikona_mesh::{Curve, SurfaceCurves, TriangleMesh, Vertex};
+use eikona_mesh::{Curve, CurveFile, SurfaceCurves, TriangleMesh, Vertex};
 use eikona_render::{ColorMap, Levels, label_color};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -141,6 +142,10 @@ pub fn write_outputs(
             let text = lines.map_err(|e| Failure::Failed(format!("{}: {e}", path.display())))?;
             session.output("loops", path, text.into_bytes())?;
         }
+    }
+    if let (Some(path), Some(orientation)) = (&outputs.suggested, &winding.report.orientation) {
+        let file = CurveFile { curves: orientation.suggested(curves), ..CurveFile::default() };
+        output_curves(path, &file, &input.mesh, session)?;
     }
     // The winding number is of a mesh that may have been cut; the curves name points of the one that was read.
     let curves = Drawing { curves: Some(curves), curves_of: Some(&input.mesh), ..Drawing::default() };

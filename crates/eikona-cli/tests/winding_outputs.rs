@@ -312,3 +312,37 @@ fn the_curve_is_parted_into_what_bounds_and_what_does_not() {
     assert_eq!(segments("n.obj"), 0);
     assert_eq!(segments("l.obj"), segments("b.obj"));
 }
+
+#[test]
+fn only_oriented_curves_are_taken() {
+    let folder = Folder::new();
+    folder.done("make geodesic_sphere -o s.ply --curve-out c.json --cut axis=z,at=0.2");
+    folder.refused("winding s.ply -o x.ply", 2, &["there is no curve", "--curve"]);
+    folder.refused("winding s.ply --points 0 -o x.ply", 2, &["--points", "oriented"]);
+    folder.refused("winding s.ply --curve c.json --unsigned -o x.ply", 2, &["--unsigned", "oriented"]);
+    assert!(!folder.files().iter().any(|name| name.contains("x.ply")));
+}
+
+#[test]
+fn reversed_pieces_are_turned_over_in_the_suggested_curve() {
+    let folder = Folder::new();
+    folder.done(
+        "make geodesic_sphere frequency=16 -o s.ply --broken-curve c.json --cut axis=z,at=0.2 --keep 0.1 --drop 0.05 --seed 4",
+    );
+    let mut curves = folder.json("c.json");
+    let pieces = curves["curves"].as_array_mut().unwrap();
+    assert!(pieces.len() > 3, "{}", pieces.len());
+    let right = pieces.clone();
+    pieces[1]["nodes"].as_array_mut().unwrap().reverse();
+    folder.write("wrong.json", &curves.to_string());
+    folder.done("winding s.ply --curve wrong.json --suggested better.json --report r.json");
+    assert_eq!(folder.json("better.json")["curves"].as_array().unwrap(), &right);
+    let orientation = &folder.json("r.json")["result"]["orientation"];
+    assert_eq!(
+        orientation["reversed"].as_array().unwrap().len(),
+        right[1]["nodes"].as_array().unwrap().len() - 1
+    );
+    assert!(orientation["energy_saved"].as_f64().unwrap() > 0.1);
+    folder.refused("winding s.ply --curve c.json --suggested x.ply", 2, &["json"]);
+    folder.refused("winding s.ply --curve c.json --suggested x.json --diagnose never", 2, &["--diagnose"]);
+}

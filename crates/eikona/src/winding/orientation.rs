@@ -12,7 +12,7 @@ use crate::winding::coordinates::Coordinates;
 use crate::winding::error::WindingError;
 use crate::winding::jump_laplace::{differences, right_hand_side};
 use crate::winding::operators::Operators;
-use eikona_mesh::{Components, TriangleMesh, Vertex};
+use eikona_mesh::{Components, Curve, SurfaceCurves, TriangleMesh, Vertex};
 use std::collections::BTreeMap;
 
 /// [`Diagnosis::Automatic`](super::Diagnosis::Automatic) looks at curves of up to so many stretches.
@@ -39,6 +39,38 @@ pub struct Orientation {
 }
 
 impl Orientation {
+    /// The curves of the input with the segments that look reversed turned over. A curve of which only some do is parted.
+    ///
+    /// ```
+    /// use eikona::mesh::{Curve, SurfaceCurves, Vertex, shapes};
+    /// use eikona::winding::{WindingOptions, surface_winding_number};
+    /// // Most of a ring of 36 vertices in a disk, in two pieces; the shorter one runs against the other.
+    /// let disk = shapes::disk(12, 6, 1.0)?;
+    /// let ring = |j: u32| Vertex(91 + j % 36);
+    /// let (first, second) = (Curve::signed((0..=16).map(ring)), Curve::signed((19..=33).rev().map(ring)));
+    /// let curves = SurfaceCurves { curves: vec![first, second], points: Vec::new() };
+    /// let winding = surface_winding_number(&disk, &curves, &WindingOptions::default())?;
+    /// let suggested = winding.report.orientation.unwrap().suggested(&curves);
+    /// assert_eq!(suggested.curves[1], curves.curves[1].clone().reversed());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn suggested(&self, curves: &SurfaceCurves) -> SurfaceCurves {
+        let mut suggested = SurfaceCurves { curves: Vec::new(), points: curves.points.clone() };
+        for (c, curve) in curves.curves.iter().enumerate() {
+            let looks_reversed =
+                |node: usize| self.reversed.binary_search(&SegmentId { curve: c, node }).is_ok();
+            let flags: Vec<bool> = (0..curve.nodes.len().saturating_sub(1)).map(looks_reversed).collect();
+            let mut first = 0;
+            for run in flags.chunk_by(|a, b| a == b) {
+                let nodes = curve.nodes[first..=first + run.len()].to_vec();
+                let part = Curve { kind: curve.kind, up: curve.up, nodes };
+                suggested.curves.push(if run[0] { part.reversed() } else { part });
+                first += run.len();
+            }
+        }
+        suggested
+    }
+
     /// The jumps with the reversed steps turned over.
     pub(super) fn turned_over(&self, steps: &[Step], jump: &[i32]) -> Vec<i32> {
         let mut jump = jump.to_vec();
