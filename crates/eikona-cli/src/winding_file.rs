@@ -8,9 +8,9 @@ use crate::picture::{Drawing, draw};
 use crate::session::Session;
 use crate::winding::{OutputArguments, WindingArguments};
 use eikona::contour::{obj_lines, polylines};
-use eikona::winding::Winding;
+use eikona::winding::{JumpLoop, Winding};
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
-use eikona_mesh::{Curve, CurveFile, SurfaceCurves, TriangleMesh, Vertex};
+use eikona_mesh::{Curve, CurveFile, SurfaceCurves, TriangleMesh};
 use eikona_render::{ColorMap, Levels, label_color};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -134,8 +134,8 @@ pub fn write_outputs(
     for (path, curves) in [
         (bounding, curves_of(&winding.bounding_loops)),
         (nonbounding, curves_of(&winding.nonbounding_loops)),
-        (bounding_part, winding.part(true)),
-        (nonbounding_part, winding.part(false)),
+        (bounding_part, winding.bounding_part()),
+        (nonbounding_part, winding.nonbounding_part()),
     ] {
         if let Some(path) = path {
             let lines = polylines(&winding.mesh, &curves).and_then(|lines| obj_lines(&lines));
@@ -171,8 +171,8 @@ pub fn write_outputs(
     Ok(())
 }
 
-fn curves_of(loops: &[Vec<Vertex>]) -> SurfaceCurves {
-    let curve = |nodes: &Vec<Vertex>| Curve::signed(nodes.iter().copied());
+fn curves_of(loops: &[JumpLoop]) -> SurfaceCurves {
+    let curve = |l: &JumpLoop| Curve::signed(l.vertices.iter().copied());
     SurfaceCurves { curves: loops.iter().map(curve).collect(), points: Vec::new() }
 }
 
@@ -200,13 +200,13 @@ fn levels_between_whole_numbers(values: &[f64]) -> Option<Levels> {
 
 fn as_numbers(winding: &Winding) -> [Vec<f64>; 2] {
     let labels = winding.labels.as_slice().iter().map(|&l| f64::from(l)).collect();
-    [labels, winding.input_faces().iter().map(|f| f.index() as f64).collect()]
+    [labels, winding.face_parent.iter().map(|f| f.index() as f64).collect()]
 }
 
 fn csv_of_regions(winding: &Winding) -> String {
     let mut text = String::from("label,margin,parent\n");
     for ((label, margin), parent) in
-        winding.labels.as_slice().iter().zip(winding.margin.as_slice()).zip(winding.input_faces())
+        winding.labels.as_slice().iter().zip(winding.margin.as_slice()).zip(&winding.face_parent)
     {
         let _ = writeln!(text, "{label},{margin},{}", parent.index());
     }

@@ -213,9 +213,9 @@ impl Rules {
     fn of(w: &Winding) -> Rules {
         let values = w.values.as_slice();
         let mut left = Vec::new();
-        for e in w.mesh.edges().filter(|&e| w.curve[e] != 0) {
+        for e in w.mesh.edges().filter(|&e| w.jump[e] != 0) {
             let &[first, second] = w.mesh.edge_halfedges(e) else { panic!("a jump has two sides") };
-            let h: Halfedge = if w.curve[e] > 0 { first } else { second };
+            let h: Halfedge = if w.jump[e] > 0 { first } else { second };
             let tip = 3 * h.face().index() + (h.index() + 1) % 3;
             let value = mean([values[h.index()], values[tip]].into_iter());
             let [p, q] = w.mesh.edge_vertices(e).map(|v| w.mesh.position(v));
@@ -264,7 +264,7 @@ struct Truth {
 impl Truth {
     /// On the mesh of a result, where faces may have been cut, from label and freedom of the faces of the input.
     fn on(w: &Winding, of_input: impl Fn(usize) -> (i32, bool)) -> Truth {
-        let parent = |f: Face| w.face_parent.as_ref().map_or(f.index(), |parents| parents[f.index()].index());
+        let parent = |f: Face| w.face_parent[f.index()].index();
         let (label, free) = w.mesh.faces().map(|f| of_input(parent(f))).unzip();
         Truth { areas: w.mesh.faces().map(|f| area(&w.mesh, f)).collect(), label, free }
     }
@@ -280,10 +280,12 @@ impl Truth {
         (-3..=3).map(with).fold(1.0, f64::min)
     }
 
-    /// The same if all labels from one on are inside.
+    /// The same if all labels from one on are inside. All of the surface can not be inside.
     fn in_or_out(&self, label: &[i32]) -> f64 {
         let from = |c: i32| self.share(|f| (label[f] >= c) != (self.label[f] > 0));
-        (-3..=3).map(from).fold(1.0, f64::min)
+        let lowest = label.iter().min().unwrap();
+        let highest = label.iter().max().unwrap();
+        (lowest + 1..=*highest).map(from).reduce(f64::min).unwrap_or_else(|| from(1))
     }
 
     fn share(&self, wrong: impl Fn(usize) -> bool) -> f64 {
@@ -416,7 +418,8 @@ const NAMES: [&str; 7] = [
 fn half_of_a_level_set_labels_nearly_all_of_the_surface_right() {
     let [ours_with_zero, ours, public_with_zero, public, any_constant, most_often, _] =
         table(NAMES, |mesh, inside, random| one_curve(mesh, inside, 8.0, random));
-    assert_eq!(ours_with_zero.above_half + ours.above_half, 0);
+    assert_eq!(ours_with_zero.above_half, 0);
+    assert!(ours_with_zero.mean() < 1.0 && ours_with_zero.worst < 5.0);
     assert!(ours_with_zero.mean() < 0.25 * public_with_zero.mean());
     for other in [public, any_constant, most_often] {
         assert!(ours.mean() < 0.25 * other.mean(), "{} and {}", ours.mean(), other.mean());
@@ -428,8 +431,9 @@ fn half_of_a_level_set_labels_nearly_all_of_the_surface_right() {
 fn long_gaps_are_closed_better_than_by_the_public_rule() {
     let [ours_with_zero, ours, public_with_zero, public, any_constant, most_often, _] =
         table(NAMES, |mesh, inside, random| one_curve(mesh, inside, 20.0, random));
+    assert_eq!(ours_with_zero.above_half, 0);
+    assert!(ours_with_zero.mean() < 2.0 && ours_with_zero.worst < 12.0);
     assert!(ours_with_zero.mean() < 0.5 * public_with_zero.mean());
-    assert_eq!(ours_with_zero.above_half + ours.above_half, 0);
     for other in [public, any_constant, most_often] {
         assert!(ours.mean() < 0.5 * other.mean(), "{} and {}", ours.mean(), other.mean());
     }
@@ -451,6 +455,7 @@ fn half_of_a_curve_and_of_its_offset_part_inside_from_outside() {
         (w.endpoints.len(), missing_of(&whole, &kept), shares)
     });
     assert_eq!(ours.above_half, 0);
+    assert!(ours.mean() < 0.2 && ours.worst < 2.0);
     for other in [public, most_often] {
         assert!(ours.mean() < 0.25 * other.mean(), "{} and {}", ours.mean(), other.mean());
     }

@@ -5,7 +5,7 @@ mod regions;
 
 use eikona::geometry::vector::{cross, dot, sub};
 use eikona::mesh::{Edge, Face, SurfaceCurves, TriangleMesh, io, read_curves};
-use eikona::winding::{Completion, Winding, WindingOptions, surface_winding_number};
+use eikona::winding::{Completion, Part, Winding, WindingOptions, surface_winding_number};
 use regions::area;
 use std::path::Path;
 
@@ -71,18 +71,18 @@ fn length(mesh: &TriangleMesh, e: Edge) -> f64 {
 
 /// The cost of the nonbounding part, added up from what is given out.
 fn cost(w: &Winding, epsilon: f64) -> f64 {
-    let price = |e: Edge| if w.curve[e] == 0 { 1.0 } else { epsilon };
+    let price = |e: Edge| if w.jump[e] == 0 { 1.0 } else { epsilon };
     w.mesh.edges().map(|e| price(e) * length(&w.mesh, e) * w.nonbounding[e].abs()).sum()
 }
 
 /// How many segments of the input bound, and how many do not. A segment of a cut mesh bounds if its first step does.
 fn segments(w: &Winding) -> [usize; 2] {
     let mut count = [0, 0];
-    for (curve, bounds) in w.curves.iter().zip(&w.bounds) {
-        assert_eq!(curve.segments.len(), bounds.len());
-        for i in 0..bounds.len() {
+    for (curve, parts) in w.curves.iter().zip(&w.parts) {
+        assert_eq!(curve.segments.len(), parts.len());
+        for i in 0..parts.len() {
             if i == 0 || curve.segments[i] != curve.segments[i - 1] {
-                count[usize::from(!bounds[i])] += 1;
+                count[usize::from(parts[i] == Part::Nonbounding)] += 1;
             }
         }
     }
@@ -144,7 +144,7 @@ fn every_curve_file_gives_what_both_programs_found() {
 fn area_in_common(mesh: &TriangleMesh, [a, b]: [&Winding; 2], differ: impl Fn(Face, Face) -> bool) -> f64 {
     let pieces = |w: &Winding| {
         let mut pieces = vec![Vec::new(); mesh.face_count()];
-        for (f, parent) in w.face_parent.as_ref().unwrap().iter().enumerate() {
+        for (f, parent) in w.face_parent.iter().enumerate() {
             pieces[parent.index()].push(Face(f as u32));
         }
         pieces

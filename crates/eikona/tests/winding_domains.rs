@@ -3,7 +3,7 @@
 mod regions;
 use eikona::contour::{plane_cut, shortest_vertex_path};
 use eikona::mesh::{Curve, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, damage, shapes};
-use eikona::winding::{Reference, Winding, WindingError, WindingOptions, surface_winding_number};
+use eikona::winding::{Part, Reference, Winding, WindingError, WindingOptions, surface_winding_number};
 use regions::{boundary_of, centre};
 
 fn solve(mesh: &TriangleMesh, curves: Vec<Curve>) -> Winding {
@@ -39,7 +39,7 @@ fn a_circle_around_the_hole_of_an_annulus_bounds_and_a_ray_does_not() {
     assert!(w.endpoints.is_empty());
     assert!(w.labels.iter().all(|(_, label)| *label == 0));
     assert!((w.report.largest_nonbounding - 1.0).abs() < 1e-9 && w.report.farthest_from_whole < 1e-9);
-    assert!(w.bounds[0].iter().all(|bounds| !bounds));
+    assert!(w.parts[0].iter().all(|part| *part == Part::Nonbounding));
     assert_eq!(w.nonbounding_loops.len(), 1);
 }
 
@@ -59,19 +59,28 @@ fn flipped_faces_change_no_label() {
 #[test]
 fn a_disk_on_a_moebius_band_is_one_inside() {
     let band = shapes::moebius_band(1.0, 0.6, 80, 10).unwrap();
+    // At [1, 0, 0] the winding of the faces turns over.
+    for middle in [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]] {
+        disk_on_a_band(&band, middle);
+    }
+}
+
+fn disk_on_a_band(band: &TriangleMesh, middle: [f64; 3]) {
     let inside = |f: Face| {
-        let c = centre(&band, f);
-        (0..3).map(|k| (c[k] - [-1.0, 0.0, 0.0][k]).powi(2)).sum::<f64>().sqrt() < 0.22
+        let c = centre(band, f);
+        (0..3).map(|k| (c[k] - middle[k]).powi(2)).sum::<f64>().sqrt() < 0.22
     };
     // One closed walk, so that its side is carried around.
-    let sides = boundary_of(&band, inside);
-    let next = |v: &SurfacePoint| sides.iter().find(|c| c.nodes[0] == *v).unwrap().nodes[1];
-    let mut nodes = vec![sides[0].nodes[0]];
-    while nodes.len() <= sides.len() {
-        nodes.push(next(nodes.last().unwrap()));
+    let mut sides: Vec<[SurfacePoint; 2]> =
+        boundary_of(band, inside).into_iter().map(|c| [c.nodes[0], c.nodes[1]]).collect();
+    let count = sides.len();
+    let mut nodes = sides.pop().unwrap().to_vec();
+    while let Some(i) = sides.iter().position(|side| side.contains(nodes.last().unwrap())) {
+        let [a, b] = sides.swap_remove(i);
+        nodes.push(if a == *nodes.last().unwrap() { b } else { a });
     }
-    assert_eq!(nodes.first(), nodes.last());
-    let w = solve(&band, vec![Curve::signed(nodes)]);
+    assert_eq!((nodes.len(), nodes.first()), (count + 1, nodes.last()));
+    let w = solve(band, vec![Curve::signed(nodes)]);
     assert!(
         w.endpoints.is_empty() && w.report.largest_nonbounding < 1e-9,
         "{}",
@@ -80,6 +89,86 @@ fn a_disk_on_a_moebius_band_is_one_inside() {
     let sign = w.labels[band.faces().find(|&f| inside(f)).unwrap()];
     assert_eq!(sign.abs(), 1);
     assert!(band.faces().all(|f| w.labels[f] == if inside(f) { sign } else { 0 }));
+    let [round] = w.bounding_loops.as_slice() else { panic!("{} loops", w.bounding_loops.len()) };
+    assert_eq!((round.vertices.len(), round.vertices.first()), (count + 1, round.vertices.last()));
+    assert_eq!(round.jump, 1.0);
+}
+
+/// The core of a Moebius band has one side: there is a place where left becomes right. It is warned of, and it bounds nothing.
+#[test]
+fn a_one_sided_curve_is_warned_of() {
+    let band = shapes::moebius_band(1.0, 0.6, 80, 10).unwrap();
+    // Vertices in the middle of the band.
+    let core: Vec<Vertex> = band
+        .vertices()
+        .filter(|&v| {
+            let [x, y, z] = band.position(v);
+            (x.hypot(y) - 1.0).abs() < 1e-9 && z.abs() < 1e-9
+        })
+        .collect();
+    assert_eq!(core.len(), 80);
+    let mut path = vec![core[0]];
+    while path.len() < 80 {
+        let last = path[path.len() - 1];
+        let next = core.iter().find(|v| !path.contains(v) && band.find_edge(last, **v).is_some());
+        path.push(*next.unwrap());
+    }
+    path.push(core[0]);
+    let w = solve(&band, vec![Curve::signed(path)]);
+    assert!(w.report.warnings.iter().any(|text| text.contains("one-sided")), "{:?}", w.report.warnings);
+    assert_eq!(w.endpoints, [core[0]], "left becomes right at its first node");
+    assert!(w.values.iter().filter(|(_, v)| v.is_nan()).count() <= 6);
+    assert!(w.report.residual < 1e-9);
+}
+
+/// Two spheres with one vertex in common, through which a curve runs on both: each has a constant of its own.
+#[test]
+fn spheres_that_touch_in_a_vertex_of_the_curve_are_levelled_each() {
+    let sphere = shapes::geodesic_sphere(10).unwrap();
+    let top =
+        sphere.vertices().max_by(|a, b| sphere.position(*a)[2].total_cmp(&sphere.position(*b)[2])).unwrap();
+    let n = sphere.vertex_count() as u32;
+    let mut positions = sphere.positions().to_vec();
+    // The other one upside down on top of the first.
+    let height = 2.0 * sphere.position(top)[2];
+    positions.extend(sphere.positions().iter().map(|p| [p[0], -p[1], height - p[2]]));
+    let other = |v: u32| if v == top.0 { v } else { v + n };
+    let mut faces = sphere.triangles().to_vec();
+    faces.extend(sphere.triangles().iter().map(|f| f.map(other)));
+    let both = TriangleMesh::new(positions, faces).unwrap();
+    // A half of each, cut through the vertex they share.
+    let middle = sphere.position(top)[0];
+    let half = |f: Face| centre(&both, f)[0] > middle;
+    let curves = boundary_of(&both, half);
+    assert!(curves.iter().any(|c| c.nodes[0] == top.into()));
+    let w = solve(&both, curves);
+    assert!(
+        w.report.warnings.iter().any(|text| text.contains("more than one fan")),
+        "{:?}",
+        w.report.warnings
+    );
+    assert_eq!(w.shift.len(), 2);
+    let parent_half = |f: Face| half(w.face_parent[f.index()]);
+    let wrong = w.mesh.faces().filter(|&f| w.labels[f] != i32::from(parent_half(f))).count();
+    assert!(wrong < w.mesh.face_count() / 50, "{wrong} of {}", w.mesh.face_count());
+}
+
+#[test]
+fn a_mesh_with_edges_of_three_faces_is_warned_of_even_if_the_curve_is_elsewhere() {
+    let torus = shapes::torus(1.0, 0.4, 24, 12).unwrap();
+    let mut positions = torus.positions().to_vec();
+    positions.push([0.0, 0.0, 3.0]);
+    let mut faces = torus.triangles().to_vec();
+    faces.push([150, 151, positions.len() as u32 - 1]);
+    let finned = TriangleMesh::new(positions, faces).unwrap();
+    let meridian = Curve::signed((0..=12).map(|j| Vertex(3 * 12 + j % 12)));
+    let w = solve(&finned, vec![meridian]);
+    assert!(
+        w.report.warnings.iter().any(|text| text.contains("three or more faces")),
+        "{:?}",
+        w.report.warnings
+    );
+    assert!((w.report.largest_nonbounding - 1.0).abs() < 1e-9);
 }
 
 #[test]
@@ -192,7 +281,7 @@ fn a_circle_across_the_faces_of_a_sphere_and_of_a_torus() {
     let curves = SurfaceCurves::from_curve(circle);
     let w = surface_winding_number(&sphere, &curves, &WindingOptions::default()).unwrap();
     assert!(w.mesh.face_count() > sphere.face_count());
-    let parents = w.face_parent.as_ref().unwrap();
+    let parents = &w.face_parent;
     assert_eq!(parents.len(), w.mesh.face_count());
     let above = |f: Face| centre(&w.mesh, f)[2] > 0.3;
     let label_above = w.labels[w.mesh.faces().find(|&f| above(f)).unwrap()];

@@ -2,7 +2,7 @@
 
 mod regions;
 use eikona::mesh::{Curve, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, shapes};
-use eikona::winding::{Completion, Solver, Winding, WindingOptions, surface_winding_number};
+use eikona::winding::{Completion, Part, Solver, Winding, WindingOptions, surface_winding_number};
 use regions::{area, boundary_of, centre};
 
 fn solve(mesh: &TriangleMesh, curves: &[Curve]) -> Winding {
@@ -45,7 +45,7 @@ fn a_region_of_the_sphere_is_one_and_the_rest_zero() {
     }
     assert_eq!(w.bounding_loops.len(), 1);
     assert!(w.nonbounding_loops.is_empty());
-    assert!(w.bounds.iter().flatten().all(|b| *b));
+    assert!(w.parts.iter().flatten().all(|part| *part == Part::Bounding));
 }
 
 #[test]
@@ -63,16 +63,16 @@ fn a_loop_around_the_tube_of_a_torus_bounds_nothing() {
     let torus = torus(40, 20);
     let w = solve(&torus, &[around_tube(20, 7)]);
     for e in torus.edges() {
-        assert!((w.nonbounding[e] - f64::from(w.curve[e])).abs() < 1e-9);
+        assert!((w.nonbounding[e] - f64::from(w.jump[e])).abs() < 1e-9);
     }
     assert!(w.labels.iter().all(|(_, l)| *l == 0));
     let (low, high) = w.values.iter().fold((f64::MAX, f64::MIN), |(l, h), (_, v)| (l.min(*v), h.max(*v)));
     assert!(high - low < 1e-9, "constant but for rounding");
-    assert!(w.bounds[0].iter().all(|b| !b));
+    assert!(w.parts[0].iter().all(|part| *part == Part::Nonbounding));
     assert!(w.bounding_loops.is_empty());
     assert_eq!(w.nonbounding_loops.len(), 1);
-    assert_eq!(w.nonbounding_loops[0].len(), 21);
-    assert_eq!(w.nonbounding_loops[0].first(), w.nonbounding_loops[0].last());
+    assert_eq!(w.nonbounding_loops[0].vertices.len(), 21);
+    assert_eq!(w.nonbounding_loops[0].vertices.first(), w.nonbounding_loops[0].vertices.last());
     let program = w.report.program.unwrap();
     assert!(program.certificate.gap.abs() < 1e-9, "{:?}", program.certificate);
 }
@@ -89,7 +89,7 @@ fn opposite_loops_bound_a_band_and_parallel_ones_do_not() {
 
     let w = solve(&torus, &[around_tube(20, 7), around_tube(20, 15)]);
     for e in torus.edges() {
-        assert!((w.nonbounding[e] - f64::from(w.curve[e])).abs() < 1e-9, "neither may move onto the other");
+        assert!((w.nonbounding[e] - f64::from(w.jump[e])).abs() < 1e-9, "neither may move onto the other");
     }
 }
 
@@ -107,8 +107,11 @@ fn a_loop_that_bounds_nothing_leaves_a_disk_alone() {
         assert_eq!(w.labels[f], i32::from(disk(f)));
     }
     assert!(roughness(&w) < 1e-9);
-    let (last, rest) = w.bounds.split_last().unwrap();
-    assert!(last.iter().all(|b| !b) && rest.iter().flatten().all(|b| *b));
+    let (last, rest) = w.parts.split_last().unwrap();
+    assert!(
+        last.iter().all(|part| *part == Part::Nonbounding)
+            && rest.iter().flatten().all(|part| *part == Part::Bounding)
+    );
 }
 
 #[test]
@@ -147,7 +150,7 @@ fn jumps_of_the_values_are_those_asked_for() {
         let program = w.report.program.as_ref().unwrap();
         assert!(program.certificate.gap.abs() < 1e-9);
         let mut touched = vec![false; mesh.vertex_count()];
-        for e in mesh.edges().filter(|&e| w.curve[e] != 0) {
+        for e in mesh.edges().filter(|&e| w.jump[e] != 0) {
             mesh.edge_vertices(e).into_iter().for_each(|v| touched[v.index()] = true);
         }
         for e in mesh.edges() {
@@ -164,7 +167,7 @@ fn jumps_of_the_values_are_those_asked_for() {
                 assert!(jump.is_nan() || (jump - w.bounding_jump(e)).abs() < 1e-12, "{jump} at {e:?}");
             }
             // Between nothing and the curve.
-            let (t, c) = (w.nonbounding[e], f64::from(w.curve[e]));
+            let (t, c) = (w.nonbounding[e], f64::from(w.jump[e]));
             assert!(c == 0.0 || (t / c >= -1e-9 && t / c <= 1.0 + 1e-9));
         }
         // Closed: around every vertex the nonbounding jumps add up to nothing.
@@ -231,7 +234,7 @@ fn degrees_of_endpoints_add_up_to_nothing() {
     // The sum of the jumps around a vertex.
     let degree = |v: Vertex| -> i32 {
         let edges = sphere.edges().filter(|&e| sphere.edge_vertices(e).contains(&v));
-        edges.map(|e| if sphere.edge_vertices(e)[0] == v { w.curve[e] } else { -w.curve[e] }).sum()
+        edges.map(|e| if sphere.edge_vertices(e)[0] == v { w.jump[e] } else { -w.jump[e] }).sum()
     };
     let mut endpoints = w.endpoints.clone();
     endpoints.sort_unstable();

@@ -117,7 +117,7 @@ fn faces_that_were_cut_know_their_parents_and_give_them_labels() {
     let cut = split(&w);
     assert_eq!(characteristics(&cut.mesh), [1, 1]);
     assert!(cut.mesh.face_count() > sphere.face_count());
-    assert_eq!(Some(&cut.face_parent), w.face_parent.as_ref());
+    assert_eq!(cut.face_parent, w.face_parent);
     // All pieces lie in the planes of their parents, inside of their spans.
     for f in cut.mesh.faces() {
         let (piece, parent) = (centre(&cut.mesh, f), sphere.face_positions(cut.face_parent[f.index()]));

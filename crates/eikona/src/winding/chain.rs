@@ -32,10 +32,10 @@ pub(crate) struct Step {
 }
 
 impl Chain {
-    /// Of curves along whole edges of a mesh.
+    /// Of curves along whole edges of a mesh; other segments are passed over.
     ///
     /// # Errors
-    /// [`WindingError::NotAlongEdges`] for segments that are no whole edges, [`WindingError::Multiplicity`].
+    /// [`WindingError::Multiplicity`].
     pub fn of(
         mesh: &TriangleMesh,
         consistent: bool,
@@ -48,8 +48,7 @@ impl Chain {
             Chain { jump: vec![0; mesh.edge_count()], cancelled: 0, on_boundary: 0, on_nonmanifold: 0 };
         let mut steps: Vec<Step> = Vec::with_capacity(segments.len());
         for (i, segment) in segments.iter().enumerate() {
-            let (edge, forward) = along_edge(segment)
-                .ok_or(WindingError::NotAlongEdges { curve: segment.curve, node: segment.node })?;
+            let Some((edge, forward)) = along_edge(segment) else { continue };
             let [a, b] = mesh.edge_vertices(edge);
             let ends = if forward { [a, b] } else { [b, a] };
             let curve = segment.curve;
@@ -66,12 +65,11 @@ impl Chain {
             debug_assert_eq!(face, first.face());
             let along = if mesh.follows_edge(first) == forward { 1 } else { -1 };
             let jump = if side < 0.0 { -along } else { along };
-            let sum = &mut chain.jump[edge.index()];
-            *sum += jump;
-            if sum.abs() > MOST_COPIES {
-                return Err(WindingError::Multiplicity { edge, most: MOST_COPIES });
-            }
+            chain.jump[edge.index()] += jump;
             steps.push(step(jump));
+        }
+        if let Some(edge) = mesh.edges().find(|e| chain.jump[e.index()].abs() > MOST_COPIES) {
+            return Err(WindingError::Multiplicity { edge, most: MOST_COPIES });
         }
         let mut touched: Vec<Edge> = steps.iter().filter(|s| s.jump != 0).map(|s| s.edge).collect();
         touched.sort_unstable();

@@ -25,16 +25,6 @@ pub enum WindingError {
         /// 0-based index of the curve.
         curve: usize,
     },
-    /// A segment is not a whole edge of the mesh.
-    #[error(
-        "curve {curve}, node {node}: the segment to the next node is no edge of the mesh; embed the curves first"
-    )]
-    NotAlongEdges {
-        /// 0-based index of the curve.
-        curve: usize,
-        /// 0-based index of the node.
-        node: usize,
-    },
     /// The mesh could not be cut along the curves.
     #[error(transparent)]
     Embed(#[from] EmbedError),

@@ -36,7 +36,8 @@ impl JumpLaplace {
             matrix.diagonal[i] += weight;
             matrix.diagonal[j] += weight;
         }
-        for first in first_vertices(triangulation, excluded) {
+        let parts = parts(triangulation, excluded);
+        for first in (0..parts.len()).filter(|&v| parts[v] == v as u32) {
             let diagonal = &mut matrix.diagonal[first];
             *diagonal += if *diagonal > 0.0 { *diagonal } else { 1.0 };
         }
@@ -54,9 +55,9 @@ fn included<'a>(
     halfedges.filter(|(_, [i, j])| !excluded[*i] && !excluded[*j])
 }
 
-/// The first vertex of each part that is connected through edges between vertices that are not excluded; excluded vertices are
-/// parts of their own.
-fn first_vertices(triangulation: &Triangulation, excluded: &[bool]) -> impl Iterator<Item = usize> {
+/// The part of each vertex, named by its first vertex: what is connected through edges between vertices that are not excluded.
+/// Excluded vertices are parts of their own. The function of each part is known up to a constant.
+pub(crate) fn parts(triangulation: &Triangulation, excluded: &[bool]) -> Vec<u32> {
     let mut parent: Vec<u32> = (0..excluded.len() as u32).collect();
     fn root(parent: &mut [u32], mut v: u32) -> u32 {
         while parent[v as usize] != v {
@@ -69,7 +70,7 @@ fn first_vertices(triangulation: &Triangulation, excluded: &[bool]) -> impl Iter
         let (a, b) = (root(&mut parent, i as u32), root(&mut parent, j as u32));
         parent[a.max(b) as usize] = a.min(b);
     }
-    (0..parent.len()).filter(move |&v| parent[v] == v as u32)
+    (0..parent.len() as u32).map(|v| root(&mut parent, v)).collect()
 }
 
 /// What a function whose values at corners have these differences along halfedges, before any values at vertices are added,

@@ -2,8 +2,9 @@
 
 use crate::geometry::Triangle;
 use crate::winding::harmonic::tip_corner;
+use crate::winding::islands::Islands;
 use crate::winding::options::Reference;
-use eikona_mesh::{Components, Edge, Face, TriangleMesh};
+use eikona_mesh::{Edge, Face, TriangleMesh};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
@@ -13,7 +14,7 @@ pub(crate) struct Labels {
     pub label: Vec<i32>,
     /// Half minus the distance of the face's mean value, shifted, from its label: 0.5 for certain, 0 for a guess.
     pub margin: Vec<f64>,
-    /// What was added to the values of each component before they were rounded.
+    /// What was added to the values of each island before they were rounded.
     pub shift: Vec<f64>,
 }
 
@@ -80,27 +81,27 @@ impl Votes {
 pub(crate) fn labels(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
-    components: &Components,
+    islands: &Islands,
     values: &[f64],
     curve: &[i32],
     nonbounding: &[f64],
     reference: Reference,
 ) -> Labels {
-    let component = |f: Face| components.of_face[f] as usize;
-    let mut votes = vec![Votes::default(); components.count];
+    let island = |f: Face| islands.of_face[f.index()] as usize;
+    let mut votes = vec![Votes::default(); islands.count];
     for e in mesh.edges().filter(|e| curve[e.index()] != 0) {
         if let Some((middle, length)) = middle_of_jump(mesh, triangles, values, e) {
             let left = (f64::from(curve[e.index()]) - nonbounding[e.index()]).abs();
             let steps = (left + 1.0 - BOUNDS).floor();
             let weight = if steps > 0.0 { length } else { WEIGHT_OF_OTHERS * length };
-            votes[component(mesh.edge_halfedges(e)[0].face())].add(middle, steps, weight);
+            votes[island(mesh.edge_halfedges(e)[0].face())].add(middle, steps, weight);
         }
     }
     // Without a curve the values themselves say what is whole.
     let silent: Vec<bool> = votes.iter().map(|v| v.weight == 0.0).collect();
-    for f in mesh.faces().filter(|&f| silent[component(f)]) {
+    for f in mesh.faces().filter(|&f| silent[island(f)]) {
         if let Some(mean) = face_mean(values, f) {
-            votes[component(f)].add(mean, 0.0, triangles[f.index()].area);
+            votes[island(f)].add(mean, 0.0, triangles[f.index()].area);
         }
     }
     let shift: Vec<f64> = votes.iter().map(|v| -v.result()).collect();
@@ -109,14 +110,18 @@ pub(crate) fn labels(
     let mut margin = vec![0.0; mesh.face_count()];
     for f in mesh.faces() {
         if let Some(mean) = face_mean(values, f) {
-            let value = mean + shift[component(f)];
+            let value = mean + shift[island(f)];
             label[f.index()] = value.round() as i32;
             margin[f.index()] = 0.5 - (value - value.round()).abs();
         }
     }
-    let zero = zero_levels(mesh, triangles, components, &label, values, reference);
+    // A face without values is labelled as the nearest one with values is.
+    for (f, nearest) in &islands.without_value {
+        label[f.index()] = nearest.map_or(0, |near| label[near.index()]);
+    }
+    let zero = zero_levels(mesh, triangles, islands, &label, reference);
     for f in mesh.faces() {
-        label[f.index()] -= zero[component(f)];
+        label[f.index()] -= zero[island(f)];
     }
     let shift = shift.iter().zip(&zero).map(|(s, &z)| s - f64::from(z)).collect();
     Labels { label, margin, shift }
@@ -146,19 +151,18 @@ fn middle_of_jump(
     (count > 0).then(|| (sum / f64::from(count), length))
 }
 
-/// The label that becomes 0 in each component.
+/// The label that becomes 0 on each island.
 fn zero_levels(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
-    components: &Components,
+    islands: &Islands,
     label: &[i32],
-    values: &[f64],
     reference: Reference,
 ) -> Vec<i32> {
-    let mut areas: Vec<BTreeMap<i32, f64>> = vec![BTreeMap::new(); components.count];
-    for f in mesh.faces().filter(|&f| face_mean(values, f).is_some()) {
-        *areas[components.of_face[f] as usize].entry(label[f.index()]).or_default() +=
-            triangles[f.index()].area;
+    let mut areas: Vec<BTreeMap<i32, f64>> = vec![BTreeMap::new(); islands.count];
+    for f in mesh.faces() {
+        let area = triangles[f.index()].area;
+        *areas[islands.of_face[f.index()] as usize].entry(label[f.index()]).or_default() += area;
     }
     let most = |areas: &BTreeMap<i32, f64>| {
         let largest = areas.iter().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)));
@@ -166,7 +170,7 @@ fn zero_levels(
     };
     let mut zero: Vec<i32> = areas.iter().map(most).collect();
     if let Reference::Face(face) = reference {
-        zero[components.of_face[face] as usize] = label[face.index()];
+        zero[islands.of_face[face.index()] as usize] = label[face.index()];
     }
     zero
 }

@@ -8,10 +8,12 @@
 //!
 //! | paper | here | shape | equation |
 //! |---|---|---|---|
-//! | `Gamma` | [`Winding::curve`], `chain.rs` | E whole numbers | sec 2.2 |
+//! | `Gamma` | [`Winding::jump`], `chain.rs` | E whole numbers | sec 2.2 |
 //! | `c` | `coordinates.rs` | corners | sec 2.3.1 |
 //! | `u` | `jump_laplace.rs` | corners | 10 |
-//! | `omega`, `gamma` | `harmonic.rs` | halfedges | sec 2.4.2, 3.3 |
+//! | `omega` | `jump_laplace.rs` | halfedges | sec 2.4.2 |
+//! | `gamma` | `harmonic.rs` | halfedges | sec 3.3 |
+//! | `t` | [`Winding::nonbounding`], `nonbounding.rs` | E | 11 |
 //! | `sigma`, `v` | [`Winding::residual_function`], `nonbounding.rs` | F, corners | 11 |
 //! | `w` | [`Winding::values`] | corners | sec 3.5 |
 //! | - | [`Winding::labels`], [`Winding::margin`] | F | sec 3.5.1 |
@@ -49,8 +51,10 @@ mod decomposition;
 mod error;
 mod fan;
 mod harmonic;
+mod islands;
 mod jump_laplace;
 mod labels;
+mod loops;
 mod nonbounding;
 mod operators;
 mod options;
@@ -60,7 +64,9 @@ mod solver;
 mod split;
 mod triangulation;
 
+pub use decomposition::Part;
 pub use error::WindingError;
+pub use loops::JumpLoop;
 pub use options::{Completion, Diagnosis, Reference, WindingOptions};
 pub use orientation::{MOST_STRETCHES, Orientation};
 pub use solution::{ProgramReport, Winding, WindingReport};

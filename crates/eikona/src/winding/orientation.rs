@@ -2,17 +2,22 @@
 //!
 //! The energy of the jump function is a quadratic form of the curve: E = s' K s, where s has +1 or -1 for each stretch, as it is
 //! given or turned over. Stretches that belong together lower each other's part of it, since the ends of one cancel the ends of
-//! the next; a stretch that raises that of the others looks reversed. Closed stretches are taken as they are given: either
-//! orientation of a loop means something.
+//! the next; a stretch that raises that of the others looks reversed.
+//!
+//! Two kinds of stretches are taken as they are given, though energy would fall if they were turned over: those without ends (closed,
+//! or from boundary to boundary), since either orientation of them means something; and those that run alongside each other (copies,
+//! offsets), which would undo each other.
 
 use crate::contour::{EmbeddedCurve, SegmentId};
 use crate::geometry::Triangle;
+use crate::geometry::vector::distance;
 use crate::winding::chain::Step;
 use crate::winding::coordinates::Coordinates;
 use crate::winding::error::WindingError;
-use crate::winding::jump_laplace::{differences, right_hand_side};
+use crate::winding::jump_laplace::right_hand_side;
 use crate::winding::operators::Operators;
-use eikona_mesh::{Components, Curve, SurfaceCurves, TriangleMesh, Vertex};
+use crate::winding::triangulation::next;
+use eikona_mesh::{Curve, Face, SurfaceCurves, TriangleMesh, Vertex};
 use std::collections::BTreeMap;
 
 /// [`Diagnosis::Automatic`](super::Diagnosis::Automatic) looks at curves of up to so many stretches.
@@ -32,8 +37,8 @@ pub struct Orientation {
     pub reversed: Vec<SegmentId>,
     /// By which share of it the energy of the jump function falls when they are turned over.
     pub energy_saved: f64,
-    /// The share of the area whose label changes when they are turned over.
-    pub changed_area: f64,
+    /// The share of the area whose label changes when they are turned over; `None` if the curve that comes of it has no answer.
+    pub changed_area: Option<f64>,
     /// Their steps, by curve and step.
     steps: Vec<(usize, usize)>,
 }
@@ -84,13 +89,14 @@ impl Orientation {
     pub(super) fn sentence(&self) -> String {
         let first = self.reversed[0];
         let segments = crate::wording::counted(self.reversed.len(), "segment looks", "segments look");
+        let area = self.changed_area.map_or(String::new(), |share| {
+            format!(", and labels change on {:.1} % of the area", 100.0 * share)
+        });
         format!(
-            "{segments} reversed, the first is curve {}, node {}: turned over the energy falls by {:.0} %, and labels change \
-             on {:.1} % of the area",
+            "{segments} reversed, the first is curve {}, node {}: turned over the energy falls by {:.0} %{area}",
             first.curve,
             first.node,
             100.0 * self.energy_saved,
-            100.0 * self.changed_area
         )
     }
 }
@@ -170,27 +176,35 @@ impl Stretches {
         curves: &[EmbeddedCurve],
     ) -> Result<Orientation, WindingError> {
         let mut report = Orientation { stretches: self.count(), ..Orientation::default() };
-        if self.count() < 2 || !(0..self.count()).any(|p| self.has_ends(p)) {
+        if self.count() < 2 {
             return Ok(report);
         }
-        let interaction = self.interaction(mesh, on, excluded)?;
+        let Some(Interaction { mut energy, has_ends }) = self.interaction(mesh, on, excluded)? else {
+            return Ok(report);
+        };
+        let given: f64 = energy.iter().flatten().sum();
+        let lengths: Vec<f64> =
+            self.of.iter().map(|s| s.iter().map(|step| length(mesh, triangles, step)).sum()).collect();
+        let whole = energy.clone();
+        self.leave_neighbours_alone(mesh, &lengths, &mut energy);
         let mut sign = vec![1.0; self.count()];
-        let row =
-            |p: usize, sign: &[f64]| -> f64 { interaction[p].iter().zip(sign).map(|(k, s)| k * s).sum() };
-        let energy = |sign: &[f64]| -> f64 { (0..sign.len()).map(|p| sign[p] * row(p, sign)).sum() };
-        let given = energy(&sign);
+        let raised = |p: usize, sign: &[f64]| -> f64 {
+            (0..sign.len()).filter(|&q| q != p).map(|q| sign[p] * sign[q] * energy[p][q]).sum()
+        };
         // Every turn lowers the energy, so that no state comes back.
         loop {
-            let raised = |p: usize| sign[p] * row(p, &sign) - interaction[p][p];
             let worst = (0..sign.len())
-                .filter(|&p| self.has_ends(p) && raised(p) > SHARE * interaction[p][p])
-                .filter(|&p| interaction[p][p] > NO_ENERGY)
-                .max_by(|&p, &q| raised(p).total_cmp(&raised(q)));
-            let Some(worst) = worst else { break };
+                .filter(|&p| has_ends[p] && energy[p][p] > NO_ENERGY)
+                .map(|p| (p, raised(p, &sign)))
+                .filter(|&(p, raised)| raised > SHARE * energy[p][p])
+                .max_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((worst, _)) = worst else { break };
             sign[worst] = -sign[worst];
         }
-        report.energy_saved = if given > NO_ENERGY { 1.0 - energy(&sign) / given } else { 0.0 };
-        self.turn_the_shorter_part(mesh, triangles, &mut sign);
+        turn_the_shorter_parts(&energy, &has_ends, &lengths, &mut sign);
+        let pairs = (0..sign.len()).flat_map(|p| (0..sign.len()).map(move |q| (p, q)));
+        let after: f64 = pairs.map(|(p, q)| sign[p] * sign[q] * whole[p][q]).sum();
+        report.energy_saved = if given > NO_ENERGY { 1.0 - after / given } else { 0.0 };
         for step in self.of.iter().zip(&sign).filter(|(_, s)| **s < 0.0).flat_map(|(stretch, _)| stretch) {
             report.steps.push((step.curve, step.step));
         }
@@ -204,89 +218,123 @@ impl Stretches {
         Ok(report)
     }
 
-    fn has_ends(&self, p: usize) -> bool {
-        let stretch = &self.of[p];
-        stretch[0].ends[0] != stretch[stretch.len() - 1].ends[1]
-    }
-
-    /// What each stretch adds to the energy beside each other one.
+    /// What each stretch adds to the energy beside each other one. `None` if none has ends.
     fn interaction(
         &self,
         mesh: &TriangleMesh,
         on: &Operators,
         excluded: &[bool],
-    ) -> Result<Vec<Vec<f64>>, WindingError> {
+    ) -> Result<Option<Interaction>, WindingError> {
         let mut excluded = excluded.to_vec();
         let mut coordinates = Coordinates::none(mesh);
         let mut jump = vec![0.0; mesh.edge_count()];
-        let mut alone = |stretch: &[Step], coordinates: &mut Coordinates| {
+        let mut has_ends = Vec::with_capacity(self.count());
+        // The differences that each stretch makes along halfedges.
+        let mut made: Vec<Vec<(usize, f64)>> = Vec::with_capacity(self.count());
+        for stretch in &self.of {
+            let endpoints = coordinates.endpoints.len();
             stretch.iter().for_each(|s| jump[s.edge.index()] += f64::from(s.jump));
             coordinates.walk_around(mesh, &jump, vertices_of(stretch), 0.5);
             stretch.iter().for_each(|s| jump[s.edge.index()] = 0.0);
-        };
-        for stretch in &self.of {
-            alone(stretch, &mut coordinates);
-            coordinates.left_out().for_each(|v| excluded[v.index()] = true);
+            has_ends.push(coordinates.endpoints.len() > endpoints);
+            let mut faces: Vec<Face> = vertices_of(stretch)
+                .into_iter()
+                .flat_map(|v| mesh.vertex_corners(v).iter().map(|c| c.face()))
+                .collect();
+            faces.sort_unstable();
+            faces.dedup();
+            let corner = &mut coordinates.corner;
+            let halfedges = faces.iter().flat_map(|f| [0, 1, 2].map(|k| f.halfedge(k).index()));
+            made.push(
+                halfedges.map(|h| (h, corner[next(h)] - corner[h])).filter(|(_, x)| *x != 0.0).collect(),
+            );
+            faces.iter().for_each(|f| corner[3 * f.index()..3 * f.index() + 3].fill(0.0));
         }
+        if !has_ends.contains(&true) {
+            return Ok(None);
+        }
+        coordinates.left_out().for_each(|v| excluded[v.index()] = true);
         let factor = on.factor(mesh, &excluded)?;
         let triangulation = &on.triangulation;
-        // The differences that each stretch makes along halfedges.
-        let mut made: Vec<Vec<(usize, f64)>> = Vec::with_capacity(self.count());
+        let ends = |h: usize| [triangulation.origin(h), triangulation.tip(h)].map(|v| v as usize);
         let mut beside = vec![false; mesh.vertex_count()];
-        for stretch in &self.of {
-            coordinates = Coordinates::none(mesh);
-            alone(stretch, &mut coordinates);
-            let all = differences(&coordinates.corner);
-            let mut some = Vec::new();
-            for (h, value) in all.into_iter().enumerate().filter(|(_, value)| *value != 0.0) {
-                let ends = [triangulation.origin(h), triangulation.tip(h)];
-                if ends.iter().all(|&v| !excluded[v as usize]) {
-                    some.push((h, value));
-                    ends.into_iter().for_each(|v| beside[v as usize] = true);
-                }
-            }
-            made.push(some);
+        for some in &mut made {
+            some.retain(|&(h, _)| ends(h).iter().all(|&v| !excluded[v]));
+            some.iter().for_each(|&(h, _)| ends(h).into_iter().for_each(|v| beside[v] = true));
         }
-        let mut interaction = vec![vec![0.0; self.count()]; self.count()];
+        let mut energy = vec![vec![0.0; self.count()]; self.count()];
         let mut own = vec![0.0; mesh.halfedge_count()];
         for (q, differences) in made.iter().enumerate() {
             differences.iter().for_each(|&(h, value)| own[h] = value);
             let rhs = right_hand_side(triangulation, &excluded, &own);
             let base = factor.solve_where(&rhs, |v| beside[v])?;
             for (p, others) in made.iter().enumerate() {
-                interaction[p][q] = others
-                    .iter()
-                    .map(|&(h, value)| {
-                        let [i, j] =
-                            [triangulation.origin(h), triangulation.tip(h)].map(|v| base[v as usize]);
-                        triangulation.weight[h] * value * (own[h] + j - i)
-                    })
-                    .sum();
+                let part = |&(h, value): &(usize, f64)| {
+                    let [i, j] = ends(h).map(|v| base[v]);
+                    triangulation.weight[h] * value * (own[h] + j - i)
+                };
+                energy[p][q] = others.iter().map(part).sum();
             }
             differences.iter().for_each(|&(h, _)| own[h] = 0.0);
         }
-        Ok(interaction)
+        Ok(Some(Interaction { energy, has_ends }))
     }
 
-    /// Turning over all stretches of a component of the surface changes no energy: of what is turned over there and the rest, the
-    /// shorter is what looks reversed.
-    fn turn_the_shorter_part(&self, mesh: &TriangleMesh, triangles: &[Triangle], sign: &mut [f64]) {
-        let components = Components::of(mesh);
-        let component = |stretch: &[Step]| components.of_vertex[stretch[0].ends[0]].map_or(0, |c| c as usize);
-        let length = |step: &Step| {
-            let h = mesh.edge_halfedges(step.edge)[0];
-            triangles[h.face().index()].lengths[h.index() % 3]
-        };
-        let mut balance = vec![0.0; components.count.max(1)];
-        for (stretch, sign) in self.of.iter().zip(sign.iter()) {
-            balance[component(stretch)] += sign * stretch.iter().map(length).sum::<f64>();
-        }
-        for (stretch, sign) in self.of.iter().zip(sign) {
-            if balance[component(stretch)] < 0.0 {
-                *sign = -*sign;
+    /// Forgets what stretches add to each other's energy that run alongside each other: the middle of one is nearer to the other
+    /// than a quarter of its length.
+    fn leave_neighbours_alone(&self, mesh: &TriangleMesh, lengths: &[f64], energy: &mut [Vec<f64>]) {
+        let points: Vec<Vec<[f64; 3]>> =
+            self.of.iter().map(|s| vertices_of(s).into_iter().map(|v| mesh.position(v)).collect()).collect();
+        for (p, stretch) in self.of.iter().enumerate() {
+            let third = stretch.len() / 3;
+            let middle = &stretch[third..stretch.len() - third];
+            let few = middle.iter().step_by(middle.len().div_ceil(MOST_POINTS).max(1));
+            let few: Vec<[f64; 3]> = few.map(|step| mesh.position(step.ends[0])).collect();
+            for q in (0..self.count()).filter(|&q| q != p) {
+                let near = |a: &[f64; 3]| points[q].iter().any(|b| distance(*a, *b) < 0.25 * lengths[p]);
+                if energy[p][q] > 0.0 && few.iter().all(near) {
+                    energy[p][q] = 0.0;
+                    energy[q][p] = 0.0;
+                }
             }
         }
     }
+}
+
+/// How many points of a stretch are looked at to tell whether it runs alongside another.
+const MOST_POINTS: usize = 16;
+
+struct Interaction {
+    /// What each stretch adds to the energy beside each other one.
+    energy: Vec<Vec<f64>>,
+    /// Whether a stretch ends inside the surface.
+    has_ends: Vec<bool>,
+}
+
+/// Turning over all stretches that have to do with each other changes next to no energy: of what is turned over of them and the
+/// rest, the shorter is what looks reversed.
+fn turn_the_shorter_parts(energy: &[Vec<f64>], has_ends: &[bool], lengths: &[f64], sign: &mut [f64]) {
+    let mut group: Vec<usize> = (0..sign.len()).collect();
+    for p in 0..sign.len() {
+        for q in 0..p {
+            let matters = energy[p][q].abs() > SHARE * energy[p][p].min(energy[q][q]);
+            if has_ends[p] && has_ends[q] && matters {
+                let (from, to) = (group[p], group[q]);
+                group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
+            }
+        }
+    }
+    for g in 0..sign.len() {
+        let members: Vec<usize> = (0..sign.len()).filter(|&p| group[p] == g).collect();
+        if members.iter().map(|&p| sign[p] * lengths[p]).sum::<f64>() < 0.0 {
+            members.into_iter().for_each(|p| sign[p] = -sign[p]);
+        }
+    }
+}
+
+fn length(mesh: &TriangleMesh, triangles: &[Triangle], step: &Step) -> f64 {
+    let h = mesh.edge_halfedges(step.edge)[0];
+    triangles[h.face().index()].lengths[h.side()]
 }
 
 fn vertices_of(stretch: &[Step]) -> Vec<Vertex> {

@@ -3,6 +3,8 @@
 use crate::contour::{EmbeddedCurve, weights_in};
 use crate::geometry::Triangle;
 use crate::phases::Phases;
+use crate::winding::decomposition::Part;
+use crate::winding::loops::JumpLoop;
 use crate::winding::orientation::Orientation;
 use eikona_mesh::{
     CornerField, Curve, Edge, EdgeField, Face, FaceField, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex,
@@ -13,41 +15,43 @@ use std::collections::BTreeMap;
 /// The winding number of curves on a surface, and what follows from it. All fields are on [`mesh`](Winding::mesh).
 #[derive(Clone, Debug)]
 pub struct Winding {
-    /// The surface of the result: the input with its faces wound alike where that is possible, and cut along the curves where
-    /// these cross faces.
+    /// The surface of the result: the input with its faces wound alike where that is possible. It is cut along curves that cross
+    /// faces, and finer along short open pieces of the curve ([`split_short`](super::WindingOptions::split_short)); fields have values
+    /// for its faces then, not for those of the input. See [`face_parent`](Winding::face_parent), [`input_labels`](Winding::input_labels),
+    /// [`label_at`](Winding::label_at).
     pub mesh: TriangleMesh,
-    /// For a mesh that was cut, the face of the input that each face lies in.
-    pub face_parent: Option<Vec<Face>>,
-    /// The winding number `w` at each corner; it jumps across the curve, and is smooth elsewhere. One constant a connected
+    /// The face of the input that each face lies in: itself, if the mesh was not cut.
+    pub face_parent: Vec<Face>,
+    /// The winding number `w` at each corner; it jumps across the curve, and is smooth elsewhere. One constant a
     /// component is arbitrary: [`shift`](Winding::shift) fixes it. NaN at endpoints of the curve, around which it depends on the
-    /// direction: see [`value_at`](Winding::value_at).
+    /// direction: see [`value_at`](Winding::value_at); and at vertices of the curve whose faces are more than one fan.
     pub values: CornerField<f64>,
     /// The whole number of each face: how often the curve winds around it. 1 higher on the left of the curve than on its right.
     pub labels: FaceField<i32>,
     /// How certain each label is: 0.5 where the value is a whole number, 0 where it lies halfway between two.
     pub margin: FaceField<f64>,
-    /// For each connected component what makes its values whole numbers where the curve is whole: `label = round(w + shift)`.
+    /// For each component what makes its values whole numbers where the curve is whole: `label = round(w + shift)`, of the mean over
+    /// the corners of a face.
     pub shift: Vec<f64>,
-    /// Component of each face.
+    /// Component of each face: what hangs together through vertices that have values.
     pub component: FaceField<u32>,
     /// The curves of the input, as walks along edges of [`mesh`](Winding::mesh); each step with the segment that it is a piece of.
     pub curves: Vec<EmbeddedCurve>,
     /// The input as a jump at each edge: the value in the face of its first halfedge minus that of its second. Multiplicities
     /// are added, opposite directions cancel.
-    pub curve: EdgeField<i32>,
+    pub jump: EdgeField<i32>,
     /// The jump `t` of the nonbounding part at each edge, completed to closed loops; whole numbers if the curve is closed.
     pub nonbounding: EdgeField<f64>,
     /// The residual function `v` at each corner, which jumps by [`nonbounding`](Winding::nonbounding).
     pub residual_function: CornerField<f64>,
     /// Inner vertices at which the curve ends.
     pub endpoints: Vec<Vertex>,
-    /// For each of [`curves`](Winding::curves) and each of its steps whether it bounds.
-    pub bounds: Vec<Vec<bool>>,
-    /// The completed boundary of the regions: closed polylines of vertices (or from boundary to boundary) between faces of
-    /// different labels, with the higher one on the left.
-    pub bounding_loops: Vec<Vec<Vertex>>,
-    /// The completed nonbounding loops.
-    pub nonbounding_loops: Vec<Vec<Vertex>>,
+    /// For each of [`curves`](Winding::curves) and each of its steps what it belongs to.
+    pub parts: Vec<Vec<Part>>,
+    /// The completed boundary of the regions: loops between faces of different labels.
+    pub bounding_loops: Vec<JumpLoop>,
+    /// The completed nonbounding loops, those with a jump of more than 0.1.
+    pub nonbounding_loops: Vec<JumpLoop>,
     /// What was done and noticed.
     pub report: WindingReport,
     pub(crate) parents: Parents,
@@ -144,9 +148,11 @@ impl Winding {
         if self.parents.turned.get(face.index()) == Some(&true) {
             weights.swap(1, 2);
         }
-        let (Some(parents), Some((uncut, places))) = (&self.face_parent, &self.parents.cut) else {
-            return (face, weights);
-        };
+        let Some((uncut, places)) = &self.parents.cut else { return (face, weights) };
+        let parents = &self.face_parent;
+        // Cuts are found by true barycentric weights.
+        let sum: f64 = weights.iter().sum();
+        let weights = weights.map(|w| w / sum);
         if face.index() >= uncut.face_count() {
             return (Face(u32::MAX), weights);
         }
@@ -159,7 +165,8 @@ impl Winding {
             barycentric(weights, [a, b, c])
         };
         // The one with the least negative weights: rounding leaves points on sides in none.
-        let lowest = |w: &[f64; 3]| w.iter().fold(f64::INFINITY, |m, x| m.min(*x));
+        let or_none = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };
+        let lowest = |w: &[f64; 3]| w.iter().fold(f64::INFINITY, |m, x| m.min(or_none(*x)));
         let best = (first..first + pieces)
             .map(|piece| (Face(piece as u32), weights_in_piece(piece)))
             .max_by(|a, b| lowest(&a.1).total_cmp(&lowest(&b.1)));
@@ -168,10 +175,10 @@ impl Winding {
 
     /// What is left of the jump at an edge when the nonbounding part is taken off.
     pub fn bounding_jump(&self, edge: Edge) -> f64 {
-        f64::from(self.curve[edge]) - self.nonbounding[edge]
+        f64::from(self.jump[edge]) - self.nonbounding[edge]
     }
-    /// The part of the input that bounds, or that does not, as curves along edges of [`mesh`](Winding::mesh), every copy by itself. Not
-    /// completed: see [`bounding_loops`](Winding::bounding_loops).
+    /// The part of the input that bounds, as curves along edges of [`mesh`](Winding::mesh), every copy by itself. Not completed: see
+    /// [`bounding_loops`](Winding::bounding_loops).
     ///
     /// ```
     /// use eikona::mesh::{Curve, SurfaceCurves, Vertex, shapes};
@@ -180,16 +187,25 @@ impl Winding {
     /// let torus = shapes::torus(1.0, 0.4, 30, 15)?;
     /// let twice = Curve::signed((0..=30).map(|j| Vertex(7 * 15 + j % 15)));
     /// let winding = surface_winding_number(&torus, &SurfaceCurves::from_curve(twice), &WindingOptions::default())?;
-    /// assert_eq!(winding.part(true).segment_count(), 0);
-    /// assert_eq!(winding.part(false).segment_count(), 30);
+    /// assert_eq!(winding.bounding_part().segment_count(), 0);
+    /// assert_eq!(winding.nonbounding_part().segment_count(), 30);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn part(&self, bounding: bool) -> SurfaceCurves {
+    pub fn bounding_part(&self) -> SurfaceCurves {
+        self.part(Part::Bounding)
+    }
+
+    /// The part of the input that bounds nothing, as [`bounding_part`](Winding::bounding_part) does it.
+    pub fn nonbounding_part(&self) -> SurfaceCurves {
+        self.part(Part::Nonbounding)
+    }
+
+    fn part(&self, wanted: Part) -> SurfaceCurves {
         let mut part = SurfaceCurves { curves: Vec::new(), points: Vec::new() };
-        for (walk, bounds) in self.curves.iter().zip(&self.bounds) {
+        for (walk, parts) in self.curves.iter().zip(&self.parts) {
             let mut first = 0;
-            for run in bounds.chunk_by(|a, b| a == b) {
-                if run[0] == bounding {
+            for run in parts.chunk_by(|a, b| a == b) {
+                if run[0] == wanted {
                     let nodes = walk.vertices[first..=first + run.len()].iter().map(|&v| v.into()).collect();
                     part.curves.push(Curve { kind: walk.kind, up: walk.up, nodes });
                 }
@@ -197,6 +213,11 @@ impl Winding {
             }
         }
         part
+    }
+
+    /// Whether [`mesh`](Winding::mesh) was cut, so that its faces are not those of the input.
+    pub fn is_cut(&self) -> bool {
+        self.parents.cut.is_some()
     }
 
     /// The label of each face of the input: where the mesh was cut, the one that covers most of the face; of labels that cover the
@@ -221,8 +242,10 @@ impl Winding {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn input_labels(&self) -> FaceField<i32> {
-        let Some(parents) = &self.face_parent else { return self.labels.clone() };
-        let pieces: Vec<(Face, Face)> = parents.iter().copied().zip(self.mesh.faces()).collect();
+        if !self.is_cut() {
+            return self.labels.clone();
+        }
+        let pieces: Vec<(Face, Face)> = self.face_parent.iter().copied().zip(self.mesh.faces()).collect();
         // The pieces of a face follow each other.
         let of_parents = pieces.chunk_by(|a, b| a.0 == b.0).map(|pieces| self.largest_label(pieces));
         of_parents.collect::<Vec<i32>>().into()

@@ -6,11 +6,13 @@ use crate::geometry::{Triangle, lay_out, winding_is_consistent};
 use crate::phases::{Phases, Running};
 use crate::winding::chain::{Chain, Step, along_edge};
 use crate::winding::coordinates::Coordinates;
-use crate::winding::decomposition::{nonbounding_steps, polylines};
+use crate::winding::decomposition::{Part, parts_of};
 use crate::winding::error::WindingError;
 use crate::winding::harmonic::{integrated_in_faces, jumps_of};
+use crate::winding::islands::Islands;
 use crate::winding::jump_laplace::{darboux_derivative, differences, solve_jump_equation};
 use crate::winding::labels::{Labels, labels};
+use crate::winding::loops::loops_of;
 use crate::winding::nonbounding::nonbounding_part;
 use crate::winding::operators::Operators;
 use crate::winding::options::{Completion, Diagnosis, Reference, WindingOptions};
@@ -18,8 +20,8 @@ use crate::winding::orientation::{MOST_STRETCHES, Stretches, changed_area};
 use crate::winding::solution::{Parents, ProgramReport, Winding, WindingReport};
 use crate::wording::counted;
 use eikona_mesh::{
-    Components, Curve, CurveKind, Edge, Face, Located, Segment, SurfaceCurves, Topology, TriangleMesh,
-    Vertex, segment_host,
+    Curve, CurveKind, Edge, Face, Located, Segment, SurfaceCurves, Topology, TriangleMesh, Vertex,
+    segment_host,
 };
 use eikona_numeric::Cholesky;
 use std::sync::OnceLock;
@@ -55,6 +57,11 @@ impl Solver {
         }
         let mut warnings = Vec::new();
         let wound = consistently_wound(mesh, &mut warnings);
+        let cuts = mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() > 2).count();
+        if cuts > 0 {
+            let edges = counted(cuts, "edge has", "edges have");
+            warnings.push(format!("{edges} three or more faces; the surface is taken as cut open there"));
+        }
         let mut turned: Vec<bool> =
             mesh.faces().map(|f| mesh.face_vertices(f) != wound.face_vertices(f)).collect();
         if !turned.contains(&true) {
@@ -125,9 +132,10 @@ impl Solver {
         }
         let mut options = *options;
         if let Reference::Face(face) = options.reference {
-            let child = embedded.face_parent.iter().position(|&parent| parent == face);
-            let child = child.ok_or(WindingError::no_such_reference(face))?;
-            options.reference = Reference::Face(Face(child as u32));
+            let area = |child: &Face| Triangle::of_face(&embedded.mesh, *child).area;
+            let children = embedded.mesh.faces().filter(|child| embedded.face_parent[child.index()] == face);
+            let largest = children.max_by(|a, b| area(a).total_cmp(&area(b)));
+            options.reference = Reference::Face(largest.ok_or(WindingError::no_such_reference(face))?);
         }
         let cut = Solver::on_wound(embedded.mesh.clone());
         phases.end("cut");
@@ -140,7 +148,7 @@ impl Solver {
         let segments = segments_of(&mesh, &walks);
         let warnings = self.warnings.clone();
         let mut winding = cut.solve_along_edges(&along, &segments, walks, &options, warnings, phases)?;
-        winding.face_parent = Some(face_parent);
+        winding.face_parent = face_parent;
         winding.parents =
             Parents { turned: self.turned.clone(), cut: Some((self.mesh.clone(), vertex_place)) };
         Ok(winding)
@@ -162,6 +170,7 @@ impl Solver {
         let found = self.solve_chain(&chain.jump, options, &mut phases)?;
         note_not_fans(&found.coordinates, &mut warnings);
         note_freed(&found.freed, mesh, &mut warnings);
+        note_without_value(&found.islands, &mut warnings);
 
         let stretches = Stretches::of(&steps);
         let diagnosed = match options.diagnosis {
@@ -171,43 +180,50 @@ impl Solver {
         };
         let mut orientation = None;
         if diagnosed {
-            let mut report =
-                stretches.diagnose(mesh, &self.triangles, &self.on_faces, &found.excluded, &walks)?;
-            if !report.reversed.is_empty() {
-                let jump = report.turned_over(&steps, &chain.jump);
-                let other = self.solve_chain(&jump, options, &mut Phases::start())?;
-                report.changed_area = changed_area(&self.triangles, &found.labels.label, &other.labels.label);
-                warnings.push(report.sentence());
+            match stretches.diagnose(mesh, &self.triangles, &self.on_faces, &found.excluded, &walks) {
+                Ok(mut report) => {
+                    if !report.reversed.is_empty() {
+                        let jump = report.turned_over(&steps, &chain.jump);
+                        let other = self.solve_chain(&jump, options, &mut Phases::start()).ok();
+                        report.changed_area = other
+                            .map(|o| changed_area(&self.triangles, &found.labels.label, &o.labels.label));
+                        warnings.push(report.sentence());
+                    }
+                    orientation = Some(report);
+                }
+                // The answer stands without it.
+                Err(fault) => {
+                    warnings.push(format!("the orientation of the curve was not looked at: {fault}"))
+                }
             }
-            orientation = Some(report);
             phases.end("orientation");
         }
 
-        let bounds = by_curve(walks.len(), &steps, &nonbounding_steps(&steps, &found.nonbounding));
+        let parts = by_curve(walks.len(), &steps, &parts_of(&steps, &chain.jump, &found.nonbounding));
         let label = &found.labels.label;
-        let bounding_loops = polylines(mesh, |e| match mesh.edge_halfedges(e) {
-            &[a, b] => f64::from(label[a.face().index()] - label[b.face().index()]),
-            _ => 0.0,
+        let bounding_loops = loops_of(mesh, |e| {
+            let [a, b] = [0, 1].map(|i| mesh.edge_halfedges(e)[i].face().index());
+            f64::from(label[a] - label[b])
         });
-        let nonbounding_loops = polylines(mesh, |e| found.nonbounding[e.index()]);
+        let nonbounding_loops = loops_of(mesh, |e| found.nonbounding[e.index()]);
         phases.end("loops");
         let largest_nonbounding = found.nonbounding.iter().fold(0.0f64, |m, t| m.max(t.abs()));
         let farthest_from_whole = found.nonbounding.iter().fold(0.0f64, |m, t| m.max((t - t.round()).abs()));
         Ok(Winding {
             mesh: mesh.clone(),
-            face_parent: None,
+            face_parent: mesh.faces().collect(),
             parents: Parents::default(),
             values: found.values.into(),
             labels: found.labels.label.into(),
             margin: found.labels.margin.into(),
             shift: found.labels.shift,
-            component: found.components.of_face,
+            component: found.islands.of_face.into(),
             curves: walks,
-            curve: chain.jump.into(),
+            jump: chain.jump.into(),
             nonbounding: found.nonbounding.into(),
             residual_function: found.residual_function.into(),
             endpoints: found.coordinates.endpoints,
-            bounds,
+            parts,
             bounding_loops,
             nonbounding_loops,
             report: WindingReport {
@@ -268,12 +284,17 @@ impl Solver {
                 (harmonic, hodge_residual) = on.hodge(mesh)?.harmonic_part(&on.triangulation, &harmonic)?;
                 residual = residual.max(hodge_residual);
             }
-            on.triangulation.form_to_mesh(&mut harmonic);
             phases.end("harmonic part");
             let largest = harmonic.iter().fold(0.0f64, |m, x| m.max(x.abs()));
             if largest > NO_HARMONIC_PART {
-                let in_faces = integrated_in_faces(&harmonic);
-                let shift = jumps_of(mesh, &in_faces);
+                // Without endpoints the function itself has the harmonic derivative, and its jumps are whole numbers to the last digit.
+                let in_faces = if all_closed {
+                    values.clone()
+                } else {
+                    on.triangulation.form_to_mesh(&mut harmonic);
+                    integrated_in_faces(&harmonic)
+                };
+                let shift = if all_closed { jump.clone() } else { jumps_of(mesh, &in_faces) };
                 let part = nonbounding_part(mesh, &self.triangles, curve, &shift, options.epsilon)?;
                 for (corner, value) in residual_function.iter_mut().enumerate() {
                     *value = in_faces[corner] + part.shift_of_face[corner / 3];
@@ -291,9 +312,8 @@ impl Solver {
             }
         }
 
-        let components = Components::of(mesh);
-        let labels =
-            labels(mesh, &self.triangles, &components, &values, curve, &nonbounding, options.reference);
+        let islands = Islands::of(mesh, &on.triangulation, &excluded);
+        let labels = labels(mesh, &self.triangles, &islands, &values, curve, &nonbounding, options.reference);
         phases.end("labels");
         Ok(Found {
             coordinates,
@@ -301,7 +321,7 @@ impl Solver {
             values,
             nonbounding,
             residual_function,
-            components,
+            islands,
             labels,
             residual,
             program,
@@ -360,7 +380,7 @@ struct Found {
     values: Vec<f64>,
     nonbounding: Vec<f64>,
     residual_function: Vec<f64>,
-    components: Components,
+    islands: Islands,
     labels: Labels,
     residual: f64,
     program: Option<ProgramReport>,
@@ -428,10 +448,10 @@ fn walks(curves: &SurfaceCurves, segments: &[Segment]) -> Vec<EmbeddedCurve> {
     walks
 }
 
-fn by_curve(curves: usize, steps: &[Step], nonbounding: &[bool]) -> Vec<Vec<bool>> {
+fn by_curve(curves: usize, steps: &[Step], parts: &[Part]) -> Vec<Vec<Part>> {
     let mut result = vec![Vec::new(); curves];
-    for (step, nonbounding) in steps.iter().zip(nonbounding) {
-        result[step.curve].push(!nonbounding);
+    for (step, part) in steps.iter().zip(parts) {
+        result[step.curve].push(*part);
     }
     result
 }
@@ -463,6 +483,15 @@ fn note_not_fans(coordinates: &Coordinates, warnings: &mut Vec<String>) {
         warnings.push(format!(
             "{vertices} more than one fan of faces, the first is vertex {}; the winding number has no value there",
             first.index()
+        ));
+    }
+}
+
+fn note_without_value(islands: &Islands, warnings: &mut Vec<String>) {
+    if let Some((first, _)) = islands.without_value.first() {
+        let faces = counted(islands.without_value.len(), "face has", "faces have");
+        warnings.push(format!(
+            "{faces} endpoints at all corners, so no value, the first is {first}; labelled like the nearest face with one"
         ));
     }
 }

@@ -76,22 +76,7 @@ impl Winding {
             }
         }
         let mesh = TriangleMesh::new(positions, triangles)?;
-        Ok(Split { mesh, vertex_parent, face_parent: self.input_faces() })
-    }
-
-    /// For each face of [`mesh`](Winding::mesh) the one of the input that it lies in: itself, if the mesh was not cut.
-    ///
-    /// ```
-    /// # use eikona::mesh::{Curve, Face, SurfaceCurves, Vertex, shapes};
-    /// # use eikona::winding::{WindingOptions, surface_winding_number};
-    /// let disk = shapes::disk(20, 6, 20.0)?;
-    /// let ring = Curve::signed([1, 2, 3, 4, 5, 6, 1].map(Vertex));
-    /// let winding = surface_winding_number(&disk, &SurfaceCurves::from_curve(ring), &WindingOptions::default())?;
-    /// assert_eq!(winding.input_faces()[7], Face(7)); // the curve runs along edges
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn input_faces(&self) -> Vec<Face> {
-        self.face_parent.clone().unwrap_or_else(|| self.mesh.faces().collect())
+        Ok(Split { mesh, vertex_parent, face_parent: self.face_parent.clone() })
     }
 }
 
