@@ -220,14 +220,16 @@ fn a_fin_is_warned_of_and_changes_little_elsewhere() {
 }
 
 #[test]
-fn renumbering_moving_and_scaling_change_no_label() {
+fn moving_turning_and_scaling_change_no_label() {
     let torus = damage::jitter(&shapes::torus(1.0, 0.4, 24, 12).unwrap(), 0.2, 3).unwrap();
     let mut open = boundary_of(&torus, |f| centre(&torus, f)[0] > 1.1);
     open.truncate(open.len() * 3 / 4);
     open.push(Curve::signed((0..10).map(|j| Vertex(12 * 12 + j))));
     let plain = solve(&torus, open.clone());
-    for scale in [1e-8, 1e8] {
-        let moved = torus.positions().iter().map(|p| p.map(|x| scale * (x + 3.0))).collect();
+    let (c, s) = (0.6, 0.8);
+    let turned = |[x, y, z]: [f64; 3]| [c * x - s * z, y, s * x + c * z];
+    for scale in [1e-8, 1.0, 1e8] {
+        let moved = torus.positions().iter().map(|&p| turned(p).map(|x| scale * (x + 3.0))).collect();
         let w = solve(&torus.with_positions(moved).unwrap(), open.clone());
         assert_eq!(w.labels, plain.labels);
         for e in torus.edges() {

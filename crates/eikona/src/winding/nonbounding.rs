@@ -5,6 +5,7 @@ use crate::winding::error::WindingError;
 use crate::winding::solution::ProgramReport;
 use eikona_mesh::{Edge, TriangleMesh};
 use eikona_numeric::{FlowError, JumpOptions, JumpTerm, minimise_jumps};
+use std::collections::BTreeSet;
 
 /// The nonbounding part of a curve.
 #[derive(Debug)]
@@ -17,6 +18,9 @@ pub(crate) struct Nonbounding {
     /// Edges of the curve where the jump could not be kept between nothing and the curve.
     pub freed: Vec<Edge>,
 }
+
+/// So many limits are raised; after that they are dropped at once.
+const MOST_RAISED: usize = 1000;
 
 /// Minimises the length of `shift + D sigma`, which costs `epsilon` times its length along the curve and must lie between nothing
 /// and the curve there.
@@ -51,17 +55,19 @@ pub(crate) fn nonbounding_part(
             },
         });
     }
-    // Where rings of faces hang together by edges of the curve alone, the bounds of those edges can contradict each other. Deviation:
-    // the paper says nothing of them; they are dropped there.
-    let mut freed = Vec::new();
+    // Where rings of faces hang together by edges of the curve alone, the limits of those edges can contradict each other. Deviation:
+    // the paper says nothing of them; they are raised by what is missing, and dropped where that does not help.
+    let mut raised: BTreeSet<usize> = BTreeSet::new();
     let solution = loop {
         match minimise_jumps(mesh.face_count(), &terms, &JumpOptions::default()) {
-            Err(FlowError::Infeasible { terms: ring, .. })
+            Err(FlowError::Infeasible { terms: ring, excess })
                 if ring.iter().any(|&i| terms[i].limit.is_some()) =>
             {
+                let too_many = raised.len() > MOST_RAISED;
                 for i in ring {
-                    terms[i].limit = None;
-                    freed.push(edges[i]);
+                    let again = !raised.insert(i) || too_many;
+                    terms[i].limit =
+                        terms[i].limit.filter(|_| !again).map(|limit| limit + 1.001 * excess + 1e-9);
                 }
             }
             solved => break solved?,
@@ -79,7 +85,7 @@ pub(crate) fn nonbounding_part(
             certificate: solution.certificate,
             statistics: solution.statistics,
         },
-        freed,
+        freed: raised.into_iter().map(|i| edges[i]).collect(),
     })
 }
 
