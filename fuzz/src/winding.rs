@@ -3,7 +3,7 @@
 use crate::choices::Choices;
 use crate::solve;
 use eikona::contour::shortest_vertex_path;
-use eikona::winding::{Completion, Diagnosis, Reference, Solver, Winding, WindingOptions};
+use eikona::winding::{Completion, Diagnosis, Reference, Solver, Winding, WindingError, WindingOptions};
 use eikona_mesh::{
     Curve, CurveKind, Edge, Face, Halfedge, MeshError, Neighbour, SurfaceCurves, SurfacePoint, TriangleMesh,
     Vertex, damage, shapes, weld,
@@ -33,7 +33,15 @@ pub fn check(bytes: &[u8]) {
     };
     let winding = match solver.solve(&curves, &options) {
         Ok(winding) => winding,
-        Err(fault) => return assert!(!fault.to_string().is_empty()),
+        Err(fault) => {
+            assert!(!fault.to_string().is_empty());
+            // A nonbounding part that is small beside the multiplicities may not reach the certificate.
+            let uncertified = fault.to_string().contains("not certified");
+            let numbers =
+                matches!(fault, WindingError::Numeric(_) | WindingError::Program(_)) && !uncertified;
+            assert!(!numbers || !is_ordinary(&mesh), "an ordinary mesh is not solved: {fault}");
+            return;
+        }
     };
     check_fields(&winding);
     check_jumps(&winding, &options);
@@ -217,18 +225,32 @@ fn check_reversal(solver: &Solver, curves: &SurfaceCurves, options: &WindingOpti
         curves: curves.curves.iter().cloned().map(Curve::reversed).collect(),
         points: curves.points.clone(),
     };
-    let back = solver.solve(&reversed, options).expect("as well as the other way");
+    let back = match solver.solve(&reversed, options) {
+        Ok(back) => back,
+        Err(fault) => {
+            let uncertified = fault.to_string().contains("not certified");
+            return assert!(uncertified || !is_ordinary(&w.mesh), "not solved the other way: {fault}");
+        }
+    };
     assert!(w.curve.iter().zip(back.curve.iter()).all(|(a, b)| *a.1 == -*b.1));
     let there = program.objective;
     let back = back.report.program.as_ref().map_or(0.0, |p| p.objective);
-    let length = |e: Edge| {
-        let [a, b] = w.mesh.edge_vertices(e).map(|v| w.mesh.position(v));
-        (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
-    };
-    let longest = w.mesh.edges().map(length).fold(0.0, f64::max);
+    let longest = w.mesh.edges().map(|e| length(&w.mesh, e)).fold(0.0, f64::max);
     // Ties are decided by changes of up to 1e-4.
     let most = 1e-3 * there.max(back) + TOLERANCE * scale(w) * longest;
     assert!((there - back).abs() <= most, "costs {there}, reversed {back}");
+}
+
+fn length(mesh: &TriangleMesh, e: Edge) -> f64 {
+    let [a, b] = mesh.edge_vertices(e).map(|v| mesh.position(v));
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Whether all edges are of comparable length, so that there is no excuse.
+fn is_ordinary(mesh: &TriangleMesh) -> bool {
+    let lengths = mesh.edges().map(|e| length(mesh, e)).filter(|l| *l > 0.0);
+    let (short, long) = lengths.fold((f64::INFINITY, 0.0f64), |(s, l), x| (s.min(x), l.max(x)));
+    short > 1e-50 && long < 1e50 && long <= 1e4 * short
 }
 
 fn options(choices: &mut Choices) -> WindingOptions {
@@ -270,7 +292,7 @@ fn mesh(choices: &mut Choices) -> Result<TriangleMesh, MeshError> {
         };
     }
     let spoils = choices.of([0, 0, 0, 1, 2, 4]);
-    if spoils == 0 {
+    if spoils == 0 || mesh.vertex_count() == 0 {
         return Ok(mesh);
     }
     let (mut positions, mut faces) = (mesh.positions().to_vec(), mesh.triangles().to_vec());
@@ -286,7 +308,7 @@ fn shape(choices: &mut Choices) -> Result<TriangleMesh, MeshError> {
         0 => shapes::torus(1.0, 0.4, n, m),
         1 => shapes::geodesic_sphere(1 + n % 4),
         2 => shapes::moebius_band(1.0, 0.6, n, m - 2),
-        3 => shapes::klein_bottle(1.0, n, m),
+        3 => shapes::klein_bottle(2.0, n, m),
         4 => shapes::projective_plane(m - 2),
         5 => shapes::annulus(0.5, 1.0, m - 2, n),
         6 => shapes::disk(m - 2, n, 1.0),
