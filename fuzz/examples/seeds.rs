@@ -53,12 +53,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
     }
-    write_solve_seeds(&root.join("solve"))?;
+    write_choice_seeds(&root.join("solve"))?;
+    write_choice_seeds(&root.join("winding"))?;
     write_curve_seeds(&root.join("curves"))
 }
 
 /// Bytes enough for a mesh with curves; the choices they stand for are any (SplitMix64).
-fn write_solve_seeds(folder: &Path) -> Result<(), Box<dyn Error>> {
+fn write_choice_seeds(folder: &Path) -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(folder)?;
     let mut state = 0u64;
     for i in 0..12 {

@@ -5,3 +5,4 @@ pub mod choices;
 pub mod curves;
 pub mod readers;
 pub mod solve;
+pub mod winding;

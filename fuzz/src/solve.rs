@@ -111,7 +111,7 @@ fn solve_options(choices: &mut Choices) -> SolveOptions {
 }
 
 /// A patch of a grid, a strip that may be twisted, or any faces at all; then some positions and faces are spoilt.
-fn mesh(choices: &mut Choices) -> Result<TriangleMesh, eikona_mesh::MeshError> {
+pub(crate) fn mesh(choices: &mut Choices) -> Result<TriangleMesh, eikona_mesh::MeshError> {
     let mut positions: Vec<[f64; 3]> = Vec::new();
     let mut faces: Vec<[u32; 3]> = Vec::new();
     match choices.below(3) {
@@ -166,7 +166,7 @@ fn mesh(choices: &mut Choices) -> Result<TriangleMesh, eikona_mesh::MeshError> {
     TriangleMesh::new(positions, faces)
 }
 
-fn spoil(choices: &mut Choices, positions: &mut Vec<[f64; 3]>, faces: &mut Vec<[u32; 3]>) {
+pub(crate) fn spoil(choices: &mut Choices, positions: &mut Vec<[f64; 3]>, faces: &mut Vec<[u32; 3]>) {
     let (v, u, w) =
         (choices.below(positions.len()), choices.below(positions.len()), choices.below(positions.len()));
     match choices.below(10) {
@@ -201,7 +201,7 @@ fn spoil(choices: &mut Choices, positions: &mut Vec<[f64; 3]>, faces: &mut Vec<[
     }
 }
 
-fn source(choices: &mut Choices, mesh: &TriangleMesh) -> SurfaceCurves {
+pub(crate) fn source(choices: &mut Choices, mesh: &TriangleMesh) -> SurfaceCurves {
     let mut source = SurfaceCurves::default();
     for _ in 0..choices.of([1, 2, 1, 3, 2, 4, 1, 0]) {
         let kind = choices.of([CurveKind::Signed, CurveKind::Signed, CurveKind::Unsigned]);

@@ -160,11 +160,10 @@ fn faces_that_were_cut_know_their_parents_and_give_them_labels() {
 fn labelled(positions: Vec<[f64; 3]>, faces: Vec<[u32; 3]>, labels: Vec<i32>) -> Winding {
     let disk = shapes::disk(3, 6, 1.0).unwrap();
     let ring = Curve::signed([1, 2, 3, 4, 5, 6, 1].map(Vertex));
-    let mesh = TriangleMesh::new(positions, faces).unwrap();
-    let mut winding = solve(&disk, vec![ring]);
-    winding.mesh = mesh;
-    winding.labels = FaceField::from(labels);
-    winding
+    let mut w = solve(&disk, vec![ring]);
+    w.mesh = TriangleMesh::new(positions, faces).unwrap();
+    w.labels = FaceField::from(labels);
+    w
 }
 
 #[test]

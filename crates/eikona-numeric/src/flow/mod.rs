@@ -117,8 +117,10 @@ struct State {
     flow: Vec<f64>,
 }
 
-/// Jumps below this, relative to the largest shift or limit, are no jumps.
+/// Jumps below this, relative to the largest that the start makes, are no jumps.
 const TOLERANCE: f64 = 1e-9;
+/// What shifts, limits and potentials are off by, relatively.
+const ROUNDING: f64 = 1e-12;
 /// Up to so many different sizes of jumps the primal-dual method is tried first.
 const FEW_SIZES: usize = 64;
 /// Steps a node and term after which the network simplex takes over from the primal-dual method. Broken curves need about 100, 160 levels
@@ -184,8 +186,8 @@ pub fn minimise_jumps(
     let perturb = |term: &JumpTerm| term.weight * (1.0 + options.perturbation * fraction(term.key));
     let weights: Vec<f64> = terms.iter().map(perturb).collect();
     let network = Network::new(nodes, terms, &weights);
-    let tolerance = TOLERANCE * network.scale;
     let mut start = network.forest_potentials();
+    let tolerance = tolerance(&network, &start);
     boxes::keep_limits(&network, &mut start, 1e-3 * tolerance)?;
     let few = || different_jumps(&network, &start, tolerance) <= FEW_SIZES;
     let first = options.method.unwrap_or_else(|| match few() {
@@ -237,6 +239,14 @@ pub fn minimise_jumps(
         certificate,
         statistics,
     })
+}
+
+/// Below this a jump is none. The forest takes all but the periods of the shifts away, so what jumps at the start says how large
+/// jumps are; limits may be far larger, and count by their rounding only.
+fn tolerance(network: &Network, start: &[f64]) -> f64 {
+    let jumps = network.arcs.iter().map(|arc| arc.jump(start).abs()).fold(0.0, f64::max);
+    let numbers = start.iter().fold(network.scale, |m, p| m.max(p.abs()));
+    (TOLERANCE * jumps).max(ROUNDING * numbers)
 }
 
 fn check(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Result<(), FlowError> {

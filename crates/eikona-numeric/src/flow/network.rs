@@ -37,7 +37,7 @@ pub(super) struct Network {
     pub(super) callers: Vec<u32>,
     /// The arc to the parent in the forest; `NONE` for roots.
     pub(super) forest: Vec<u32>,
-    /// The largest |shift| or limit: what tolerances are relative to.
+    /// The largest |shift| or limit.
     pub(super) scale: f64,
 }
 

@@ -165,11 +165,15 @@ impl CurveReport {
         }
         let cancelling = self.doubled.iter().filter(|d| !d.same_direction).count();
         if cancelling > 0 {
-            warnings.push(format!("{cancelling} pair(s) of pieces run against each other along the same line and cancel"));
+            warnings.push(format!(
+                "{cancelling} pair(s) of pieces run against each other along the same line and cancel"
+            ));
         }
         if self.doubled.len() > cancelling {
             let count = self.doubled.len() - cancelling;
-            warnings.push(format!("{count} pair(s) of pieces run the same way along the same line; each of them counts"));
+            warnings.push(format!(
+                "{count} pair(s) of pieces run the same way along the same line; each of them counts"
+            ));
         }
         let crossings = self.meetings.iter().filter(|m| m.kind == MeetingKind::Crossing).count();
         if crossings > 0 {

@@ -31,7 +31,10 @@ const SLACK: f64 = 1e-14;
 impl Triangle {
     /// The triangle of a face of a mesh. The area comes from the coordinates, which keep more digits of it than lengths do.
     pub fn of_face(mesh: &TriangleMesh, face: Face) -> Triangle {
-        let [a, b, c] = mesh.face_positions(face);
+        Triangle::of_corners(mesh.face_positions(face))
+    }
+
+    pub(crate) fn of_corners([a, b, c]: [[f64; 3]; 3]) -> Triangle {
         let lengths = [distance(a, b), distance(b, c), distance(c, a)];
         let longest = lengths.iter().fold(0.0f64, |m, &l| m.max(l));
         let unit = power_of_two_near(longest);

@@ -170,7 +170,7 @@ impl Stretches {
     pub fn diagnose(
         &self,
         mesh: &TriangleMesh,
-        triangles: &[Triangle],
+        (triangles, unit): (&[Triangle], f64),
         on: &Operators,
         excluded: &[bool],
         curves: &[EmbeddedCurve],
@@ -186,7 +186,7 @@ impl Stretches {
         let lengths: Vec<f64> =
             self.of.iter().map(|s| s.iter().map(|step| length(mesh, triangles, step)).sum()).collect();
         let whole = energy.clone();
-        self.leave_neighbours_alone(mesh, &lengths, &mut energy);
+        self.leave_neighbours_alone(mesh, unit, &lengths, &mut energy);
         let mut sign = vec![1.0; self.count()];
         let raised = |p: usize, sign: &[f64]| -> f64 {
             (0..sign.len()).filter(|&q| q != p).map(|q| sign[p] * sign[q] * energy[p][q]).sum()
@@ -282,14 +282,21 @@ impl Stretches {
 
     /// Forgets what stretches add to each other's energy that run alongside each other: the middle of one is nearer to the other
     /// than a quarter of its length.
-    fn leave_neighbours_alone(&self, mesh: &TriangleMesh, lengths: &[f64], energy: &mut [Vec<f64>]) {
+    fn leave_neighbours_alone(
+        &self,
+        mesh: &TriangleMesh,
+        unit: f64,
+        lengths: &[f64],
+        energy: &mut [Vec<f64>],
+    ) {
+        let position = |v: Vertex| mesh.position(v).map(|x| x / unit);
         let points: Vec<Vec<[f64; 3]>> =
-            self.of.iter().map(|s| vertices_of(s).into_iter().map(|v| mesh.position(v)).collect()).collect();
+            self.of.iter().map(|s| vertices_of(s).into_iter().map(position).collect()).collect();
         for (p, stretch) in self.of.iter().enumerate() {
             let third = stretch.len() / 3;
             let middle = &stretch[third..stretch.len() - third];
             let few = middle.iter().step_by(middle.len().div_ceil(MOST_POINTS).max(1));
-            let few: Vec<[f64; 3]> = few.map(|step| mesh.position(step.ends[0])).collect();
+            let few: Vec<[f64; 3]> = few.map(|step| position(step.ends[0])).collect();
             for q in (0..self.count()).filter(|&q| q != p) {
                 let near = |a: &[f64; 3]| points[q].iter().any(|b| distance(*a, *b) < 0.25 * lengths[p]);
                 if energy[p][q] > 0.0 && few.iter().all(near) {

@@ -1,7 +1,7 @@
 //! What a solve gives.
 
 use crate::contour::{EmbeddedCurve, weights_in};
-use crate::geometry::Triangle;
+use crate::geometry::{face_in, unit_of};
 use crate::phases::Phases;
 use crate::winding::decomposition::Part;
 use crate::winding::loops::JumpLoop;
@@ -247,13 +247,14 @@ impl Winding {
         }
         let pieces: Vec<(Face, Face)> = self.face_parent.iter().copied().zip(self.mesh.faces()).collect();
         // The pieces of a face follow each other.
-        let of_parents = pieces.chunk_by(|a, b| a.0 == b.0).map(|pieces| self.largest_label(pieces));
+        let unit = unit_of(&self.mesh);
+        let of_parents = pieces.chunk_by(|a, b| a.0 == b.0).map(|pieces| self.largest_label(pieces, unit));
         of_parents.collect::<Vec<i32>>().into()
     }
 
     /// The label with the largest area among faces (the second of each pair).
-    fn largest_label(&self, pieces: &[(Face, Face)]) -> i32 {
-        let area = |f: Face| Triangle::of_face(&self.mesh, f).area;
+    fn largest_label(&self, pieces: &[(Face, Face)], unit: f64) -> i32 {
+        let area = |f: Face| face_in(&self.mesh, f, unit).area;
         let has_area = pieces.iter().any(|p| area(p.1) > 0.0);
         let mut covered: BTreeMap<i32, f64> = BTreeMap::new();
         for &(_, f) in pieces {

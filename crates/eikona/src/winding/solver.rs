@@ -2,7 +2,7 @@
 
 use crate::contour::side::consistently_wound;
 use crate::contour::{Embedded, EmbeddedCurve, embed_curves, parts_of_short_edges};
-use crate::geometry::{Triangle, lay_out, winding_is_consistent};
+use crate::geometry::{Triangle, lay_out_in, unit_of, winding_is_consistent};
 use crate::phases::{Phases, Running};
 use crate::winding::chain::{Chain, Step, along_edge};
 use crate::winding::coordinates::Coordinates;
@@ -39,6 +39,8 @@ pub struct Solver {
     consistent: bool,
     /// Every closed curve bounds: no nonbounding part is looked for.
     simply_connected: bool,
+    /// What lengths are divided by: labels do not depend on the size of the mesh, which may be one that can not be squared.
+    unit: f64,
     triangles: Vec<Triangle>,
     on_faces: Operators,
     /// On the intrinsic Delaunay triangles.
@@ -71,7 +73,8 @@ impl Solver {
     }
 
     fn on_wound(mesh: TriangleMesh) -> Solver {
-        let triangles = lay_out(&mesh);
+        let unit = unit_of(&mesh);
+        let triangles = lay_out_in(&mesh, unit);
         Solver {
             turned: Vec::new(),
             consistent: winding_is_consistent(&mesh),
@@ -79,6 +82,7 @@ impl Solver {
             on_faces: Operators::on_faces(&mesh, &triangles),
             on_delaunay: OnceLock::new(),
             mesh,
+            unit,
             triangles,
             warnings: Vec::new(),
         }
@@ -180,7 +184,13 @@ impl Solver {
         };
         let mut orientation = None;
         if diagnosed {
-            match stretches.diagnose(mesh, &self.triangles, &self.on_faces, &found.excluded, &walks) {
+            match stretches.diagnose(
+                mesh,
+                (&self.triangles, self.unit),
+                &self.on_faces,
+                &found.excluded,
+                &walks,
+            ) {
                 Ok(mut report) => {
                     if !report.reversed.is_empty() {
                         let jump = report.turned_over(&steps, &chain.jump);
@@ -300,7 +310,7 @@ impl Solver {
                     *value = in_faces[corner] + part.shift_of_face[corner / 3];
                 }
                 (nonbounding, freed) = (part.jump, part.freed);
-                program = Some(part.report);
+                program = Some(ProgramReport { objective: self.unit * part.report.objective, ..part.report });
                 phases.end("linear program");
 
                 let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();

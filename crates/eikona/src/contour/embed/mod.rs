@@ -20,7 +20,7 @@ pub use embedded::{ChainEdge, CurveChain, Embedded, EmbeddedCurve, SHORT, Walk};
 pub(crate) use embedded::{parts_of_short_edges, weights_in};
 pub use error::EmbedError;
 
-use crate::geometry::Triangle;
+use crate::geometry::shape_of_face;
 use eikona_mesh::{
     CurveError, CurveKind, Edge, Face, Located, SegmentHost, SurfaceCurves, SurfacePoint, TriangleMesh,
     Vertex, segment_host,
@@ -243,7 +243,7 @@ impl<'a> Plan<'a> {
     /// The points of the sides and what lies in a face.
     fn curves_in(&self, face: Face) -> ([Vec<(Edge, usize)>; 3], FaceCurves) {
         let mesh = self.mesh;
-        let triangle = Triangle::of_face(mesh, face);
+        let triangle = shape_of_face(mesh, face);
         let longest = triangle.lengths.iter().fold(0.0f64, |m, &l| m.max(l));
         let [_, b, c] = triangle.corners();
         let axes = [b, c].map(|z| [z.re / longest, z.im / longest]);
