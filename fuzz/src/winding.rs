@@ -3,7 +3,9 @@
 use crate::choices::Choices;
 use crate::solve;
 use eikona::contour::shortest_vertex_path;
-use eikona::winding::{Part, Completion, Diagnosis, Reference, Solver, Winding, WindingError, WindingOptions};
+use eikona::winding::{
+    Completion, Diagnosis, Part, Reference, Solver, Winding, WindingError, WindingOptions,
+};
 use eikona_mesh::{
     Curve, CurveKind, Edge, Face, Halfedge, MeshError, Neighbour, SurfaceCurves, SurfacePoint, TriangleMesh,
     Vertex, damage, shapes, weld,

@@ -12,8 +12,8 @@ pub struct Certificate {
     pub primal: f64,
     /// The sum over the terms of `shift * flow`, less `limit * (flow - weight)` where the flow of a boxed term exceeds its weight.
     pub dual: f64,
-    /// `(primal - dual) / max(primal, dual)`; where the optimum is less than a millionth of what the shifts would cost as jumps, relative
-    /// to that millionth, since rounding is in proportion to the shifts.
+    /// `(primal - dual) / max(primal, dual)`; where the optimum is less than a millionth of what shifts and limits would cost as jumps,
+    /// relative to that millionth, since rounding is in proportion to them.
     pub gap: f64,
     /// The largest |inflow - outflow| of a node, relative to the largest weight.
     pub conservation: f64,
@@ -40,7 +40,7 @@ pub(super) fn certify(
         net[term.from as usize] -= y;
         net[term.to as usize] += y;
         let jump = term.jump(potentials);
-        reach += w * term.shift.abs();
+        reach += w * term.shift.abs().max(term.limit.unwrap_or(0.0));
         match term.limit {
             None => {
                 c.primal += w * jump.abs();

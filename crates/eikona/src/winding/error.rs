@@ -50,7 +50,9 @@ pub enum WindingError {
     #[error(transparent)]
     Numeric(#[from] NumericError),
     /// The linear program could not be solved.
-    #[error(transparent)]
+    #[error(
+        "the nonbounding part of the curve could not be found ({0}); if edges differ in length by many orders of magnitude, remesh first"
+    )]
     Program(#[from] FlowError),
 }
 

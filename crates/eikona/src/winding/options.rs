@@ -39,8 +39,8 @@ pub enum Diagnosis {
 pub struct WindingOptions {
     /// Where the nonbounding part is taken off.
     pub completion: Completion,
-    /// Cost of a nonbounding loop along the curve, as a share of its cost elsewhere (eq. 11). Larger than zero, since ties would
-    /// decide otherwise.
+    /// Cost of a nonbounding loop along the curve, as a share of its cost elsewhere (eq. 11), from 1e-9 to 1. Larger than zero, since
+    /// ties would decide otherwise.
     pub epsilon: f64,
     /// Where labels are zero.
     pub reference: Reference,

@@ -347,8 +347,8 @@ impl Solver {
             return Err(WindingError::Unsigned { curve });
         }
         let epsilon = options.epsilon;
-        if !(epsilon > 0.0 && epsilon <= 1.0) {
-            let bound = "a number above 0, at most 1, is needed";
+        if !(1e-9..=1.0).contains(&epsilon) {
+            let bound = "a number from 1e-9 to 1 is needed";
             return Err(WindingError::Option { name: "epsilon", value: epsilon, bound });
         }
         match options.reference {

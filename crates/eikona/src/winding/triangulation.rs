@@ -12,7 +12,7 @@ const NONE: u32 = u32::MAX;
 /// the first solve is not co-closed in the second.
 const BOUNDS: (f64, f64) = (1e-3, 1e3);
 /// The same for the sum of a side's two halfedges on Delaunay triangles, where it is negative on the boundary at most: less is changed.
-const BOUNDS_OF_SUM: (f64, f64) = (1e-6, 1e6);
+const BOUNDS_OF_SUM: (f64, f64) = (1e-5, 2e3);
 
 /// Triangles glued along their sides. Halfedge `3 f + k` runs from corner `k` of triangle `f` to the next.
 #[derive(Clone, Debug)]
