@@ -82,7 +82,8 @@ fn check_fields(w: &Winding) {
     assert!(w.report.residual < 1e-6, "{:?}", w.report);
     if let Some(program) = &w.report.program {
         let c = &program.certificate;
-        assert!(program.objective.is_finite());
+        // A sum of lengths may be larger than any double.
+        assert!(program.objective.is_finite() || (program.objective > 0.0 && !is_ordinary(&w.mesh)));
         assert!(c.gap < 1e-6 && c.overflow < 1e-6 && c.violation < 1e-6, "{:?}", w.report);
     }
 }

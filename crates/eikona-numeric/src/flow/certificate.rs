@@ -13,7 +13,8 @@ pub struct Certificate {
     /// The sum over the terms of `shift * flow`, less `limit * (flow - weight)` where the flow of a boxed term exceeds its weight.
     pub dual: f64,
     /// `(primal - dual) / max(primal, dual)`; where the optimum is less than a millionth of what shifts and limits would cost as jumps,
-    /// relative to that millionth, since rounding is in proportion to them.
+    /// or less than if every term jumped by a millionth of the largest of them, relative to that, since rounding is in proportion to
+    /// them.
     pub gap: f64,
     /// The largest |inflow - outflow| of a node, relative to the largest weight.
     pub conservation: f64,
@@ -33,7 +34,7 @@ pub(super) fn certify(
 ) -> Certificate {
     let mut net = vec![0.0; nodes];
     let mut c = Certificate::default();
-    let (mut largest, mut scale, mut reach) = (0.0f64, 0.0f64, 0.0f64);
+    let (mut largest, mut scale, mut reach, mut all) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
     for ((term, &w), &y) in terms.iter().zip(weights).zip(flow) {
         largest = largest.max(w);
         scale = scale.max(term.shift.abs()).max(term.limit.unwrap_or(0.0));
@@ -41,6 +42,7 @@ pub(super) fn certify(
         net[term.to as usize] += y;
         let jump = term.jump(potentials);
         reach += w * term.shift.abs().max(term.limit.unwrap_or(0.0));
+        all += w;
         match term.limit {
             None => {
                 c.primal += w * jump.abs();
@@ -59,7 +61,7 @@ pub(super) fn certify(
     c.conservation = relative(c.conservation, largest);
     c.overflow = relative(c.overflow, largest);
     c.violation = relative(c.violation, scale);
-    c.gap = relative(c.primal - c.dual, c.primal.max(c.dual).max(1e-6 * reach));
+    c.gap = relative(c.primal - c.dual, c.primal.max(c.dual).max(1e-6 * reach).max(1e-6 * scale * all));
     c
 }
 
