@@ -235,6 +235,9 @@ fn check_reversal(solver: &Solver, curves: &SurfaceCurves, options: &WindingOpti
     assert!(w.jump.iter().zip(back.jump.iter()).all(|(a, b)| *a.1 == -*b.1));
     let there = program.objective;
     let back = back.report.program.as_ref().map_or(0.0, |p| p.objective);
+    if there.is_infinite() {
+        return;
+    }
     let longest = w.mesh.edges().map(|e| length(&w.mesh, e)).fold(0.0, f64::max);
     // Ties are decided by changes of up to 1e-4.
     let most = 1e-3 * there.max(back) + TOLERANCE * scale(w) * longest;

@@ -56,6 +56,7 @@ mod jump_laplace;
 mod labels;
 mod loops;
 mod nonbounding;
+mod notes;
 mod operators;
 mod options;
 mod orientation;
@@ -63,6 +64,7 @@ mod solution;
 mod solver;
 mod split;
 mod triangulation;
+mod walks;
 
 pub use decomposition::Part;
 pub use error::WindingError;

@@ -14,15 +14,14 @@ use crate::winding::jump_laplace::{darboux_derivative, differences, solve_jump_e
 use crate::winding::labels::{Labels, labels};
 use crate::winding::loops::loops_of;
 use crate::winding::nonbounding::nonbounding_part;
+use crate::winding::notes::{note_chain, note_freed, note_not_fans, note_without_value};
 use crate::winding::operators::Operators;
 use crate::winding::options::{Completion, Diagnosis, Reference, WindingOptions};
-use crate::winding::orientation::{MOST_STRETCHES, Stretches, changed_area};
+use crate::winding::orientation::{MOST_STRETCHES, Orientation, Stretches, changed_area};
 use crate::winding::solution::{Parents, ProgramReport, Winding, WindingReport};
+use crate::winding::walks::{segments_of, walks};
 use crate::wording::counted;
-use eikona_mesh::{
-    Curve, CurveKind, Edge, Face, Located, Segment, SurfaceCurves, Topology, TriangleMesh, Vertex,
-    segment_host,
-};
+use eikona_mesh::{Curve, CurveKind, Edge, Face, Segment, SurfaceCurves, Topology, TriangleMesh, Vertex};
 use eikona_numeric::Cholesky;
 use std::sync::OnceLock;
 
@@ -176,39 +175,8 @@ impl Solver {
         note_freed(&found.freed, mesh, &mut warnings);
         note_without_value(&found.islands, &mut warnings);
 
-        let stretches = Stretches::of(&steps);
-        let diagnosed = match options.diagnosis {
-            Diagnosis::Never => false,
-            Diagnosis::Always => true,
-            Diagnosis::Automatic => stretches.count() <= MOST_STRETCHES,
-        };
-        let mut orientation = None;
-        if diagnosed {
-            match stretches.diagnose(
-                mesh,
-                (&self.triangles, self.unit),
-                &self.on_faces,
-                &found.excluded,
-                &walks,
-            ) {
-                Ok(mut report) => {
-                    if !report.reversed.is_empty() {
-                        let jump = report.turned_over(&steps, &chain.jump);
-                        let other = self.solve_chain(&jump, options, &mut Phases::start()).ok();
-                        report.changed_area = other
-                            .map(|o| changed_area(&self.triangles, &found.labels.label, &o.labels.label));
-                        warnings.push(report.sentence());
-                    }
-                    orientation = Some(report);
-                }
-                // The answer stands without it.
-                Err(fault) => {
-                    warnings.push(format!("the orientation of the curve was not looked at: {fault}"))
-                }
-            }
-            phases.end("orientation");
-        }
-
+        let orientation = self.orientation(&chain, &steps, &walks, &found, options, &mut warnings);
+        phases.end("orientation");
         let parts = by_curve(walks.len(), &steps, &parts_of(&steps, &chain.jump, &found.nonbounding));
         let label = &found.labels.label;
         let bounding_loops = loops_of(mesh, |e| {
@@ -246,6 +214,43 @@ impl Solver {
                 warnings,
             },
         })
+    }
+
+    /// Which stretches of the curve look reversed, and what would come of turning them over.
+    fn orientation(
+        &self,
+        chain: &Chain,
+        steps: &[Step],
+        walks: &[EmbeddedCurve],
+        found: &Found,
+        options: &WindingOptions,
+        warnings: &mut Vec<String>,
+    ) -> Option<Orientation> {
+        let stretches = Stretches::of(steps);
+        match options.diagnosis {
+            Diagnosis::Never => return None,
+            Diagnosis::Automatic if stretches.count() > MOST_STRETCHES => return None,
+            Diagnosis::Automatic | Diagnosis::Always => {}
+        }
+        let sizes = (self.triangles.as_slice(), self.unit);
+        match stretches.diagnose(&self.mesh, sizes, &self.on_faces, &found.excluded, walks) {
+            Ok(mut orientation) => {
+                if !orientation.reversed.is_empty() {
+                    let jump = orientation.turned_over(steps, &chain.jump);
+                    let other = self.solve_chain(&jump, options, &mut Phases::start()).ok();
+                    let label = &found.labels.label;
+                    orientation.changed_area =
+                        other.map(|other| changed_area(&self.triangles, label, &other.labels.label));
+                    warnings.push(orientation.sentence());
+                }
+                Some(orientation)
+            }
+            // The answer stands without it.
+            Err(fault) => {
+                warnings.push(format!("the orientation of the curve was not looked at: {fault}"));
+                None
+            }
+        }
     }
 
     /// Steps 1 to 10 and the labels, for jumps at edges.
@@ -425,96 +430,10 @@ fn is_simply_connected(mesh: &TriangleMesh) -> bool {
         && topology.components.iter().all(|c| c.genus == Some(0) && c.boundary_loop_count <= 1)
 }
 
-/// The steps of walks along edges.
-fn segments_of(mesh: &TriangleMesh, walks: &[EmbeddedCurve]) -> Vec<Segment> {
-    let mut segments = Vec::new();
-    for (curve, walk) in walks.iter().enumerate() {
-        for (node, ends) in walk.vertices.windows(2).enumerate() {
-            let ends = [Located::Vertex(ends[0]), Located::Vertex(ends[1])];
-            if let Some(host) = segment_host(mesh, ends[0], ends[1]) {
-                segments.push(Segment { curve, node, ends, host });
-            }
-        }
-    }
-    segments
-}
-
-/// Curves along edges as walks.
-fn walks(curves: &SurfaceCurves, segments: &[Segment]) -> Vec<EmbeddedCurve> {
-    let mut walks: Vec<EmbeddedCurve> = curves
-        .curves
-        .iter()
-        .map(|c| EmbeddedCurve { kind: c.kind, up: c.up, vertices: Vec::new(), segments: Vec::new() })
-        .collect();
-    for segment in segments {
-        let [Located::Vertex(from), Located::Vertex(to)] = segment.ends else { continue };
-        let walk = &mut walks[segment.curve];
-        if walk.vertices.is_empty() {
-            walk.vertices.push(from);
-        }
-        walk.vertices.push(to);
-        walk.segments.push(segment.node);
-    }
-    walks
-}
-
 fn by_curve(curves: usize, steps: &[Step], parts: &[Part]) -> Vec<Vec<Part>> {
     let mut result = vec![Vec::new(); curves];
     for (step, part) in steps.iter().zip(parts) {
         result[step.curve].push(*part);
     }
     result
-}
-
-fn note_chain(chain: &Chain, warnings: &mut Vec<String>) {
-    if chain.cancelled > 0 {
-        let edges = counted(chain.cancelled, "edge is", "edges are");
-        warnings.push(format!("{edges} walked in both directions equally often; these steps cancel"));
-    }
-    if chain.on_boundary > 0 {
-        let steps = counted(chain.on_boundary, "step runs", "steps run");
-        warnings.push(format!("{steps} along the boundary, where nothing can jump; they are left out"));
-    }
-    if chain.on_nonmanifold > 0 {
-        let steps = counted(chain.on_nonmanifold, "step runs", "steps run");
-        warnings.push(format!(
-            "{steps} along edges of three or more faces, where there is no left; they are left out"
-        ));
-    }
-    if chain.jump.iter().all(|&j| j == 0) {
-        warnings.push("nothing is left of the curve, so every region is outside".into());
-    }
-}
-
-fn note_not_fans(coordinates: &Coordinates, warnings: &mut Vec<String>) {
-    if let Some(first) = coordinates.not_fans.first() {
-        let vertices =
-            counted(coordinates.not_fans.len(), "vertex of the curve has", "vertices of the curve have");
-        warnings.push(format!(
-            "{vertices} more than one fan of faces, the first is vertex {}; the winding number has no value there",
-            first.index()
-        ));
-    }
-}
-
-fn note_without_value(islands: &Islands, warnings: &mut Vec<String>) {
-    if let Some((first, _)) = islands.without_value.first() {
-        let faces = counted(islands.without_value.len(), "face has", "faces have");
-        warnings.push(format!(
-            "{faces} endpoints at all corners, so no value, the first is {first}; labelled like the nearest face with one"
-        ));
-    }
-}
-
-fn note_freed(freed: &[Edge], mesh: &TriangleMesh, warnings: &mut Vec<String>) {
-    if let Some(&first) = freed.first() {
-        let [a, b] = mesh.edge_vertices(first);
-        let edges = counted(freed.len(), "edge of the curve is", "edges of the curve are");
-        warnings.push(format!(
-            "{edges} all that joins a ring of faces, the first from vertex {} to {}: the nonbounding part may be larger than the \
-             curve there; refine the mesh around it",
-            a.index(),
-            b.index()
-        ));
-    }
 }

@@ -1,0 +1,37 @@
+//! Curves as walks along edges.
+
+use crate::contour::EmbeddedCurve;
+use eikona_mesh::{Located, Segment, SurfaceCurves, TriangleMesh, segment_host};
+
+/// The steps of walks along edges.
+pub(super) fn segments_of(mesh: &TriangleMesh, walks: &[EmbeddedCurve]) -> Vec<Segment> {
+    let mut segments = Vec::new();
+    for (curve, walk) in walks.iter().enumerate() {
+        for (node, ends) in walk.vertices.windows(2).enumerate() {
+            let ends = [Located::Vertex(ends[0]), Located::Vertex(ends[1])];
+            if let Some(host) = segment_host(mesh, ends[0], ends[1]) {
+                segments.push(Segment { curve, node, ends, host });
+            }
+        }
+    }
+    segments
+}
+
+/// Curves along edges as walks.
+pub(super) fn walks(curves: &SurfaceCurves, segments: &[Segment]) -> Vec<EmbeddedCurve> {
+    let mut walks: Vec<EmbeddedCurve> = curves
+        .curves
+        .iter()
+        .map(|c| EmbeddedCurve { kind: c.kind, up: c.up, vertices: Vec::new(), segments: Vec::new() })
+        .collect();
+    for segment in segments {
+        let [Located::Vertex(from), Located::Vertex(to)] = segment.ends else { continue };
+        let walk = &mut walks[segment.curve];
+        if walk.vertices.is_empty() {
+            walk.vertices.push(from);
+        }
+        walk.vertices.push(to);
+        walk.segments.push(segment.node);
+    }
+    walks
+}
