@@ -273,11 +273,12 @@ mod tests {
         };
         let delaunay = Triangulation::delaunay(&disk, &triangles, &vec![false; disk.vertex_count()]);
         for axis in 0..2 {
-            assert!(
-                (energy(&delaunay, axis) / area - 1.0).abs() < 1e-5,
-                "{} {area}",
-                energy(&delaunay, axis)
-            );
+            // Quads with all corners on a circle have a diagonal of weight 0, which is raised to the lowest.
+            let star = |h: usize| delaunay.star(h);
+            let diagonals = (0..delaunay.glued.len()).filter(|&h| star(h) <= BOUNDS_OF_SUM.0).count();
+            let raised = 0.5 * diagonals as f64 * BOUNDS_OF_SUM.0 * 0.2f64.powi(2);
+            let off = energy(&delaunay, axis) - area;
+            assert!(off.abs() <= 1e-9 + raised && raised < 1e-3 * area, "{off} {raised}");
             assert!(energy(&Triangulation::of(&disk, &triangles), axis) > 1.1 * area, "bounded on the faces");
         }
     }
