@@ -228,9 +228,13 @@ fn solve(
         ]
         .map(|(key, value)| (key.to_string(), value)),
     );
+    let loops =
+        |n: usize, one: &str, many: &str| if n == 1 { format!("1 {one}") } else { format!("{n} {many}") };
     session.note(&format!(
-        "labels {regions:?}; {bounding} loops bound, {nonbounding} do not; the curve has {} open ends inside the surface",
-        winding.endpoints.len()
+        "labels {regions:?}; {} regions, {} nothing; the curve has {} inside the surface",
+        loops(bounding, "completed loop bounds", "completed loops bound"),
+        loops(nonbounding, "bounds", "bound"),
+        loops(winding.endpoints.len(), "open end", "open ends"),
     ));
     Ok(winding)
 }

@@ -139,7 +139,10 @@ pub fn write_outputs(
     ] {
         if let Some(path) = path {
             let lines = polylines(&winding.mesh, &curves).and_then(|lines| obj_lines(&lines));
-            let text = lines.map_err(|e| Failure::Failed(format!("{}: {e}", path.display())))?;
+            let mut text = lines.map_err(|e| Failure::Failed(format!("{}: {e}", path.display())))?;
+            if text.is_empty() {
+                text.push_str("# no lines\n");
+            }
             session.output("loops", path, text.into_bytes())?;
         }
     }
