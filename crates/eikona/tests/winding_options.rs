@@ -20,31 +20,26 @@ fn wrong(w: &Winding, right: impl Fn(Face) -> i32) -> f64 {
     wrong / faces().map(|f| area(&w.mesh, f)).sum::<f64>()
 }
 
-/// The sides of a cap of the sphere, one curve an arc: four arcs of which three quarters are kept, and what angle each begins at.
+/// Four arcs of the rim of a cap of the sphere, which leave out a quarter of it.
 fn arcs_of_a_circle(sphere: &TriangleMesh, height: f64) -> Vec<Curve> {
     let mut sides = boundary_of(sphere, |f| centre(sphere, f)[2] > height);
-    let turn = |c: &Curve| {
-        let nodes = eikona::contour::curve_points(sphere, c).unwrap();
-        ((nodes[0][1] + nodes[1][1]).atan2(nodes[0][0] + nodes[1][0]) / TAU * 4.0).rem_euclid(4.0)
-    };
-    sides.sort_by(|a, b| turn(a).total_cmp(&turn(b)));
-    let mut arcs: Vec<Curve> = Vec::new();
-    let mut last = usize::MAX;
-    for side in sides {
-        let t = turn(&side);
-        if t.fract() > 0.75 {
-            continue;
-        }
-        if t as usize == last {
-            assert_eq!(arcs[last].nodes.last(), side.nodes.first());
-            arcs[last].nodes.push(side.nodes[1]);
-        } else {
-            last = arcs.len();
-            arcs.push(side);
-        }
+    let mut round = sides.swap_remove(0).nodes;
+    while let Some(i) = sides.iter().position(|side| side.nodes[0] == round[round.len() - 1]) {
+        round.push(sides.swap_remove(i).nodes[1]);
     }
-    assert_eq!(arcs.len(), 4);
-    arcs
+    assert!(sides.is_empty() && round.first() == round.last());
+    // From where it is farthest along x, so that arcs of two circles lie beside each other.
+    round.pop();
+    let along_x = |node: &SurfacePoint| node.locate(sphere).unwrap().position(sphere)[0];
+    let first = (0..round.len()).max_by(|&i, &j| along_x(&round[i]).total_cmp(&along_x(&round[j]))).unwrap();
+    round.rotate_left(first);
+    let n = round.len();
+    (0..4)
+        .map(|k| Curve {
+            nodes: round[k * n / 4..=k * n / 4 + 3 * n / 16].to_vec(),
+            ..Curve::signed([Vertex(0)])
+        })
+        .collect()
 }
 
 #[test]
@@ -76,6 +71,29 @@ fn a_reversed_arc_is_found_and_its_effect_told() {
     }
     let options = WindingOptions { diagnosis: Diagnosis::Never, ..Default::default() };
     assert!(solve(&sphere, &arcs, &options).report.orientation.is_none());
+}
+
+#[test]
+fn too_many_stretches_are_not_compared() {
+    let sphere = shapes::geodesic_sphere(40).unwrap();
+    // Edges without a vertex in common, each a curve of its own.
+    let mut taken = vec![false; sphere.vertex_count()];
+    let mut pieces: Vec<Curve> = Vec::new();
+    for [a, b] in sphere.edges().map(|e| sphere.edge_vertices(e)) {
+        if !taken[a.index()] && !taken[b.index()] {
+            (taken[a.index()], taken[b.index()]) = (true, true);
+            pieces.push(Curve::signed([a, b]));
+        }
+    }
+    assert!(pieces.len() > 2000, "{}", pieces.len());
+    let always = WindingOptions { diagnosis: Diagnosis::Always, split_short: false, ..Default::default() };
+    let w = solve(&sphere, &pieces, &always);
+    assert!(w.report.orientation.is_none());
+    assert!(w.report.warnings.iter().any(|text| text.contains("at most 2000")), "{:?}", w.report.warnings);
+    // Nearly all vertices are endpoints: what is left has labels all the same.
+    assert_eq!(w.labels.as_slice().len(), sphere.face_count());
+    assert!(w.labels.iter().all(|(_, label)| label.abs() < 10));
+    assert!(solve(&sphere, &pieces[..40], &always).report.orientation.is_some());
 }
 
 #[test]

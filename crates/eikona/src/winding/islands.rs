@@ -3,7 +3,7 @@
 use crate::winding::jump_laplace::parts;
 use crate::winding::triangulation::Triangulation;
 use eikona_mesh::{Face, Neighbour, TriangleMesh};
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 /// What hangs together through vertices that have values: as a rule a connected component of the surface. (Surfaces that touch in a
 /// vertex where a curve ends are two.)
@@ -38,38 +38,45 @@ impl Islands {
             }
             islands.of_face[f] = *number;
         }
+        let nearest = nearest_with_value(mesh, &without, &islands.of_face, NONE);
         for f in without {
-            let nearest = nearest_with_value(mesh, f, &islands.of_face, NONE);
-            islands.without_value.push((f, nearest));
-        }
-        for i in 0..islands.without_value.len() {
-            let (f, nearest) = islands.without_value[i];
+            let near = nearest.get(&f).copied();
             islands.of_face[f.index()] =
-                nearest.map_or(islands.count as u32, |near| islands.of_face[near.index()]);
-            islands.count += usize::from(nearest.is_none());
+                near.map_or(islands.count as u32, |near| islands.of_face[near.index()]);
+            islands.count += usize::from(near.is_none());
+            islands.without_value.push((f, near));
         }
         islands
     }
 }
 
-/// Most faces that are looked at around a face without value.
-const MOST_FACES: usize = 1000;
-
-fn nearest_with_value(mesh: &TriangleMesh, from: Face, of_face: &[u32], none: u32) -> Option<Face> {
-    let mut seen = vec![from];
-    let mut waiting = VecDeque::from([from]);
-    while let Some(f) = waiting.pop_front() {
-        for k in 0..3 {
-            let Neighbour::Twin(other) = mesh.neighbour(f.halfedge(k)) else { continue };
-            let beyond = other.face();
-            if of_face[beyond.index()] != none {
-                return Some(beyond);
-            }
-            if seen.len() < MOST_FACES && !seen.contains(&beyond) {
-                seen.push(beyond);
-                waiting.push_back(beyond);
+/// For each of these faces the nearest one with an island, by the fewest faces between.
+fn nearest_with_value(
+    mesh: &TriangleMesh,
+    without: &[Face],
+    of_face: &[u32],
+    none: u32,
+) -> BTreeMap<Face, Face> {
+    let beyond = |f: Face, k: usize| match mesh.neighbour(f.halfedge(k)) {
+        Neighbour::Twin(other) => Some(other.face()),
+        _ => None,
+    };
+    let mut nearest: BTreeMap<Face, Face> = BTreeMap::new();
+    let mut waiting = VecDeque::new();
+    for &f in without {
+        let near = (0..3).filter_map(|k| beyond(f, k)).find(|other| of_face[other.index()] != none);
+        if let Some(near) = near {
+            nearest.insert(f, near);
+            waiting.push_back((f, near));
+        }
+    }
+    while let Some((f, near)) = waiting.pop_front() {
+        for other in (0..3).filter_map(|k| beyond(f, k)) {
+            if of_face[other.index()] == none && !nearest.contains_key(&other) {
+                nearest.insert(other, near);
+                waiting.push_back((other, near));
             }
         }
     }
-    None
+    nearest
 }

@@ -28,7 +28,7 @@ pub enum Diagnosis {
     /// If the curve has at most [`MOST_STRETCHES`](super::MOST_STRETCHES) stretches.
     #[default]
     Automatic,
-    /// Always; the cost grows with the number of stretches, squared.
+    /// Always, up to 2000 stretches; time and memory grow with their number, squared.
     Always,
     /// Never.
     Never,

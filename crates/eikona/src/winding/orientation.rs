@@ -23,6 +23,9 @@ use std::collections::BTreeMap;
 /// [`Diagnosis::Automatic`](super::Diagnosis::Automatic) looks at curves of up to so many stretches.
 pub const MOST_STRETCHES: usize = 32;
 
+/// [`Diagnosis::Always`](super::Diagnosis::Always) does up to so many: each is weighed against each other.
+pub(super) const MOST_AT_ALL: usize = 2000;
+
 /// A stretch is turned over if what it adds to the energy of the others is more than this share of its own.
 const SHARE: f64 = 0.05;
 /// Energies below this (jumps are whole numbers) are rounding: of closed curves that bound.
@@ -299,7 +302,7 @@ impl Stretches {
             let few: Vec<[f64; 3]> = few.map(|step| position(step.ends[0])).collect();
             for q in (0..self.count()).filter(|&q| q != p) {
                 let near = |a: &[f64; 3]| points[q].iter().any(|b| distance(*a, *b) < 0.25 * lengths[p]);
-                if energy[p][q] > 0.0 && few.iter().all(near) {
+                if few.iter().all(near) {
                     energy[p][q] = 0.0;
                     energy[q][p] = 0.0;
                 }

@@ -17,7 +17,7 @@ use crate::winding::nonbounding::nonbounding_part;
 use crate::winding::notes::{note_chain, note_freed, note_not_fans, note_without_value};
 use crate::winding::operators::Operators;
 use crate::winding::options::{Completion, Diagnosis, Reference, WindingOptions};
-use crate::winding::orientation::{MOST_STRETCHES, Orientation, Stretches, changed_area};
+use crate::winding::orientation::{MOST_AT_ALL, MOST_STRETCHES, Orientation, Stretches, changed_area};
 use crate::winding::solution::{Parents, ProgramReport, Winding, WindingReport};
 use crate::winding::walks::{segments_of, walks};
 use crate::wording::counted;
@@ -230,6 +230,11 @@ impl Solver {
         match options.diagnosis {
             Diagnosis::Never => return None,
             Diagnosis::Automatic if stretches.count() > MOST_STRETCHES => return None,
+            Diagnosis::Always if stretches.count() > MOST_AT_ALL => {
+                let count = stretches.count();
+                warnings.push(format!("the orientation of the curve was not looked at: it has {count} stretches, at most {MOST_AT_ALL} can be compared"));
+                return None;
+            }
             Diagnosis::Automatic | Diagnosis::Always => {}
         }
         let sizes = (self.triangles.as_slice(), self.unit);
