@@ -309,8 +309,8 @@ fn two_triangles_and_three_endpoints_in_a_face() {
     let mesh = sphere();
     let corners = mesh.face_vertices(Face(40));
     let outwards = |v: Vertex| {
-        let around = mesh.vertex_corners(v).iter().flat_map(|c| mesh.face_vertices(c.face()));
-        let next = around.filter(|u| !corners.contains(u)).next_back().unwrap();
+        let mut around = mesh.vertex_corners(v).iter().flat_map(|c| mesh.face_vertices(c.face()));
+        let next = around.rfind(|u| !corners.contains(u)).unwrap();
         Curve::signed([v, next])
     };
     let curves: Vec<Curve> = corners.map(outwards).into();
