@@ -7,6 +7,7 @@
 mod curve;
 mod curve_io;
 pub mod damage;
+mod disjoint_sets;
 mod error;
 mod field;
 mod id;
@@ -27,6 +28,7 @@ pub use curve_io::{
     CurveFile, CurveFormat, SpacePolyline, curves_from_lines, format_curves, read_curves, read_curves_bytes,
     write_curves, write_curves_json,
 };
+pub use disjoint_sets::DisjointSets;
 pub use error::{CurveError, Fault, FileError, MeshError};
 pub use field::{CornerField, EdgeField, FaceField, Field, HalfedgeField, VertexField};
 pub use id::{Corner, Edge, ElementId, Face, Halfedge, Vertex};

@@ -1,5 +1,6 @@
 //! How a mesh hangs together: sheets, components, boundary loops, Euler characteristic, genus, and where it is no manifold.
 
+use crate::disjoint_sets::DisjointSets;
 use crate::field::{FaceField, VertexField};
 use crate::id::{Corner, Edge, Face, Halfedge, Vertex};
 use crate::mesh::TriangleMesh;
@@ -396,44 +397,5 @@ fn far_side_of_fan(mesh: &TriangleMesh, h: Halfedge, v: Vertex) -> Option<Halfed
             [a, b] => side = if a == side { b } else { a },
             _ => return None,
         }
-    }
-}
-
-/// Disjoint sets of the numbers 0, 1, ..., each known by its smallest number.
-pub(crate) struct DisjointSets {
-    parent: Vec<u32>,
-}
-
-impl DisjointSets {
-    pub(crate) fn new(count: usize) -> Self {
-        DisjointSets { parent: (0..count as u32).collect() }
-    }
-    /// The smallest number in the set of `x`. Halves the path on the way, so that later searches are short.
-    pub(crate) fn find(&mut self, mut x: u32) -> u32 {
-        while self.parent[x as usize] != x {
-            let up = self.parent[self.parent[x as usize] as usize];
-            self.parent[x as usize] = up;
-            x = up;
-        }
-        x
-    }
-    pub(crate) fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.find(a), self.find(b));
-        self.parent[a.max(b) as usize] = a.min(b);
-    }
-    /// Numbers the sets in the order in which `members` first names them: the number of each member, and how many there are.
-    fn number(&mut self, members: impl Iterator<Item = u32>) -> (Vec<u32>, usize) {
-        let mut number_of_set: Vec<Option<u32>> = vec![None; self.parent.len()];
-        let mut count = 0;
-        let numbers = members
-            .map(|x| {
-                let set = self.find(x) as usize;
-                *number_of_set[set].get_or_insert_with(|| {
-                    count += 1;
-                    count - 1
-                })
-            })
-            .collect();
-        (numbers, count as usize)
     }
 }

@@ -13,7 +13,7 @@ use crate::operators::CotanLaplacian;
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::integration::{Ground, Integrated, Integration, at_vertex, grounded_matrix};
 use crate::signed_heat::source::Source;
-use eikona_mesh::{Located, Segment, SegmentHost, TriangleMesh};
+use eikona_mesh::{DisjointSets, Located, Segment, SegmentHost, TriangleMesh};
 use eikona_numeric::{Cholesky, NumericError, Ordering, Symbolic, SymmetricMatrix};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -498,28 +498,7 @@ fn without_single_rows(rows: &mut Vec<Row>, groups: usize) -> usize {
 
 /// A number for each of the pieces that links between items make, counted from 0 in the order of their first items.
 fn connected_pieces(items: usize, links: &[[u32; 2]]) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..items as u32).collect();
-    fn root(parent: &mut [u32], mut i: u32) -> u32 {
-        while parent[i as usize] != i {
-            parent[i as usize] = parent[parent[i as usize] as usize];
-            i = parent[i as usize];
-        }
-        i
-    }
-    for &[a, b] in links {
-        let (a, b) = (root(&mut parent, a), root(&mut parent, b));
-        parent[a.max(b) as usize] = a.min(b);
-    }
-    let mut number = vec![u32::MAX; items];
-    let mut next = 0;
-    (0..items as u32)
-        .map(|i| {
-            let r = root(&mut parent, i) as usize;
-            if number[r] == u32::MAX {
-                number[r] = next;
-                next += 1;
-            }
-            number[r]
-        })
-        .collect()
+    let mut pieces = DisjointSets::new(items);
+    links.iter().for_each(|&[a, b]| pieces.join(a, b));
+    pieces.numbers().0
 }

@@ -1,6 +1,7 @@
 //! Step 2: the smoothest function with given jumps.
 
 use crate::winding::triangulation::{Triangulation, next};
+use eikona_mesh::DisjointSets;
 use eikona_numeric::{
     Cholesky, Graph, NumericError, Ordering, Symbolic, SymmetricMatrix, nested_dissection_order,
 };
@@ -58,19 +59,11 @@ fn included<'a>(
 /// The part of each vertex, named by its first vertex: what is connected through edges between vertices that are not excluded.
 /// Excluded vertices are parts of their own. The function of each part is known up to a constant.
 pub(crate) fn parts(triangulation: &Triangulation, excluded: &[bool]) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..excluded.len() as u32).collect();
-    fn root(parent: &mut [u32], mut v: u32) -> u32 {
-        while parent[v as usize] != v {
-            parent[v as usize] = parent[parent[v as usize] as usize];
-            v = parent[v as usize];
-        }
-        v
-    }
+    let mut parts = DisjointSets::new(excluded.len());
     for (_, [i, j]) in included(triangulation, excluded) {
-        let (a, b) = (root(&mut parent, i as u32), root(&mut parent, j as u32));
-        parent[a.max(b) as usize] = a.min(b);
+        parts.join(i as u32, j as u32);
     }
-    (0..parent.len() as u32).map(|v| root(&mut parent, v)).collect()
+    (0..excluded.len() as u32).map(|v| parts.find(v)).collect()
 }
 
 /// What a function whose values at corners have these differences along halfedges, before any values at vertices are added,

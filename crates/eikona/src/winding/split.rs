@@ -2,7 +2,7 @@
 
 use crate::winding::harmonic::tip_corner;
 use crate::winding::solution::Winding;
-use eikona_mesh::{Edge, Face, FaceField, Halfedge, MeshError, TriangleMesh, Vertex};
+use eikona_mesh::{DisjointSets, Edge, Face, FaceField, Halfedge, MeshError, TriangleMesh, Vertex};
 
 /// A mesh in which regions of different labels share no vertex: see [`Winding::split`].
 #[derive(Clone, Debug)]
@@ -42,8 +42,8 @@ impl Winding {
     /// ```
     pub fn split(&self) -> Result<Split, MeshError> {
         let (mesh, labels) = (&self.mesh, &self.labels);
-        let mut fans = Fans { parent: (0..mesh.halfedge_count() as u32).collect() };
-        mesh.edges().for_each(|e| fans.join_across(mesh, e, labels));
+        let mut fans = DisjointSets::new(mesh.halfedge_count());
+        mesh.edges().for_each(|e| join_across(&mut fans, mesh, e, labels));
 
         let mut positions = mesh.positions().to_vec();
         let mut vertex_parent: Vec<Vertex> = mesh.vertices().collect();
@@ -58,7 +58,7 @@ impl Winding {
             }
             copies.clear();
             for corner in corners {
-                let fan = fans.root(corner.index() as u32);
+                let fan = fans.find(corner.index() as u32);
                 let copy = match copies.binary_search_by_key(&fan, |c| c.0) {
                     Ok(place) => copies[place].1,
                     Err(place) => {
@@ -80,43 +80,22 @@ impl Winding {
     }
 }
 
-/// Disjoint sets of corners, each known by its smallest one.
-struct Fans {
-    parent: Vec<u32>,
-}
-
-impl Fans {
-    /// Joins the corners at both ends of an edge of those of its faces that have the same label.
-    fn join_across(&mut self, mesh: &TriangleMesh, e: Edge, labels: &FaceField<i32>) {
-        let mut join_all = |halfedges: &[Halfedge]| {
-            for pair in halfedges.windows(2).filter(|p| labels[p[0].face()] == labels[p[1].face()]) {
-                for v in mesh.edge_vertices(e) {
-                    let at = |h: Halfedge| if mesh.origin(h) == v { h.index() } else { tip_corner(h) };
-                    self.join(at(pair[0]) as u32, at(pair[1]) as u32);
-                }
-            }
-        };
-        match mesh.edge_halfedges(e) {
-            two @ [_, _] => join_all(two),
-            more => {
-                let mut by_label = more.to_vec();
-                by_label.sort_by_key(|h| labels[h.face()]);
-                join_all(&by_label);
+/// Joins the corners at both ends of an edge of those of its faces that have the same label.
+fn join_across(fans: &mut DisjointSets, mesh: &TriangleMesh, e: Edge, labels: &FaceField<i32>) {
+    let mut join_all = |halfedges: &[Halfedge]| {
+        for pair in halfedges.windows(2).filter(|p| labels[p[0].face()] == labels[p[1].face()]) {
+            for v in mesh.edge_vertices(e) {
+                let at = |h: Halfedge| if mesh.origin(h) == v { h.index() } else { tip_corner(h) };
+                fans.join(at(pair[0]) as u32, at(pair[1]) as u32);
             }
         }
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parent[a.max(b) as usize] = a.min(b);
-    }
-
-    fn root(&mut self, mut corner: u32) -> u32 {
-        while self.parent[corner as usize] != corner {
-            let above = self.parent[self.parent[corner as usize] as usize];
-            self.parent[corner as usize] = above;
-            corner = above;
+    };
+    match mesh.edge_halfedges(e) {
+        two @ [_, _] => join_all(two),
+        more => {
+            let mut by_label = more.to_vec();
+            by_label.sort_by_key(|h| labels[h.face()]);
+            join_all(&by_label);
         }
-        corner
     }
 }
