@@ -80,7 +80,7 @@ fn disk_on_a_band(band: &TriangleMesh, middle: [f64; 3]) {
         nodes.push(if a == *nodes.last().unwrap() { b } else { a });
     }
     assert_eq!((nodes.len(), nodes.first()), (count + 1, nodes.last()));
-    let w = solve(band, vec![Curve::signed(nodes)]);
+    let w = solve(band, vec![Curve::signed(nodes.clone())]);
     assert!(
         w.endpoints.is_empty() && w.report.largest_nonbounding < 1e-9,
         "{}",
@@ -92,6 +92,21 @@ fn disk_on_a_band(band: &TriangleMesh, middle: [f64; 3]) {
     let [round] = w.bounding_loops.as_slice() else { panic!("{} loops", w.bounding_loops.len()) };
     assert_eq!((round.vertices.len(), round.vertices.first()), (count + 1, round.vertices.last()));
     assert_eq!(round.jump, 1.0);
+
+    // Seen from the other side, left is right: the side can be told by a normal.
+    let [a, b] = [0, 1].map(|i| match nodes[i] {
+        SurfacePoint::Vertex { vertex } => Vertex(vertex),
+        _ => panic!("nodes are vertices"),
+    });
+    let first = band.edge_halfedges(band.find_edge(a, b).unwrap())[0].face();
+    let [p, q, r] = band.face_positions(first);
+    let (u, v) = ([0, 1, 2].map(|k| q[k] - p[k]), [0, 1, 2].map(|k| r[k] - p[k]));
+    let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    for side in [1, -1] {
+        let up = Some(normal.map(|x| f64::from(side) * x));
+        let w = solve(band, vec![Curve { up, ..Curve::signed(nodes.clone()) }]);
+        assert!(band.faces().all(|f| w.labels[f] == if inside(f) { side * sign } else { 0 }));
+    }
 }
 
 /// The core of a Moebius band has one side: there is a place where left becomes right. It is warned of, and it bounds nothing.
