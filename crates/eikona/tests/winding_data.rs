@@ -4,7 +4,7 @@
 mod regions;
 
 use eikona::geometry::vector::{cross, dot, sub};
-use eikona::mesh::{Edge, Face, SurfaceCurves, TriangleMesh, io, read_curves};
+use eikona::mesh::{Curve, Edge, Face, SurfaceCurves, TriangleMesh, io, read_curves};
 use eikona::winding::{Completion, Part, Winding, WindingOptions, surface_winding_number};
 use regions::area;
 use std::path::Path;
@@ -231,6 +231,73 @@ fn both_completions_label_alike() {
         // Torus-phi is the one file whose nonbounding part leaves the curve.
         let held = if file.curve == "torus-phi" { 0.01 } else { 0.0 };
         assert!(share <= held, "{}: {share}", file.curve);
+    }
+    println!("{} curve files run", EXPECTED.len());
+}
+
+/// What holds for every curve holds on the files: jumps are those asked for at both ends of every edge, the nonbounding part is closed
+/// and lies between nothing and the curve, and turning the curves over turns over everything.
+#[test]
+fn every_curve_file_keeps_what_holds_for_all_curves() {
+    if !is_there() {
+        return;
+    }
+    for file in &EXPECTED {
+        let (mesh, curves) = load(file);
+        let name = file.curve;
+        let w = solve(&mesh, &curves, Completion::Full);
+        let is_rim = |e: Edge| w.mesh.edge_halfedges(e).len() == 1;
+        let mut on_rim = vec![false; w.mesh.vertex_count()];
+        w.mesh.edges().filter(|&e| is_rim(e)).for_each(|e| {
+            w.mesh.edge_vertices(e).into_iter().for_each(|v| on_rim[v.index()] = true);
+        });
+        let mut around = vec![0.0; w.mesh.vertex_count()];
+        let mut degrees = 0;
+        for e in w.mesh.edges() {
+            let (t, j) = (w.nonbounding[e], f64::from(w.jump[e]));
+            assert!(j == 0.0 || (-1e-9..=1.0 + 1e-9).contains(&(t / j)), "{name}: {t} of {j}");
+            let &[a, b] = w.mesh.edge_halfedges(e) else {
+                assert!(t == 0.0 && j == 0.0, "{name}: a jump on the boundary");
+                continue;
+            };
+            for v in w.mesh.edge_vertices(e) {
+                let at = |f: Face| {
+                    let k = w.mesh.face_vertices(f).iter().position(|u| *u == v).unwrap();
+                    w.values.as_slice()[3 * f.index() + k]
+                };
+                let jump = at(a.face()) - at(b.face());
+                assert_eq!(jump.is_nan(), w.endpoints.contains(&v), "{name}");
+                assert!(jump.is_nan() || (jump - w.bounding_jump(e)).abs() < 1e-9, "{name}: {jump}");
+            }
+            around[w.mesh.origin(a).index()] += t;
+            around[w.mesh.tip(a).index()] -= t;
+        }
+        for v in w.mesh.vertices().filter(|v| !on_rim[v.index()]) {
+            assert!(around[v.index()].abs() < 1e-9, "{name}: the nonbounding part ends at {v}");
+        }
+        let mut degree = vec![0i32; w.mesh.vertex_count()];
+        for e in w.mesh.edges().filter(|&e| w.jump[e] != 0) {
+            let first = w.mesh.edge_halfedges(e)[0];
+            degree[w.mesh.origin(first).index()] += w.jump[e];
+            degree[w.mesh.tip(first).index()] -= w.jump[e];
+        }
+        for v in w.mesh.vertices().filter(|v| !on_rim[v.index()]) {
+            assert_eq!(degree[v.index()] != 0, w.endpoints.contains(&v), "{name}: {v}");
+        }
+        degrees += degree.iter().sum::<i32>();
+        assert_eq!(degrees, 0, "{name}");
+
+        let reversed = SurfaceCurves {
+            curves: curves.curves.iter().cloned().map(Curve::reversed).collect(),
+            points: Vec::new(),
+        };
+        let r = solve(&mesh, &reversed, Completion::Full);
+        let lengths = |w: &Winding| w.report.program.as_ref().map_or(0.0, |p| p.objective);
+        assert!((lengths(&w) - lengths(&r)).abs() <= 1e-9 * lengths(&w), "{name}");
+        for f in mesh.faces() {
+            let value = |w: &Winding| w.value_at(f, [0.3, 0.3, 0.4]) - w.value_at(Face(0), [0.3, 0.3, 0.4]);
+            assert!((value(&w) + value(&r)).abs() < 1e-6, "{name}: {f}");
+        }
     }
     println!("{} curve files run", EXPECTED.len());
 }

@@ -300,6 +300,12 @@ fn a_circle_across_the_faces_of_a_sphere_and_of_a_torus() {
     assert!(w.mesh.face_count() > sphere.face_count());
     let parents = &w.face_parent;
     assert_eq!(parents.len(), w.mesh.face_count());
+    for v in w.mesh.vertices() {
+        let place = w.vertex_place(v).unwrap().locate(&sphere).unwrap().position(&sphere);
+        assert!((0..3).all(|k| (place[k] - w.mesh.position(v)[k]).abs() < 1e-12));
+    }
+    assert_eq!(w.vertex_place(Vertex(7)), Some(Vertex(7).into()));
+    assert_eq!(w.vertex_place(Vertex(w.mesh.vertex_count() as u32)), None);
     let above = |f: Face| centre(&w.mesh, f)[2] > 0.3;
     let label_above = w.labels[w.mesh.faces().find(|&f| above(f)).unwrap()];
     let label_below = w.labels[w.mesh.faces().find(|&f| !above(f)).unwrap()];
@@ -325,4 +331,31 @@ fn a_circle_across_the_faces_of_a_sphere_and_of_a_torus() {
         w.mesh.faces().all(|f| (w.labels[f] != 0) == half(f))
             || w.mesh.faces().all(|f| (w.labels[f] == 0) == half(f))
     );
+}
+
+/// Only lengths along the surface enter: a sheet folded along a line of edges has the same winding numbers.
+#[test]
+fn folding_changes_nothing() {
+    let flat = shapes::grid(20, 12, 20.0, 12.0, shapes::Diagonal::Alternating).unwrap();
+    let middle = flat
+        .position(nearest(&flat, [0.5 * flat.position(Vertex(flat.vertex_count() as u32 - 1))[0], 0.0, 0.0]))
+        [0];
+    let fold = |[x, y, z]: [f64; 3]| if x > middle { [middle, y, z + x - middle] } else { [x, y, z] };
+    let folded = flat.with_positions(flat.positions().iter().map(|&p| fold(p)).collect()).unwrap();
+    assert!(folded.positions().iter().any(|p| p[2] > 1.0));
+    // Two arcs of a circle around the middle of the fold.
+    let centre_of_grid = [middle, 0.5 * flat.position(Vertex(flat.vertex_count() as u32 - 1))[1], 0.0];
+    let inside = |f: Face| {
+        let c = centre(&flat, f);
+        (0..3).map(|k| (c[k] - centre_of_grid[k]).powi(2)).sum::<f64>() < 16.0
+    };
+    let mut arcs = boundary_of(&flat, inside);
+    arcs.truncate(arcs.len() * 3 / 4);
+    let (one, other) = (solve(&flat, arcs.clone()), solve(&folded, arcs));
+    assert!(!one.endpoints.is_empty() && one.endpoints == other.endpoints);
+    assert_eq!(one.labels, other.labels);
+    assert!(one.labels.iter().any(|(_, label)| *label != 0));
+    for (c, w) in one.values.iter().filter(|(_, w)| !w.is_nan()) {
+        assert!((w - other.values[c]).abs() < 1e-9);
+    }
 }

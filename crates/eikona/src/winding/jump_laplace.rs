@@ -125,3 +125,42 @@ pub(crate) fn darboux_derivative(
 pub(crate) fn differences(corner: &[f64]) -> Vec<f64> {
     (0..corner.len()).map(|h| corner[next(h)] - corner[h]).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::lay_out;
+    use crate::winding::coordinates::Coordinates;
+    use crate::winding::operators::Operators;
+    use eikona_mesh::{Vertex, damage, shapes};
+
+    #[test]
+    fn the_first_solve_is_linear_in_the_curve() {
+        let torus = damage::jitter(&shapes::torus(1.0, 0.4, 30, 15).unwrap(), 0.2, 5).unwrap();
+        let on = Operators::on_faces(&torus, &lay_out(&torus));
+        let chain = |path: &[u32], copies: f64| {
+            let mut jump = vec![0.0; torus.edge_count()];
+            for ends in path.windows(2) {
+                let e = torus.find_edge(Vertex(ends[0]), Vertex(ends[1])).unwrap();
+                jump[e.index()] = if torus.edge_vertices(e)[0].0 == ends[0] { copies } else { -copies };
+            }
+            jump
+        };
+        let around: Vec<u32> = (0..=15).map(|j| 105 + j % 15).collect();
+        let arc: Vec<u32> = (8..20).map(|i| 15 * i + 3).collect();
+        let (a, b) = (chain(&around, 2.0), chain(&arc, 3.0));
+        let sum: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a + b).collect();
+        // All without the ends of the arc.
+        let mut excluded = vec![false; torus.vertex_count()];
+        [arc[0], arc[arc.len() - 1]].into_iter().for_each(|v| excluded[v as usize] = true);
+        let factor = on.factor(&torus, &excluded).unwrap();
+        let derivative = |jump: &[f64]| {
+            let kappa = differences(&Coordinates::of(&torus, jump, 0.5).corner);
+            let (base, _) = solve_jump_equation(&on.triangulation, &factor, &excluded, &kappa).unwrap();
+            darboux_derivative(&on.triangulation, &excluded, &base, &kappa)
+        };
+        let (a, b, sum) = (derivative(&a), derivative(&b), derivative(&sum));
+        assert!(sum.iter().fold(0.0f64, |m, x| m.max(x.abs())) > 0.1);
+        assert!((0..sum.len()).all(|h| (a[h] + b[h] - sum[h]).abs() < 1e-11));
+    }
+}

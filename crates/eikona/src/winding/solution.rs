@@ -220,6 +220,15 @@ impl Winding {
         self.parents.cut.is_some()
     }
 
+    /// Where a vertex of [`mesh`](Winding::mesh) lies on the input: vertices of the input come first and keep their numbers, those of cuts
+    /// lie in edges and faces of it. `None` if there is no such vertex.
+    pub fn vertex_place(&self, v: Vertex) -> Option<SurfacePoint> {
+        match &self.parents.cut {
+            Some((_, places)) => places.get(v.index()).copied(),
+            None => (v.index() < self.mesh.vertex_count()).then(|| v.into()),
+        }
+    }
+
     /// The label of each face of the input: where the mesh was cut, the one that covers most of the face; of labels that cover the
     /// same area the smallest. (Equally many pieces stand for equal areas where a face has none.)
     ///
