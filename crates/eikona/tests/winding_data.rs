@@ -4,7 +4,7 @@
 mod regions;
 
 use eikona::geometry::vector::{cross, dot, sub};
-use eikona::mesh::{Curve, Edge, Face, SurfaceCurves, TriangleMesh, io, read_curves};
+use eikona::mesh::{Curve, Edge, Face, SurfaceCurves, SurfacePoint, TriangleMesh, damage, io, read_curves};
 use eikona::winding::{Completion, Part, Winding, WindingOptions, surface_winding_number};
 use regions::area;
 use std::path::Path;
@@ -297,6 +297,68 @@ fn every_curve_file_keeps_what_holds_for_all_curves() {
         for f in mesh.faces() {
             let value = |w: &Winding| w.value_at(f, [0.3, 0.3, 0.4]) - w.value_at(Face(0), [0.3, 0.3, 0.4]);
             assert!((value(&w) + value(&r)).abs() < 1e-6, "{name}: {f}");
+        }
+    }
+    println!("{} curve files run", EXPECTED.len());
+}
+
+/// How the answers at the middles of the faces of a mesh differ from those at the faces in their order there: the faces
+/// with another label, and the largest difference of values.
+fn differences(
+    w: &Winding,
+    mesh: &TriangleMesh,
+    other: &Winding,
+    face: impl Fn(Face) -> Face,
+) -> (usize, f64) {
+    let middle = [1.0 / 3.0; 3];
+    let (mut labels, mut most) = (0, 0.0f64);
+    for f in mesh.faces() {
+        labels += usize::from(w.label_at(f, middle) != other.label_at(face(f), middle));
+        most = most.max((w.value_at(f, middle) - other.value_at(face(f), middle)).abs());
+    }
+    (labels, most)
+}
+
+/// Where a surface lies, how large it is and how its elements are numbered change nothing.
+#[test]
+fn place_size_and_numbers_change_no_curve_file() {
+    if !is_there() {
+        return;
+    }
+    let (c, s) = (0.6, 0.8);
+    let turned = |[x, y, z]: [f64; 3]| [c * x - s * z, y, s * x + c * z];
+    for file in &EXPECTED {
+        let (mesh, curves) = load(file);
+        let name = file.curve;
+        let plain = solve(&mesh, &curves, Completion::Full);
+        let mut found = Vec::new();
+        for scale in [1e-6, 1e6] {
+            let moved = mesh.positions().iter().map(|&p| turned(p).map(|x| scale * (x + 3.0))).collect();
+            let w = solve(&mesh.with_positions(moved).unwrap(), &curves, Completion::Full);
+            found.push((segments(&w), differences(&plain, &mesh, &w, |f| f)));
+        }
+        let shuffled = damage::shuffle(&mesh, 7).unwrap();
+        let mut number = vec![0; mesh.vertex_count()];
+        shuffled.source_vertex.iter().for_each(|(new, old)| number[old.index()] = new.0);
+        let mut place = vec![Face(0); mesh.face_count()];
+        shuffled.mesh.faces().for_each(|f| place[shuffled.source_face(f).index()] = f);
+        let renamed = |node: &SurfacePoint| match *node {
+            SurfacePoint::Vertex { vertex } => SurfacePoint::Vertex { vertex: number[vertex as usize] },
+            SurfacePoint::Edge { vertices, t } => {
+                SurfacePoint::Edge { vertices: vertices.map(|v| number[v as usize]), t }
+            }
+            SurfacePoint::Face { vertices, bary } => {
+                SurfacePoint::Face { vertices: vertices.map(|v| number[v as usize]), bary }
+            }
+        };
+        let rename = |c: &Curve| Curve { nodes: c.nodes.iter().map(renamed).collect(), ..c.clone() };
+        let moved = SurfaceCurves { curves: curves.curves.iter().map(rename).collect(), points: Vec::new() };
+        let w = solve(&shuffled.mesh, &moved, Completion::Full);
+        found.push((segments(&w), differences(&plain, &mesh, &w, |f| place[f.index()])));
+        println!("{name}: {found:?}");
+        for (parts, (labels, values)) in found {
+            assert_eq!((parts, labels), (segments(&plain), 0), "{name}");
+            assert!(values < 1e-6, "{name}: {values}");
         }
     }
     println!("{} curve files run", EXPECTED.len());

@@ -61,18 +61,73 @@ fn a_disk_on_a_moebius_band_is_one_inside() {
     let band = shapes::moebius_band(1.0, 0.6, 80, 10).unwrap();
     // At [1, 0, 0] the winding of the faces turns over.
     for middle in [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]] {
-        disk_on_a_band(&band, middle);
+        let distance = |p: [f64; 3]| (0..3).map(|k| (p[k] - middle[k]).powi(2)).sum::<f64>().sqrt();
+        one_inside(&band, |f| distance(centre(&band, f)) < 0.22);
     }
 }
 
-fn disk_on_a_band(band: &TriangleMesh, middle: [f64; 3]) {
-    let inside = |f: Face| {
-        let c = centre(band, f);
-        (0..3).map(|k| (c[k] - middle[k]).powi(2)).sum::<f64>().sqrt() < 0.22
+#[test]
+fn a_disk_on_a_klein_bottle_is_one_inside() {
+    let (nu, nv) = (60, 30);
+    let bottle = shapes::klein_bottle(2.5, nu, nv).unwrap();
+    // At column 0 the winding of the faces turns over, and row j meets row 29 - j.
+    for column in [30, 0] {
+        let near = |v: Vertex| {
+            let (i, j) = (v.index() / nv, v.index() % nv);
+            ((i + nu + nu / 2 - column) % nu).abs_diff(nu / 2) <= 4 && (10..=19).contains(&j)
+        };
+        one_inside(&bottle, |f| bottle.face_vertices(f).into_iter().all(near));
+    }
+}
+
+/// Two curves around the tube of a Klein bottle part it into two bands. Whether they bound one of them, or add up to a jump of two
+/// on the way along the bottle, is for their normals to say: the winding of the faces turns over somewhere.
+#[test]
+fn normals_tell_the_sides_of_curves_around_a_klein_bottle() {
+    let (nu, nv) = (60, 30);
+    let bottle = shapes::klein_bottle(2.5, nu, nv).unwrap();
+    let columns = [10, 46];
+    let around = |column: usize, side: f64| {
+        let nodes = (0..=nv).map(|j| Vertex((nv * column + j % nv) as u32));
+        let first = bottle.find_edge(Vertex((nv * column) as u32), Vertex((nv * column + 1) as u32)).unwrap();
+        let up = normal(&bottle, bottle.edge_halfedges(first)[0].face()).map(|x| side * x);
+        Curve { up: Some(up), ..Curve::signed(nodes) }
     };
+    let between = |f: Face| {
+        let column = |v: Vertex| v.index() / nv;
+        bottle.face_vertices(f).into_iter().all(|v| (columns[0]..=columns[1]).contains(&column(v)))
+    };
+    for sides in [[1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [-1.0, -1.0]] {
+        let w = solve(&bottle, vec![around(columns[0], sides[0]), around(columns[1], sides[1])]);
+        assert!(w.endpoints.is_empty(), "{:?}", w.endpoints);
+        if sides[0] == sides[1] {
+            assert!(w.parts.iter().flatten().all(|part| *part == Part::Nonbounding), "{sides:?}");
+            assert!(w.labels.iter().all(|(_, label)| *label == 0));
+            assert!((w.report.largest_nonbounding - 1.0).abs() < 1e-9);
+        } else {
+            // The wider band is 0, and left of the first curve, seen from its normal, is one more than right.
+            assert!(w.parts.iter().flatten().all(|part| *part == Part::Bounding), "{sides:?}");
+            let [a, b] = [0, 1].map(|j| Vertex((nv * columns[0] + j) as u32));
+            let sides_of_edge = bottle.edge_halfedges(bottle.find_edge(a, b).unwrap());
+            let left = sides_of_edge.iter().find(|h| bottle.origin(**h) == a).unwrap().face();
+            let sign = if between(left) == (sides[0] > 0.0) { -1 } else { 1 };
+            assert!(bottle.faces().all(|f| w.labels[f] == if between(f) { 0 } else { sign }));
+            assert_eq!(w.bounding_loops.len(), 2);
+        }
+    }
+}
+
+fn normal(mesh: &TriangleMesh, f: Face) -> [f64; 3] {
+    let [p, q, r] = mesh.face_positions(f);
+    let (u, v) = ([0, 1, 2].map(|k| q[k] - p[k]), [0, 1, 2].map(|k| r[k] - p[k]));
+    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+}
+
+/// The curve around a disk on a surface with one side: labels, completed loop, and the side that a normal tells.
+fn one_inside(band: &TriangleMesh, inside: impl Fn(Face) -> bool) {
     // One closed walk, so that its side is carried around.
     let mut sides: Vec<[SurfacePoint; 2]> =
-        boundary_of(band, inside).into_iter().map(|c| [c.nodes[0], c.nodes[1]]).collect();
+        boundary_of(band, &inside).into_iter().map(|c| [c.nodes[0], c.nodes[1]]).collect();
     let count = sides.len();
     let mut nodes = sides.pop().unwrap().to_vec();
     while let Some(i) = sides.iter().position(|side| side.contains(nodes.last().unwrap())) {
@@ -99,9 +154,7 @@ fn disk_on_a_band(band: &TriangleMesh, middle: [f64; 3]) {
         _ => panic!("nodes are vertices"),
     });
     let first = band.edge_halfedges(band.find_edge(a, b).unwrap())[0].face();
-    let [p, q, r] = band.face_positions(first);
-    let (u, v) = ([0, 1, 2].map(|k| q[k] - p[k]), [0, 1, 2].map(|k| r[k] - p[k]));
-    let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let normal = normal(band, first);
     for side in [1, -1] {
         let up = Some(normal.map(|x| f64::from(side) * x));
         let w = solve(band, vec![Curve { up, ..Curve::signed(nodes.clone()) }]);
