@@ -13,7 +13,7 @@ use exact::*;
 fn parts_of_edges_have_a_direction() {
     let mesh = shapes::grid(10, 4, 10.0, 4.0, Diagonal::Alternating).unwrap();
     let on_edge = |y: f64, t: f64| SurfacePoint::Edge {
-        vertices: [vertex_at(&mesh, 5.0, y), vertex_at(&mesh, 5.0, y + 1.0)].map(|v| v.0),
+        vertices: [vertex_at(&mesh, [5.0, y, 0.0]), vertex_at(&mesh, [5.0, y + 1.0, 0.0])].map(|v| v.0),
         t,
     };
     let ys = [0.0, 1.0, 2.0, 3.0];
@@ -83,7 +83,7 @@ fn crossing_lines() {
         for (constrained, values) in [(false, free(&mesh, &source)), (true, zero(&mesh, &source))] {
             for v in mesh.vertices() {
                 let [x, y, _] = mesh.position(v);
-                let at = |x: f64, y: f64| values[vertex_at(&mesh, x, y).index()];
+                let at = |x: f64, y: f64| values[vertex_at(&mesh, [x, y, 0.0]).index()];
                 let here = values[v.index()];
                 assert!((here - at(y, x)).abs() < 1e-7 && (here + at(2.0 - y, 2.0 - x)).abs() < 1e-7);
                 if constrained && x > 1.0 && y > 1.0 {
@@ -139,7 +139,7 @@ fn preserved_normals_keep_corners() {
         let (a, b) = (corners[i], corners[(i + 1) % 4]);
         for k in 0..n / 2 {
             let s = k as f64 / (n / 2) as f64;
-            nodes.push(vertex_at(&mesh, a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])));
+            nodes.push(vertex_at(&mesh, [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), 0.0]));
         }
     }
     nodes.push(nodes[0]);

@@ -84,12 +84,12 @@ fn closed_unsigned_square_along_edges() {
     falls("unsigned square", LevelSets::Zero, WITH_ENDS, |n| {
         let mesh = plate(n);
         let square = [[0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [0.5, 1.5], [0.5, 0.5]];
-        let mut nodes = vec![vertex_at(&mesh, 0.5, 0.5)];
+        let mut nodes = vec![vertex_at(&mesh, [0.5, 0.5, 0.0])];
         for side in square.windows(2) {
             let steps = n / 2;
             for i in 1..=steps {
                 let at = |k: usize| side[0][k] + (side[1][k] - side[0][k]) * i as f64 / steps as f64;
-                nodes.push(vertex_at(&mesh, at(0), at(1)));
+                nodes.push(vertex_at(&mesh, [at(0), at(1), 0.0]));
             }
         }
         let source = SurfaceCurves::from_curve(Curve::unsigned(nodes));
@@ -106,14 +106,14 @@ fn closed_unsigned_square_along_edges() {
 #[test]
 fn points_anywhere() {
     type Place = fn(&TriangleMesh) -> SurfacePoint;
-    let vertex: Place = |mesh| vertex_at(mesh, 1.0, 1.0).into();
+    let vertex: Place = |mesh| vertex_at(mesh, [1.0, 1.0, 0.0]).into();
     let edge: Place = |mesh| {
-        let from = vertex_at(mesh, 1.0, 1.0);
+        let from = vertex_at(mesh, [1.0, 1.0, 0.0]);
         let h = mesh.vertex_corners(from)[0].halfedge();
         SurfacePoint::Edge { vertices: [from.0, mesh.tip(h).0], t: 0.37 }
     };
     let face: Place = |mesh| {
-        let f = mesh.vertex_corners(vertex_at(mesh, 1.0, 1.0))[0].face();
+        let f = mesh.vertex_corners(vertex_at(mesh, [1.0, 1.0, 0.0]))[0].face();
         SurfacePoint::Face { vertices: mesh.face_vertices(f).map(|v| v.0), bary: [0.2, 0.3, 0.5] }
     };
     for (name, place) in [("vertex", vertex), ("edge", edge), ("face", face)] {

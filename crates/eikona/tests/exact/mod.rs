@@ -177,9 +177,8 @@ pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
 }
 
-pub fn vertex_at(mesh: &TriangleMesh, x: f64, y: f64) -> Vertex {
-    let near = |v: &Vertex| norm(sub(mesh.position(*v), [x, y, 0.0])) < 1e-9;
-    mesh.vertices().find(near).unwrap()
+pub fn vertex_at(mesh: &TriangleMesh, at: [f64; 3]) -> Vertex {
+    mesh.vertices().find(|&v| norm(sub(mesh.position(v), at)) < 1e-9).unwrap()
 }
 
 /// [0, 2] x [0, 2], n squares a side.

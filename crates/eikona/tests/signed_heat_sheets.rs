@@ -1,0 +1,435 @@
+//! Sheets that meet in vertices alone, or more than two of them in an edge: how distance goes on from one to the next.
+
+mod exact;
+
+use eikona::signed_heat::{DiffusionTime, LevelSets};
+use eikona_mesh::{
+    Curve, SurfaceCurves, TriangleMesh, Vertex,
+    shapes::{self, Diagonal},
+};
+use exact::*;
+
+/// A strip of half units with a fin that stands on its edge at x = 1.5; the fin goes up by one.
+fn strip_with_fin(flip: impl Fn(usize) -> bool) -> TriangleMesh {
+    let strip = shapes::grid(6, 1, 3.0, 0.5, Diagonal::Uniform).unwrap();
+    let (mut positions, mut faces) = (strip.positions().to_vec(), strip.triangles().to_vec());
+    let mut below = [[1.5, 0.0, 0.0], [1.5, 0.5, 0.0]].map(|p| vertex_at(&strip, p).0);
+    for z in [0.5, 1.0] {
+        let above = [positions.len() as u32, positions.len() as u32 + 1];
+        positions.extend([[1.5, 0.0, z], [1.5, 0.5, z]]);
+        faces.push([below[0], below[1], above[1]]);
+        faces.push([below[0], above[1], above[0]]);
+        below = above;
+    }
+    let faces = faces
+        .into_iter()
+        .enumerate()
+        .map(|(i, [a, b, c])| if flip(i) { [a, c, b] } else { [a, b, c] })
+        .collect();
+    TriangleMesh::new(positions, faces).unwrap()
+}
+
+/// The line x = 0, downwards: the strip is on its left, so the distance is -x, and goes on up the fin.
+#[test]
+fn fin_on_a_strip() {
+    let windings: [(&str, fn(usize) -> bool); 4] = [
+        ("as made", |_| false),
+        ("fin reversed", |i| i >= 12),
+        ("one face of the fin reversed", |i| i == 13),
+        ("behind the fin reversed", |i| (6..12).contains(&i)),
+    ];
+    for (name, flip) in windings {
+        let mesh = strip_with_fin(flip);
+        let curve = [[0.0, 0.5, 0.0], [0.0, 0.0, 0.0]].map(|p| vertex_at(&mesh, p));
+        let source = SurfaceCurves::from_curve(Curve::signed(curve));
+        for level_sets in [LevelSets::Free, LevelSets::Zero] {
+            let solution = solve(&mesh, &source, PAPER_TIME, level_sets);
+            assert!(solution.report.preparation.real_form);
+            for v in mesh.vertices() {
+                let [x, _, z] = mesh.position(v);
+                let d = solution.distance[v];
+                assert!((d + (x + z)).abs() < 1e-7, "{name}, {level_sets:?}: {d} at x = {x}, z = {z}");
+            }
+        }
+    }
+}
+
+/// A curve along the nonmanifold edge itself: every sheet has its own side, by its own winding.
+#[test]
+fn curve_along_the_edge_of_the_fin_is_finite() {
+    let mesh = strip_with_fin(|_| false);
+    let curve = [[1.5, 0.0, 0.0], [1.5, 0.5, 0.0]].map(|p| vertex_at(&mesh, p));
+    let solution =
+        solve(&mesh, &SurfaceCurves::from_curve(Curve::signed(curve)), PAPER_TIME, LevelSets::Zero);
+    for v in mesh.vertices() {
+        let [x, _, z] = mesh.position(v);
+        let distance = (x - 1.5).abs() + z;
+        let d = solution.distance[v];
+        assert!(d.is_finite() && d.abs() < distance + 1e-6, "{d} at {distance}");
+    }
+    // Across the strip the sides differ as without the fin.
+    let [left, right] = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]].map(|p| solution.distance[vertex_at(&mesh, p)]);
+    assert!(left < -0.5 && right > 0.5, "{left} {right}");
+}
+
+/// Two squares that share a corner only, with a line in the first: (mesh, source, exact distance as behind a point).
+fn two_squares(direction: f64) -> (TriangleMesh, SurfaceCurves, impl Fn([f64; 3]) -> f64) {
+    let n = 24;
+    let square = shapes::grid(n, n, 1.0, 1.0, Diagonal::Alternating).unwrap();
+    let corner = vertex_at(&square, [1.0, 1.0, 0.0]);
+    let (mut positions, mut faces) = (square.positions().to_vec(), square.triangles().to_vec());
+    let base = positions.len() as u32;
+    // The second square starts at (1, 1); its own first vertex becomes the corner.
+    positions.extend(square.positions()[1..].iter().map(|p| [p[0] + 1.0, p[1] + 1.0, 0.0]));
+    let number = |v: u32| if v == 0 { corner.0 } else { base + v - 1 };
+    faces.extend(square.triangles().iter().map(|f| f.map(number)));
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let mut source = zero_level(&mesh, |p| direction * (p[0] - 0.3));
+    source.curves.retain(|c| c.nodes.len() > n);
+    let exact = move |p: [f64; 3]| {
+        let behind = p[0].max(p[1]) > 1.0;
+        direction * if behind { 0.7 + (p[0] - 1.0).hypot(p[1] - 1.0) } else { p[0] - 0.3 }
+    };
+    (mesh, source, exact)
+}
+
+/// The distance goes on behind the corner with the sign it has there, and grows.
+#[test]
+fn distance_goes_on_through_a_vertex() {
+    for direction in [1.0, -1.0] {
+        let (mesh, source, exact) = two_squares(direction);
+        for level_sets in [LevelSets::Free, LevelSets::Zero] {
+            let solution = solve(&mesh, &source, PAPER_TIME, level_sets);
+            for v in mesh.vertices() {
+                let (d, wanted) = (solution.distance[v], exact(mesh.position(v)));
+                assert!((d - wanted).abs() < 0.25 * wanted.abs() + 0.01, "{v}: {d} for {wanted}");
+            }
+        }
+    }
+}
+
+/// Behind the corner the distance is that from a point.
+#[test]
+fn distance_behind_a_vertex_is_that_from_a_point() {
+    let (mesh, source, exact) = two_squares(1.0);
+    let e = errors(&mesh, &free(&mesh, &source), exact);
+    assert!(e.largest < 0.1 * 2f64.sqrt(), "{e:?}");
+}
+
+#[test]
+fn two_tetrahedra_at_a_vertex() {
+    let positions = vec![
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, -1.0],
+        [-0.5, 0.8, -1.0],
+        [-0.5, -0.8, -1.0],
+        [1.0, 0.0, 1.0],
+        [-0.5, 0.8, 1.0],
+        [-0.5, -0.8, 1.0],
+    ];
+    let faces = vec![
+        [0, 1, 2],
+        [0, 2, 3],
+        [0, 3, 1],
+        [1, 3, 2], // below
+        [0, 5, 4],
+        [0, 6, 5],
+        [0, 4, 6],
+        [4, 5, 6],
+    ];
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let ring = Curve::signed([1, 2, 3, 1].map(Vertex));
+    let there = solve(&mesh, &SurfaceCurves::from_curve(ring.clone()), PAPER_TIME, LevelSets::Zero).distance;
+    let back =
+        solve(&mesh, &SurfaceCurves::from_curve(ring.reversed()), PAPER_TIME, LevelSets::Zero).distance;
+    for v in [0, 4, 5, 6].map(Vertex) {
+        assert!(there[v].abs() > 0.5 && (there[v] + back[v]).abs() < 1e-7, "{v}: {}", there[v]);
+        assert_eq!(there[v] > 0.0, there[Vertex(0)] > 0.0, "{v}: the sign changed behind the vertex");
+    }
+    assert!((4..7).all(|v| there[Vertex(v)].abs() > there[Vertex(0)].abs() + 0.8));
+}
+
+/// A line that does not run parallel to the edge that carries the fin: distances go on straight behind the edge, on the plate and on
+/// the fin unfolded into it.
+#[test]
+fn slanted_line_on_a_plate_with_a_fin() {
+    let plate = shapes::grid(20, 20, 2.0, 2.0, Diagonal::Alternating).unwrap();
+    let (mut positions, mut faces) = (plate.positions().to_vec(), plate.triangles().to_vec());
+    let mut below: Vec<u32> = (0..=20).map(|j| vertex_at(&plate, [1.0, 0.1 * j as f64, 0.0]).0).collect();
+    for row in 1..=5 {
+        let above: Vec<u32> = (0..=20).map(|j| positions.len() as u32 + j).collect();
+        positions.extend((0..=20).map(|j| [1.0, 0.1 * j as f64, 0.1 * row as f64]));
+        for j in 0..20 {
+            faces.push([below[j], below[j + 1], above[j + 1]]);
+            faces.push([below[j], above[j + 1], above[j]]);
+        }
+        below = above;
+    }
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    // Unfolded, the fin lies over x > 1; the line stays left of it.
+    let exact = |p: [f64; 3]| 0.8 * (p[0] + p[2]) + 0.6 * p[1] - 0.7;
+    let mut source = zero_level(&mesh, |p| if p[0] < 0.95 { exact(p) } else { 1.0 });
+    source.curves.retain(|c| c.nodes.len() > 10);
+    let e = errors(&mesh, solve(&mesh, &source, PAPER_TIME, LevelSets::Free).distance.as_slice(), exact);
+    println!("slanted line before a fin: {e:?}");
+    assert!(e.largest < 0.02, "{e:?}");
+}
+
+/// Squares of 2 x 2 cells, each given by its lower left corner, that share the vertices which coincide, corner to corner.
+fn squares(corners: impl Iterator<Item = [f64; 2]>) -> TriangleMesh {
+    let square = shapes::grid(2, 2, 1.0, 1.0, Diagonal::Alternating).unwrap();
+    let (mut positions, mut faces) = (Vec::new(), Vec::new());
+    let mut index = std::collections::HashMap::new();
+    for corner in corners {
+        let moved: Vec<u32> = square
+            .positions()
+            .iter()
+            .map(|p| {
+                let p = [p[0] + corner[0], p[1] + corner[1], 0.0];
+                *index.entry(p.map(f64::to_bits)).or_insert_with(|| {
+                    positions.push(p);
+                    positions.len() as u32 - 1
+                })
+            })
+            .collect();
+        faces.extend(square.triangles().iter().map(|t| t.map(|v| moved[v as usize])));
+    }
+    TriangleMesh::new(positions, faces).unwrap()
+}
+
+/// Distance goes on through vertices that alone hold sheets together, with its sign, at the cost of one more run of the diffusion
+/// for any number of sheets.
+#[test]
+fn chain_of_2000_sheets() {
+    let mesh = squares((0..2000).map(|k| [f64::from(k); 2]));
+    let at = |x: f64, y: f64| vertex_at(&mesh, [x, y, 0.0]);
+    // Across the square in the middle; left is where the chain begins.
+    let curve = Curve::signed([at(1001.0, 1000.0), at(1000.5, 1000.5), at(1000.0, 1001.0)]);
+    let solution = solve(&mesh, &SurfaceCurves::from_curve(curve), PAPER_TIME, LevelSets::Free);
+    assert!(solution.report.stages <= 4, "{} solves", solution.report.stages);
+    let joint = |k: i32| solution.distance[at(f64::from(k), f64::from(k))];
+    let step = joint(1002) - joint(1001);
+    assert!((step - 2f64.sqrt()).abs() < 0.2, "{step}");
+    for k in 1001..2000 {
+        assert!((joint(k + 1) - joint(k) - step).abs() < 1e-6, "{k}: {} {}", joint(k), joint(k + 1));
+        assert!(
+            (joint(2001 - k) + joint(k)).abs() < 1e-9 * joint(k),
+            "{k}: {} {}",
+            joint(2001 - k),
+            joint(k)
+        );
+    }
+}
+
+/// Twenty thousand triangles that share one vertex and nothing else, and a point at the end of one of them.
+#[test]
+fn flower_of_20000_petals() {
+    let mut positions = vec![[0.0; 3]];
+    let mut faces = Vec::new();
+    for i in 0..20_000u32 {
+        let (sin, cos) = f64::from(i).sin_cos();
+        let tip = |across: f64| [cos - across * sin, sin + across * cos, 0.0];
+        positions.extend([tip(-0.3), tip(0.3)]);
+        faces.push([0, 2 * i + 1, 2 * i + 2]);
+    }
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let source = SurfaceCurves { curves: Vec::new(), points: vec![Vertex(1).into()] };
+    let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Free);
+    assert!(solution.report.stages <= 3);
+    let petal = |i: usize| solution.distance[Vertex(i as u32)] - solution.distance[Vertex(0)];
+    assert!(solution.distance[Vertex(1)].abs() < 1e-12 && solution.distance[Vertex(0)] > 0.5);
+    for i in 3..mesh.vertex_count() {
+        assert!((petal(i) - petal(3)).abs() < 1e-9 && petal(i) > 0.8, "{i}: {} {}", petal(i), petal(3));
+    }
+}
+
+/// A sheet that is entered on both sides of zero hands each sign to what hangs nearest to it.
+#[test]
+fn sheet_entered_from_both_sides() {
+    // A row of three squares; one more, on a corner of each end; between these a sheet that touches both; and one more at each end.
+    let row = shapes::grid(6, 2, 3.0, 1.0, Diagonal::Alternating).unwrap();
+    let mesh = squares([[-1.0, 1.0], [3.0, 1.0], [-1.0, 4.0], [3.0, 4.0]].into_iter());
+    let (mut positions, mut faces) = (mesh.positions().to_vec(), mesh.triangles().to_vec());
+    let mut glue = |points: &[[f64; 3]], triangles: &[[u32; 3]], at: &[[f64; 2]]| {
+        let numbers: Vec<u32> = points
+            .iter()
+            .map(|p| {
+                let same = |q: &[f64; 3]| q[..2] == p[..2];
+                match positions.iter().position(same).filter(|_| at.contains(&[p[0], p[1]])) {
+                    Some(i) => i as u32,
+                    None => {
+                        positions.push(*p);
+                        positions.len() as u32 - 1
+                    }
+                }
+            })
+            .collect();
+        faces.extend(triangles.iter().map(|t| t.map(|v| numbers[v as usize])));
+    };
+    // The row lies on [0, 3] x [0, 1]; the sheet above on [0, 3] x [2, 4].
+    glue(row.positions(), row.triangles(), &[[0.0, 1.0], [3.0, 1.0]]);
+    let above: Vec<[f64; 3]> = row.positions().iter().map(|p| [p[0], 2.0 + 2.0 * p[1], 0.0]).collect();
+    glue(&above, row.triangles(), &[[0.0, 2.0], [3.0, 2.0], [0.0, 4.0], [3.0, 4.0]]);
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let middle = through_vertices(&mesh, |p| p[0] == 1.5 && p[1] <= 1.0, |p| p[1]);
+    let solution = solve(&mesh, &SurfaceCurves::from_curve(middle), PAPER_TIME, LevelSets::Free);
+    assert!(solution.report.stages <= 3);
+    // Upwards the left is at smaller x, and negative: the field runs to the entrances on that side, away from them on the other.
+    for (sign, entrance, low) in [
+        (-1.0, [0.0, 1.0, 0.0], [-1.0, 1.0]),
+        (1.0, [3.0, 1.0, 0.0], [3.0, 1.0]),
+        (-1.0, [0.0, 4.0, 0.0], [-1.0, 4.0]),
+        (1.0, [3.0, 4.0, 0.0], [3.0, 4.0]),
+    ] {
+        for f in mesh.faces() {
+            let [a, b, c] = mesh.face_positions(f);
+            let middle = [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0);
+            if (0..2).all(|k| middle[k] > low[k] && middle[k] < low[k] + 1.0) {
+                let away = dot(solution.gradient[f], sub(middle, entrance)) / norm(sub(middle, entrance));
+                assert!(sign * away > 0.7, "{entrance:?}: {away} at {middle:?}");
+            }
+        }
+    }
+}
+
+/// Two hundred curves through a vertex of 20,000 faces, on a mesh without consistent winding, each of which carries its side
+/// across the vertex.
+#[test]
+fn curves_through_a_hub_of_many_faces() {
+    let n = 20_000u32;
+    let angle = |i: u32| f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+    let mut positions = vec![[0.0; 3]];
+    positions.extend((0..n).map(|i| [angle(i).cos(), angle(i).sin(), 0.0]));
+    // Every third face is wound the other way, and two more faces hang on an edge of the rim.
+    let rim = |i: u32| 1 + i % n;
+    let mut faces: Vec<[u32; 3]> =
+        (0..n).map(|i| if i % 3 == 1 { [0, rim(i + 1), rim(i)] } else { [0, rim(i), rim(i + 1)] }).collect();
+    for z in [1e-3, -1e-3] {
+        faces.push([rim(1), rim(0), positions.len() as u32]);
+        positions.push([1.001, 0.0, z]);
+    }
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let across = Curve::signed([rim(n / 2), 0, rim(0)].map(Vertex));
+    let source = SurfaceCurves { curves: vec![across; 200], points: Vec::new() };
+    let solution = solve(&mesh, &source, DiffusionTime::Coefficient(10.0), LevelSets::Zero);
+    assert!(solution.report.preparation.real_form);
+    for v in mesh.vertices().filter(|&v| mesh.position(v)[1].abs() > 0.1) {
+        // Most faces are counter-clockwise, so that left is above.
+        let y = mesh.position(v)[1];
+        assert!((solution.distance[v] + y).abs() < 0.2, "{v} at {y}: {}", solution.distance[v]);
+    }
+}
+
+/// A strip of 12 x 1 with a second one above it that shares the vertices (2, 1) and (10, 1) only, and the vertices of the second:
+/// (mesh, number in the mesh of each vertex of a strip, seen as one of the second).
+fn two_strips(cells: usize) -> (TriangleMesh, TriangleMesh, Vec<Vertex>) {
+    let strip = shapes::grid(12 * cells, cells, 12.0, 1.0, Diagonal::Alternating).unwrap();
+    let (mut positions, mut faces) = (strip.positions().to_vec(), strip.triangles().to_vec());
+    let upper: Vec<Vertex> = strip
+        .positions()
+        .iter()
+        .map(|p| {
+            if p[1] == 0.0 && (p[0] == 2.0 || p[0] == 10.0) {
+                return vertex_at(&strip, [p[0], 1.0, 0.0]);
+            }
+            positions.push([p[0], p[1] + 1.0, 0.0]);
+            Vertex(positions.len() as u32 - 1)
+        })
+        .collect();
+    faces.extend(strip.triangles().iter().map(|t| t.map(|v| upper[v as usize].0)));
+    (TriangleMesh::new(positions, faces).unwrap(), strip, upper)
+}
+
+/// A sheet that hangs by two vertices is entered where distance comes first, and does not pull at what it hangs on.
+#[test]
+fn sheet_that_hangs_by_two_vertices() {
+    for cells in [1, 4] {
+        let (mesh, strip, upper) = two_strips(cells);
+        let source = SurfaceCurves::from_curve(through_vertices(&strip, |p| p[0] == 0.0, |p| p[1]));
+        for level_sets in [LevelSets::Free, LevelSets::Zero, LevelSets::PerComponent, LevelSets::Soft(1.0)] {
+            let distance = solve(&mesh, &source, PAPER_TIME, level_sets).distance;
+            for v in strip.vertices() {
+                let x = strip.position(v)[0];
+                assert!((distance[v].abs() - x).abs() < 1e-9, "{level_sets:?} at {x}: {}", distance[v]);
+            }
+            for v in strip.vertices() {
+                let [x, y, _] = strip.position(v);
+                let wanted = 2.0 + (x - 2.0).hypot(y);
+                let d = distance[upper[v.index()]].abs();
+                assert!((d - wanted).abs() < 0.9, "{level_sets:?} above at {x} {y}: {d} for {wanted}");
+            }
+        }
+    }
+}
+
+/// On heaps of triangles that meet at vertices and edges as it comes, turning faces over changes nothing. In some of them the
+/// vectors that enter a triangle at its three corners cancel.
+#[test]
+fn heaps_of_triangles_do_not_mind_turned_faces() {
+    struct Xorshift(u64);
+    impl Xorshift {
+        fn next(&mut self) -> u64 {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            self.0 >> 11
+        }
+        fn below(&mut self, k: usize) -> usize {
+            self.next() as usize % k
+        }
+        fn coordinate(&mut self) -> f64 {
+            self.next() as f64 / (1u64 << 52) as f64 - 1.0
+        }
+    }
+    let mut worst = (0.0f64, 0);
+    for seed in 1..8000u64 {
+        let mut random = Xorshift(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
+        (0..5).for_each(|_| _ = random.next());
+        let (vertices, wanted) = (3 + random.below(12), 1 + random.below(12));
+        let positions: Vec<[f64; 3]> = (0..vertices).map(|_| [0; 3].map(|_| random.coordinate())).collect();
+        let mut seen = std::collections::HashSet::new();
+        let faces: Vec<[u32; 3]> = (0..wanted)
+            .map(|_| [0; 3].map(|_| random.below(vertices) as u32))
+            .filter(|f| {
+                let mut sorted = *f;
+                sorted.sort_unstable();
+                sorted[0] < sorted[1] && sorted[1] < sorted[2] && seen.insert(sorted)
+            })
+            .collect();
+        if faces.is_empty() {
+            continue;
+        }
+        let turned = faces.iter().map(|&[a, b, c]| if random.below(2) == 0 { [a, b, c] } else { [a, c, b] });
+        let turned = TriangleMesh::new(positions.clone(), turned.collect()).unwrap();
+        let source = SurfaceCurves { curves: Vec::new(), points: vec![Vertex(faces[0][0]).into()] };
+        let mesh = TriangleMesh::new(positions, faces).unwrap();
+        let [a, b] = [&mesh, &turned].map(|m| free(m, &source));
+        for (a, b) in a.iter().zip(&b) {
+            assert_eq!(a.is_nan(), b.is_nan(), "seed {seed}");
+            if (a - b).abs() > worst.0 {
+                worst = ((a - b).abs(), seed);
+            }
+        }
+    }
+    println!("turned faces: {worst:?}");
+    assert!(worst.0 < 1e-6, "differs by {:e} in the heap of seed {}", worst.0, worst.1);
+}
+
+/// Where normals cancel there is no distance, and the warning says why.
+#[test]
+fn normals_that_cancel_are_told_from_no_source() {
+    let mut positions = vec![[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    let angles = (0..3).map(|k| f64::from(k) * std::f64::consts::TAU / 3.0);
+    positions.extend(angles.map(|a| [a.cos(), a.sin(), 0.5]));
+    let pages = TriangleMesh::new(positions, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]]).unwrap();
+    let spine = SurfaceCurves::from_curve(Curve::signed([Vertex(0), Vertex(1)]));
+    let face = TriangleMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+    let corners = SurfaceCurves { curves: Vec::new(), points: [0, 1, 2].map(|v| Vertex(v).into()).to_vec() };
+    for (mesh, source) in [(pages, spine), (face, corners)] {
+        let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Free);
+        if solution.distance.as_slice().iter().any(|d| d.is_nan()) {
+            let told = solution.report.all_warnings().any(|w| w.contains("their normals cancel"));
+            assert!(told, "{:?}", solution.report.warnings);
+        }
+    }
+}
