@@ -214,9 +214,6 @@ pub fn embed_with(name: &str, mesh: &TriangleMesh, curves: &SurfaceCurves, merge
     cut
 }
 
-pub fn vertex(vertex: u32) -> SurfacePoint {
-    SurfacePoint::Vertex { vertex }
-}
 pub fn edge(a: u32, b: u32, t: f64) -> SurfacePoint {
     SurfacePoint::Edge { vertices: [a, b], t }
 }
@@ -233,28 +230,28 @@ pub fn flat_square(faces: [[u32; 3]; 2]) -> TriangleMesh {
     TriangleMesh::new(corners, faces.to_vec()).unwrap()
 }
 
-/// `pages` half-planes on one spine.
-pub fn book(n: usize, pages: usize) -> TriangleMesh {
-    let mut positions: Vec<Vec3> = (0..=n).map(|i| [0.0, 0.0, i as f64 / n as f64]).collect();
-    let mut faces = Vec::new();
-    for page in 0..pages {
-        let angle = 0.3 + page as f64 * 5.0 / pages as f64;
-        let start = positions.len();
-        for j in 1..=n {
-            let r = j as f64 / n as f64;
-            positions.extend((0..=n).map(|i| [r * angle.cos(), r * angle.sin(), i as f64 / n as f64]));
-        }
-        let id = |i: usize, j: usize| (if j == 0 { i } else { start + (j - 1) * (n + 1) + i }) as u32;
-        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-            let [a, b, c, d] = [id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)];
-            faces.extend(if page % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
-        }
-    }
-    TriangleMesh::new(positions, faces).unwrap()
-}
-
 /// Two faces with the same corners: a sphere of two triangles.
 pub fn pillow() -> TriangleMesh {
     let corners = vec![[0., 0., 0.], [1., 0., 0.], [0.2, 1., 0.]];
     TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 1]]).unwrap()
+}
+
+/// The lowest height of a new face, in a parent of three sides of length 1.
+pub fn lowest_height(mesh: &TriangleMesh, cut: &Embedded) -> f64 {
+    let mut lowest = f64::INFINITY;
+    for f in cut.mesh.faces() {
+        let parent = cut.face_parent[f.index()];
+        let weights = cut
+            .mesh
+            .face_vertices(f)
+            .map(|v| cut.vertex_place[v.index()].locate(mesh).unwrap().weights_in_face(mesh, parent));
+        // A place inside one of two faces with the same corners is found in the first.
+        let [Some(a), Some(b), Some(c)] = weights else { continue };
+        let flat = |w: Vec3| [w[1] + 0.5 * w[2], 0.75f64.sqrt() * w[2], 0.0];
+        let p = [a, b, c].map(flat);
+        let (u, v) = (sub(p[1], p[0]), sub(p[2], p[0]));
+        let longest = (0..3).map(|k| norm(sub(p[k], p[(k + 1) % 3]))).fold(0.0, f64::max);
+        lowest = lowest.min((u[0] * v[1] - u[1] * v[0]).abs() / longest);
+    }
+    lowest
 }
