@@ -219,6 +219,7 @@ fn solve(
             ("nonbounding_loops", json!(nonbounding)),
             ("largest_nonbounding", json!(report.largest_nonbounding)),
             ("farthest_from_whole", json!(report.farthest_from_whole)),
+            ("uncertain_area", json!(report.uncertain_area)),
             ("residual", json!(report.residual)),
             ("objective", json!(program.map(|p| p.objective))),
             ("gap", json!(program.map(|p| p.certificate.gap))),

@@ -290,3 +290,22 @@ fn steps_know_the_segments_they_come_from() {
     assert_eq!((walk.segments[0], walk.segments[walk.segments.len() - 1]), (0, last));
     assert!(matches!(halves[0].nodes[0], SurfacePoint::Edge { .. }));
 }
+
+/// A third of a loop around the tube of a torus, beside two whole ones: what it is a part of is open, so is the level of all the rest.
+#[test]
+fn labels_that_are_guesses_are_warned_of() {
+    let torus = shapes::torus(1.0, 0.4, 60, 30).unwrap();
+    let around = |i: u32, kept: u32| Curve::signed((0..=kept).map(|j| Vertex(30 * i + j % 30)));
+    let ask = |kept: u32| {
+        solve(&torus, &[around(0, kept), around(20, 30), around(40, 30)], &WindingOptions::default())
+    };
+    let w = ask(10);
+    let total: f64 = torus.faces().map(|f| area(&torus, f)).sum();
+    let guessed: f64 = torus.faces().filter(|&f| w.margin[f] < 0.1).map(|f| area(&torus, f)).sum();
+    assert!((w.report.uncertain_area - guessed / total).abs() < 1e-12 && guessed > 0.5 * total);
+    let share = format!("on {:.0} % of the area the label is next to a guess", 100.0 * guessed / total);
+    assert!(w.report.warnings.iter().any(|text| text.starts_with(&share)), "{:?}", w.report.warnings);
+    let w = ask(30);
+    assert_eq!(w.report.uncertain_area, 0.0);
+    assert!(w.report.warnings.is_empty(), "{:?}", w.report.warnings);
+}

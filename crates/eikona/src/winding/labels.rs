@@ -127,6 +127,13 @@ pub(crate) fn labels(
     Labels { label, margin, shift }
 }
 
+/// The share of the area that some faces cover; 0 if no face has an area.
+pub(crate) fn share_of_area(triangles: &[Triangle], is_chosen: impl Fn(usize) -> bool) -> f64 {
+    let total: f64 = triangles.iter().map(|t| t.area).sum();
+    let chosen = triangles.iter().enumerate().filter(|&(f, _)| is_chosen(f));
+    if total > 0.0 { chosen.map(|(_, t)| t.area).sum::<f64>() / total } else { 0.0 }
+}
+
 /// Halfway between the values on both sides of an edge, in its middle, and the length of the edge.
 fn middle_of_jump(
     mesh: &TriangleMesh,

@@ -58,3 +58,16 @@ pub(super) fn note_freed(freed: &[Edge], mesh: &TriangleMesh, warnings: &mut Vec
         ));
     }
 }
+
+/// Less than this share of uncertain area is the rule along the gaps of a broken curve.
+const MUCH_UNCERTAIN: f64 = 0.05;
+
+pub(super) fn note_uncertain(share: f64, warnings: &mut Vec<String>) {
+    if share > MUCH_UNCERTAIN {
+        warnings.push(format!(
+            "on {:.0} % of the area the label is next to a guess, as the winding number lies almost halfway between two whole \
+             numbers (see `margin`): close the widest gaps of the curve",
+            100.0 * share
+        ));
+    }
+}

@@ -15,9 +15,10 @@ use crate::winding::chain::Step;
 use crate::winding::coordinates::Coordinates;
 use crate::winding::error::WindingError;
 use crate::winding::jump_laplace::right_hand_side;
+use crate::winding::labels::share_of_area;
 use crate::winding::operators::Operators;
 use crate::winding::triangulation::next;
-use eikona_mesh::{Curve, Face, SurfaceCurves, TriangleMesh, Vertex};
+use eikona_mesh::{Curve, DisjointSets, Face, SurfaceCurves, TriangleMesh, Vertex};
 use std::collections::BTreeMap;
 
 /// [`Diagnosis::Automatic`](super::Diagnosis::Automatic) looks at curves of up to so many stretches.
@@ -106,10 +107,7 @@ impl Orientation {
 
 /// The share of the area on which two labellings differ.
 pub(super) fn changed_area(triangles: &[Triangle], one: &[i32], other: &[i32]) -> f64 {
-    let total: f64 = triangles.iter().map(|t| t.area).sum();
-    let pairs = triangles.iter().zip(one.iter().zip(other));
-    let changed: f64 = pairs.filter(|(_, (a, b))| a != b).map(|(t, _)| t.area).sum();
-    if total > 0.0 { changed / total } else { 0.0 }
+    share_of_area(triangles, |f| one[f] != other[f])
 }
 
 /// The steps of a curve by stretches.
@@ -324,21 +322,20 @@ struct Interaction {
 /// Turning over all stretches that have to do with each other changes next to no energy: of what is turned over of them and the
 /// rest, the shorter is what looks reversed.
 fn turn_the_shorter_parts(energy: &[Vec<f64>], has_ends: &[bool], lengths: &[f64], sign: &mut [f64]) {
-    let mut group: Vec<usize> = (0..sign.len()).collect();
+    let mut groups = DisjointSets::new(sign.len());
     for p in 0..sign.len() {
         for q in 0..p {
             let matters = energy[p][q].abs() > SHARE * energy[p][p].min(energy[q][q]);
             if has_ends[p] && has_ends[q] && matters {
-                let (from, to) = (group[p], group[q]);
-                group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
+                groups.join(p as u32, q as u32);
             }
         }
     }
-    for g in 0..sign.len() {
-        let members: Vec<usize> = (0..sign.len()).filter(|&p| group[p] == g).collect();
-        if members.iter().map(|&p| sign[p] * lengths[p]).sum::<f64>() < 0.0 {
-            members.into_iter().for_each(|p| sign[p] = -sign[p]);
-        }
+    let (group, count) = groups.numbers();
+    let mut kept = vec![0.0; count];
+    (0..sign.len()).for_each(|p| kept[group[p] as usize] += sign[p] * lengths[p]);
+    for p in (0..sign.len()).filter(|&p| kept[group[p] as usize] < 0.0) {
+        sign[p] = -sign[p];
     }
 }
 

@@ -80,6 +80,8 @@ pub struct WindingReport {
     pub largest_nonbounding: f64,
     /// See [`largest_nonbounding`](WindingReport::largest_nonbounding).
     pub farthest_from_whole: f64,
+    /// The share of the area whose label is next to a guess: its [`margin`](Winding::margin) is below 0.1.
+    pub uncertain_area: f64,
     /// What was found about stretches of the curve that look reversed, if it was looked for.
     pub orientation: Option<Orientation>,
     /// Sentences for the user.

@@ -11,10 +11,10 @@ use crate::winding::error::WindingError;
 use crate::winding::harmonic::{integrated_in_faces, jumps_of};
 use crate::winding::islands::Islands;
 use crate::winding::jump_laplace::{darboux_derivative, differences, solve_jump_equation};
-use crate::winding::labels::{Labels, labels};
+use crate::winding::labels::{Labels, labels, share_of_area};
 use crate::winding::loops::loops_of;
 use crate::winding::nonbounding::nonbounding_part;
-use crate::winding::notes::{note_chain, note_freed, note_not_fans, note_without_value};
+use crate::winding::notes::{note_chain, note_freed, note_not_fans, note_uncertain, note_without_value};
 use crate::winding::operators::Operators;
 use crate::winding::options::{Completion, Diagnosis, Reference, WindingOptions};
 use crate::winding::orientation::{MOST_AT_ALL, MOST_STRETCHES, Orientation, Stretches, changed_area};
@@ -174,6 +174,8 @@ impl Solver {
         note_not_fans(&found.coordinates, &mut warnings);
         note_freed(&found.freed, mesh, &mut warnings);
         note_without_value(&found.islands, &mut warnings);
+        let uncertain_area = share_of_area(&self.triangles, |f| found.labels.margin[f] < UNCERTAIN);
+        note_uncertain(uncertain_area, &mut warnings);
 
         let orientation = self.orientation(&chain, &steps, &walks, &found, options, &mut warnings);
         phases.end("orientation");
@@ -210,6 +212,7 @@ impl Solver {
                 program: found.program,
                 largest_nonbounding,
                 farthest_from_whole,
+                uncertain_area,
                 orientation,
                 warnings,
             },
@@ -424,6 +427,9 @@ fn jump_function(
     let values = mesh.triangles().iter().flatten().zip(coordinates).map(value).collect();
     Ok((values, derivative, residual))
 }
+
+/// Labels with a smaller margin are next to a guess.
+const UNCERTAIN: f64 = 0.1;
 
 /// A harmonic form below this (jumps are whole numbers) is rounding: every part of the curve bounds.
 const NO_HARMONIC_PART: f64 = 1e-9;
