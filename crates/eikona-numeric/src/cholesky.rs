@@ -121,6 +121,9 @@ impl<T: Scalar> Cholesky<T> {
     }
 
     /// The largest entry of `A x - b`, relative to the largest entry of `b` (absolute if `b` is zero).
+    ///
+    /// # Panics
+    /// Unless `x` and `rhs` have one value an unknown.
     pub fn residual(&self, x: &[T], rhs: &[T]) -> f64 {
         let s = &*self.symbolic;
         // In the order of elimination neighbours lie near each other in memory.

@@ -34,6 +34,16 @@ pub enum NumericError {
         /// The unknown.
         unknown: usize,
     },
+    /// A contribution that does not join two unknowns of the system.
+    #[error("contribution {contribution} joins unknowns {} and {}; two different ones below {unknowns} are needed", pair[0], pair[1])]
+    NotAPair {
+        /// Its index in [`Graph::pairs`](crate::Graph::pairs).
+        contribution: usize,
+        /// What it joins.
+        pair: [u32; 2],
+        /// Number of unknowns.
+        unknowns: usize,
+    },
     /// The factor would not fit.
     #[error(
         "the factor of {unknowns} unknowns needs {needed_bytes} bytes, which can not be allocated; use a smaller mesh"

@@ -1,5 +1,7 @@
 //! Which unknowns of a system meet.
 
+use crate::error::NumericError;
+
 /// The off-diagonal contributions of a symmetric system, in the order in which their values will be given: contribution `k`
 /// adds a value at row `pairs[k][0]`, column `pairs[k][1]`, and its conjugate at the mirrored place. A pair may occur again.
 #[derive(Clone, Debug, Default)]
@@ -8,6 +10,19 @@ pub struct Graph {
     pub unknowns: usize,
     /// Two different unknowns a contribution.
     pub pairs: Vec<[u32; 2]>,
+}
+
+impl Graph {
+    pub(crate) fn check(&self) -> Result<(), NumericError> {
+        let is_pair = |&[a, b]: &[u32; 2]| a != b && (a.max(b) as usize) < self.unknowns;
+        match self.pairs.iter().position(|pair| !is_pair(pair)) {
+            Some(contribution) => {
+                let pair = self.pairs[contribution];
+                Err(NumericError::NotAPair { contribution, pair, unknowns: self.unknowns })
+            }
+            None => Ok(()),
+        }
+    }
 }
 
 /// For each unknown the unknowns it meets (possibly more than once).

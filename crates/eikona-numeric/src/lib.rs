@@ -8,7 +8,6 @@
 //! Beside the systems stands one linear program: [`minimise_jumps`], for the methods whose fields may jump.
 
 mod cholesky;
-mod dense;
 mod dissection;
 mod error;
 mod flow;
@@ -22,7 +21,6 @@ mod supernodes;
 mod symbolic;
 
 pub use cholesky::{Cholesky, SymmetricMatrix};
-pub use dense::solve_dense;
 pub use error::NumericError;
 pub use flow::{
     Certificate, FlowError, JumpMethod, JumpOptions, JumpSolution, JumpStatistics, JumpTerm, minimise_jumps,

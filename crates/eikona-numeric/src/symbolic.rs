@@ -33,13 +33,14 @@ impl Symbolic {
     /// Analyses the pattern of a system.
     ///
     /// # Errors
-    /// [`NumericError::TooLarge`] past 2^30 entries, [`NumericError::WrongLength`] and [`NumericError::NotAnOrder`] for an
-    /// order that does not name every unknown once.
+    /// [`NumericError::TooLarge`] past 2^30 entries, [`NumericError::NotAPair`], [`NumericError::WrongLength`] and
+    /// [`NumericError::NotAnOrder`] for an order that does not name every unknown once.
     pub fn new(graph: &Graph, ordering: Ordering<'_>) -> Result<Symbolic, NumericError> {
         let n = graph.unknowns;
         if n + graph.pairs.len() >= (MIRRORED as usize) / 2 {
             return Err(NumericError::TooLarge { unknowns: n });
         }
+        graph.check()?;
         let given = ordering.order(graph)?;
         let given_place = inverse(&given);
         let (row_start, columns) = rows_left_of_diagonal(graph, &given_place);

@@ -244,3 +244,46 @@ fn dense_matrices_of_every_small_size() {
         check(n, |k| Complex { re: noise(2 * k), im: noise(2 * k + 1) }.scale(0.7));
     }
 }
+
+/// Where unknowns lie steers the size of the factor only; and neither a far place nor many unknowns in one spoil it.
+#[test]
+fn places_of_any_size_give_factors_of_one_size() {
+    let n = 120;
+    let (graph, _, places) = grid(n, 0.1);
+    let entries = |graph: &Graph, places: &[[f64; 3]]| {
+        let order = nested_dissection_order(graph, places).unwrap();
+        Symbolic::new(graph, Ordering::Given(&order)).unwrap().factor_entries()
+    };
+    let plain = entries(&graph, &places);
+    let placed = |scale: f64, move_by: f64| -> Vec<[f64; 3]> {
+        places.iter().map(|p| p.map(|x| scale * x + move_by)).collect()
+    };
+    for (scale, move_by) in [(1e-300, 0.0), (1e300, -1e302), (1.0, 1e9), (1e-3, 1e6)] {
+        let found = entries(&graph, &placed(scale, move_by));
+        assert!(found.abs_diff(plain) < plain / 100, "{scale}, {move_by}: {found} and {plain}");
+    }
+    // One unknown far away, without neighbours; and ten such at distances that shrink.
+    for far in [vec![-1e9], vec![1e300], (0..10).map(|k| 10f64.powi(30 - 3 * k)).collect()] {
+        let with = Graph { unknowns: n * n + far.len(), pairs: graph.pairs.clone() };
+        let mut all = places.clone();
+        all.extend(far.iter().map(|&x| [x; 3]));
+        let found = entries(&with, &all);
+        assert!(found.abs_diff(plain) < plain / 100, "{far:?}: {found} and {plain}");
+    }
+    // A piece of the grid, or all of it, in one place: waves of a search are wider than planes.
+    let squeezed: Vec<[f64; 3]> = places.iter().map(|p| if p[0] < 60.0 { [0.0; 3] } else { *p }).collect();
+    for places in [squeezed, vec![[3.0; 3]; n * n], vec![[f64::NAN; 3]; n * n]] {
+        let found = entries(&graph, &places);
+        assert!(found < 2 * plain, "{found} and {plain}");
+    }
+}
+
+#[test]
+fn pairs_that_are_none_are_refused() {
+    for pair in [[0, 3], [7, 1], [2, 2]] {
+        let graph = Graph { unknowns: 3, pairs: vec![[0, 1], pair] };
+        let fault = NumericError::NotAPair { contribution: 1, pair, unknowns: 3 };
+        assert_eq!(Symbolic::new(&graph, Ordering::MinimumDegree).unwrap_err(), fault);
+        assert_eq!(nested_dissection_order(&graph, &[[0.0; 3]; 3]).unwrap_err(), fault);
+    }
+}
