@@ -5,7 +5,8 @@
 //! (minimum degree orderings lose up to 40 % on shuffled input). The cost is one sweep over the unknowns a level.
 //!
 //! Sweeps read places in single precision. A piece so small beside its distance from the origin that this blurs it gets places of its
-//! own, so that one far vertex costs nothing; a piece in one place is cut along the order of a breadth-first search instead.
+//! own, so that one far vertex costs nothing; a piece in one place, or of long, thin triangles that planes cut badly, is cut along the
+//! order of a breadth-first search instead.
 
 use crate::graph::Adjacency;
 
@@ -71,6 +72,8 @@ struct Dissection<'a> {
     match_left: Vec<u32>,
     match_right: Vec<u32>,
     visited: Vec<bool>,
+    /// A smallest set that separates the halves.
+    cover: Vec<u32>,
 }
 
 const UNMATCHED: u32 = u32::MAX;
@@ -90,6 +93,7 @@ impl<'a> Dissection<'a> {
             match_left: Vec::new(),
             match_right: Vec::new(),
             visited: Vec::new(),
+            cover: Vec::new(),
         }
     }
 
@@ -101,13 +105,32 @@ impl<'a> Dissection<'a> {
             self.place_anew(piece);
             bounds = Bounds::of(piece);
         }
-        let (axis, plane) = bounds.cutting_plane(piece.len())?;
-        let middle = partition(piece, |node| node.place[axis] < plane);
-        if middle == 0 || middle == piece.len() {
-            return None;
+        let [longest, others @ ..] = bounds.planes(piece.len());
+        let mut chosen = longest?;
+        let mut middle = self.cut(piece, chosen)?;
+        if self.cover.len() > many(piece.len()) {
+            // Long, thin triangles: the planes across the box are not those across few neighbours. Then all are tried, and a search.
+            let mut fewest = self.cover.len();
+            for plane in others.into_iter().flatten() {
+                if self.cut(piece, plane).is_some_and(|middle| is_balanced(middle, piece.len()))
+                    && self.cover.len() < fewest
+                {
+                    (fewest, chosen) = (self.cover.len(), plane);
+                }
+            }
+            if fewest > many(piece.len()) {
+                self.place_along_search(piece);
+                let halves = (0, 0.5 * piece.len() as f32);
+                if self.cut(piece, halves).is_some() && self.cover.len() < fewest {
+                    chosen = halves;
+                } else {
+                    self.place_anew(piece);
+                }
+            }
+            middle = self.cut(piece, chosen)?;
         }
-        self.collect_cut(&piece[..middle], axis, plane);
-        self.cover_cut();
+        self.cover.iter().for_each(|&id| self.separated[id as usize] = true);
+        let (axis, plane) = chosen;
         // Separators lie near the plane; the others are not even looked up.
         let separated = &self.separated;
         let stays =
@@ -127,6 +150,17 @@ impl<'a> Dissection<'a> {
         Some((first, second))
     }
 
+    /// Moves what lies below a plane to the front and finds what separates it from the rest. Gives its number, unless a side is empty.
+    fn cut(&mut self, piece: &mut [Node], (axis, plane): (usize, f32)) -> Option<usize> {
+        let middle = partition(piece, |node| node.place[axis] < plane);
+        if middle == 0 || middle == piece.len() {
+            return None;
+        }
+        self.collect_cut(&piece[..middle], axis, plane);
+        self.cover_cut();
+        Some(middle)
+    }
+
     /// Places relative to the piece's own box, in units of its size; along the order of a search if it has no size.
     fn place_anew(&mut self, piece: &mut [Node]) {
         let mut low = [f64::INFINITY; 3];
@@ -139,20 +173,28 @@ impl<'a> Dissection<'a> {
             }
         }
         let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
-        if size > 0.0 && size.is_finite() {
-            for node in piece.iter() {
-                let p = self.given[node.id as usize];
-                self.places[node.id as usize] = [0, 1, 2].map(|k| ((p[k] - low[k]) / size) as f32);
-            }
-        } else {
-            // From the end of a first search, so that its waves are narrow.
-            let order = self.breadth_first(piece.iter().map(|node| node.id));
-            let order = self.breadth_first(order.into_iter().rev());
-            for (number, id) in order.into_iter().enumerate() {
-                // The second coordinate blurs, so that halves are searched anew: along this order they would become long strips.
-                self.places[id as usize] = [number as f32, f32::MAX, 0.0];
-            }
+        if !(size > 0.0 && size.is_finite()) {
+            return self.place_along_search(piece);
         }
+        for node in piece.iter() {
+            let p = self.given[node.id as usize];
+            self.places[node.id as usize] = [0, 1, 2].map(|k| ((p[k] - low[k]) / size) as f32);
+        }
+        self.look_up_places(piece);
+    }
+
+    /// Places along the order of a search, from the end of a first one, so that its waves are narrow.
+    fn place_along_search(&mut self, piece: &mut [Node]) {
+        let order = self.breadth_first(piece.iter().map(|node| node.id));
+        let order = self.breadth_first(order.into_iter().rev());
+        for (number, id) in order.into_iter().enumerate() {
+            // The second coordinate blurs, so that halves get new places: along this order they would become long strips.
+            self.places[id as usize] = [number as f32, f32::MAX, 0.0];
+        }
+        self.look_up_places(piece);
+    }
+
+    fn look_up_places(&self, piece: &mut [Node]) {
         for node in piece {
             node.place = self.places[node.id as usize];
             node.reach = 0.0;
@@ -219,7 +261,7 @@ impl<'a> Dissection<'a> {
         }
     }
 
-    /// Marks a smallest set of unknowns that touches every cut pair: a minimum vertex cover, by König's theorem from a maximum
+    /// Finds a smallest set of unknowns that touches every cut pair: a minimum vertex cover, by König's theorem from a maximum
     /// matching (greedy, then augmented by depth-first search).
     fn cover_cut(&mut self) {
         let (nl, nr) = (self.left.len(), self.right.len());
@@ -265,16 +307,10 @@ impl<'a> Dissection<'a> {
                 }
             }
         }
-        for (l, &id) in self.left.iter().enumerate() {
-            if !left_reached[l] {
-                self.separated[id as usize] = true;
-            }
-        }
-        for (r, &id) in self.right.iter().enumerate() {
-            if self.visited[r] {
-                self.separated[id as usize] = true;
-            }
-        }
+        let on_left = self.left.iter().zip(left_reached).filter(|(_, reached)| !reached);
+        let on_right = self.right.iter().zip(&self.visited).filter(|(_, visited)| **visited);
+        self.cover.clear();
+        self.cover.extend(on_left.map(|(&id, _)| id).chain(on_right.map(|(&id, _)| id)));
     }
 
     /// Looks for an augmenting path from an unmatched left unknown. `visited` is kept on failure: what could not be augmented
@@ -336,14 +372,28 @@ impl Bounds {
         size <= far / 1024.0
     }
 
-    /// The plane through the mean across the longest axis; `None` when the box is a point.
-    fn cutting_plane(&self, count: usize) -> Option<(usize, f32)> {
+    /// The planes through the mean across the axes along which the box has a size, the longest first.
+    fn planes(&self, count: usize) -> [Option<(usize, f32)>; 3] {
         let size = |axis: usize| self.high[axis] - self.low[axis];
-        let axis = (0..3).max_by(|&a, &b| size(a).total_cmp(&size(b)).then(b.cmp(&a)))?;
-        // Above the lowest, so that neither side is empty.
-        let mean = (self.sum[axis] / count as f64) as f32;
-        (size(axis) > 0.0).then(|| (axis, if mean > self.low[axis] { mean } else { self.high[axis] }))
+        let mut axes = [0, 1, 2];
+        axes.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+        axes.map(|axis| {
+            // Above the lowest, so that neither side is empty.
+            let mean = (self.sum[axis] / count as f64) as f32;
+            let plane = if mean > self.low[axis] { mean } else { self.high[axis] };
+            (size(axis) > 0.0).then_some((axis, plane))
+        })
     }
+}
+
+/// More unknowns than a plane meets where triangles are about as wide as long: less than twice the root on a sphere.
+fn many(unknowns: usize) -> usize {
+    2 * (unknowns.isqrt() + 1)
+}
+
+/// Whether the smaller half is not too small.
+fn is_balanced(half: usize, whole: usize) -> bool {
+    half.min(whole - half) >= whole / 8
 }
 
 /// Moves what fulfils a condition to the front; returns how many do.

@@ -287,3 +287,26 @@ fn pairs_that_are_none_are_refused() {
         assert_eq!(nested_dissection_order(&graph, &[[0.0; 3]; 3]).unwrap_err(), fault);
     }
 }
+
+/// A hub with two rings of many unknowns, whose triangles are far longer than wide: planes across them cut off whole rings.
+#[test]
+fn hubs_and_long_thin_triangles_fill_little() {
+    let n = 4000;
+    let around = |i: usize, r: f64| {
+        let a = std::f64::consts::TAU * i as f64 / n as f64;
+        [r * a.cos(), r * a.sin(), 0.0]
+    };
+    let rings = [1.0, 2.0].into_iter().flat_map(|r| (0..n).map(move |i| around(i, r)));
+    let places: Vec<[f64; 3]> = std::iter::once([0.0; 3]).chain(rings).collect();
+    let mut pairs = Vec::new();
+    for i in 0..n as u32 {
+        let next = (i + 1) % n as u32;
+        let (a, b, c, d) = (1 + i, 1 + next, 1 + n as u32 + i, 1 + n as u32 + next);
+        pairs.extend([[0, a], [a, b], [a, c], [a, d], [c, d]]);
+    }
+    let graph = Graph { unknowns: places.len(), pairs };
+    let order = nested_dissection_order(&graph, &places).unwrap();
+    let [dissected, least] = [Ordering::Given(&order), Ordering::MinimumDegree]
+        .map(|ordering| Symbolic::new(&graph, ordering).unwrap().factor_entries());
+    assert!(2 * dissected < 3 * least, "{dissected} entries, minimum degree has {least}");
+}

@@ -3,12 +3,12 @@
 
 use super::meeting::{self, Hosted};
 use super::nearest_end::nearest_others;
+use super::side::Fans;
 use crate::geometry::vector::distance;
+use crate::geometry::winding_is_consistent;
 use eikona_mesh::{
-    Curve, CurveError, CurveKind, Face, Located, Neighbour, SegmentHost, SurfaceCurves, TriangleMesh, Vertex,
-    segment_host,
+    Curve, CurveError, CurveKind, Located, SegmentHost, SurfaceCurves, TriangleMesh, segment_host,
 };
-use std::collections::BTreeMap;
 
 /// How many crossings and doubled pieces are listed, at most.
 pub const LISTED: usize = 10_000;
@@ -110,6 +110,8 @@ impl CurveReport {
         let mut report = CurveReport::default();
         let mut hosted = Vec::new();
         let mut nodes = Vec::new();
+        // Where all faces are wound alike no curve is one-sided.
+        let mut fans = (!winding_is_consistent(mesh)).then(|| Fans::new(mesh));
         for (c, curve) in curves.curves.iter().enumerate() {
             let located = curve.nodes.iter().enumerate();
             let located = located.map(|(n, p)| p.locate(mesh).map_err(|e| e.at(c, n)));
@@ -131,7 +133,8 @@ impl CurveReport {
                     nodes.push(meeting::Visit { segment: SegmentId { curve: c, node }, place: *place, end });
                 }
             }
-            report.curves.push(CurveFacts { one_sided: one_sided(mesh, &facts, &hosted[first..]), ..facts });
+            let one_sided = fans.as_mut().is_some_and(|fans| one_sided(mesh, fans, &facts, &hosted[first..]));
+            report.curves.push(CurveFacts { one_sided, ..facts });
         }
         let positions: Vec<[f64; 3]> = report.open_ends.iter().map(|e| e.position).collect();
         for (end, nearest) in report.open_ends.iter_mut().zip(nearest_others(&positions)) {
@@ -208,7 +211,7 @@ fn curve_facts(
 }
 
 /// Carries the side once around a closed curve.
-fn one_sided(mesh: &TriangleMesh, facts: &CurveFacts, segments: &[Hosted]) -> bool {
+fn one_sided(mesh: &TriangleMesh, fans: &mut Fans, facts: &CurveFacts, segments: &[Hosted]) -> bool {
     if !facts.closed || !facts.across_faces.is_empty() || segments.is_empty() {
         return false;
     }
@@ -216,54 +219,14 @@ fn one_sided(mesh: &TriangleMesh, facts: &CurveFacts, segments: &[Hosted]) -> bo
         SegmentHost::Face(f, _) => Some(f),
         SegmentHost::Edge(e, _) => mesh.edge_halfedges(e).first().map(|h| h.face()),
     };
-    let mut turned = false;
+    let mut side = 1.0;
     for (i, segment) in segments.iter().enumerate() {
         let next = &segments[(i + 1) % segments.len()];
         let (Some(f), Some(g)) = (face(segment), face(next)) else { return false };
-        match oriented_against(mesh, segment.ends[1], f, g) {
-            Some(against) => turned ^= against,
+        match fans.relative_winding(f, g, segment.ends[1]) {
+            Some(turn) => side *= turn,
             None => return false, // at a nonmanifold place sides are not told
         }
     }
-    turned
-}
-
-/// Whether two faces at a place are oriented against each other, seen by way of the faces there.
-fn oriented_against(mesh: &TriangleMesh, place: Located, f: Face, g: Face) -> Option<bool> {
-    if f == g {
-        return Some(false);
-    }
-    match place {
-        Located::Face(..) => None,
-        Located::Edge(e, _) => {
-            let side = |face: Face| mesh.edge_halfedges(e).iter().find(|h| h.face() == face).copied();
-            Some(mesh.origin(side(f)?) == mesh.origin(side(g)?))
-        }
-        Located::Vertex(v) => around_vertex(mesh, v, f, g),
-    }
-}
-
-fn around_vertex(mesh: &TriangleMesh, v: Vertex, f: Face, g: Face) -> Option<bool> {
-    let mut reached = BTreeMap::from([(f, false)]);
-    let mut queue = vec![f];
-    while let Some(face) = queue.pop() {
-        let against = *reached.get(&face)?;
-        if face == g {
-            return Some(against);
-        }
-        for k in 0..3 {
-            let h = face.halfedge(k);
-            if (mesh.origin(h) != v && mesh.tip(h) != v) || mesh.edge_halfedges(mesh.edge(h)).len() != 2 {
-                continue;
-            }
-            if let Neighbour::Twin(t) = mesh.neighbour(h) {
-                let turns = mesh.origin(t) == mesh.origin(h);
-                reached.entry(t.face()).or_insert_with(|| {
-                    queue.push(t.face());
-                    against != turns
-                });
-            }
-        }
-    }
-    None
+    side < 0.0
 }

@@ -4,20 +4,29 @@ use crate::geometry::vector::{cross, dot, sub};
 use crate::geometry::winding_is_consistent;
 use crate::wording::counted;
 use eikona_mesh::{
-    CurveKind, Face, Located, Neighbour, Orientation, Segment, SegmentHost, SurfaceCurves, TriangleMesh,
-    Vertex,
+    CurveKind, Edge, Face, Halfedge, Located, Neighbour, Orientation, Segment, SegmentHost, SurfaceCurves,
+    TriangleMesh, Vertex,
 };
-use std::collections::{HashSet, VecDeque};
+use std::collections::{HashMap, VecDeque};
 
 /// For each segment a face that it touches, and +1 or -1: whether left is left in the winding of that face.
 pub(crate) struct SideOfSegments {
-    sides: Vec<(Face, f64)>,
+    sides: Vec<Side>,
+}
+
+/// Where left is.
+#[derive(Clone, Copy)]
+struct Side {
+    face: Face,
+    upside: f64,
+    /// Of a segment along an edge of three or more faces the normal from whose tip left is seen.
+    up: Option<[f64; 3]>,
 }
 
 impl SideOfSegments {
-    /// On a mesh of `consistent` winding left is left. Else carries the side from the first segment of each curve to its last:
-    /// left stays left where two consecutive segments see no chain of faces between them, and a warning tells of a closed curve
-    /// that comes back reversed.
+    /// On a mesh of `consistent` winding left is left. Else carries the side from the first segment of each curve to its last,
+    /// from face to face around the nodes; where no chain of faces joins two segments, so that their normals lie on one
+    /// side. A warning tells of a closed curve that comes back reversed.
     pub fn of(
         mesh: &TriangleMesh,
         consistent: bool,
@@ -25,28 +34,36 @@ impl SideOfSegments {
         segments: &[Segment],
         warnings: &mut Vec<String>,
     ) -> SideOfSegments {
-        let mut sides: Vec<(Face, f64)> = Vec::with_capacity(segments.len());
-        let mut first_of_curve = 0;
-        for (i, segment) in segments.iter().enumerate() {
-            let face = host_face(mesh, segment);
-            if i == 0 || segments[i - 1].curve != segment.curve {
-                first_of_curve = i;
-                sides.push((face, first_side(mesh, face, input.curves[segment.curve].up)));
-                continue;
+        let mut sides: Vec<Side> = Vec::with_capacity(segments.len());
+        if consistent {
+            for (i, segment) in segments.iter().enumerate() {
+                let face = host_face(mesh, segment);
+                let first = i == 0 || segments[i - 1].curve != segment.curve;
+                let upside = if first {
+                    let up = input.curves[segment.curve].up;
+                    up.map_or(1.0, |up| seen_from(mesh, face, up))
+                } else {
+                    sides[i - 1].upside
+                };
+                sides.push(Side { face, upside, up: None });
             }
-            let (before, side) = sides[i - 1];
-            let turn = if consistent {
-                1.0
-            } else {
-                relative_winding(mesh, before, face, segment.ends[0]).unwrap_or(1.0)
-            };
-            sides.push((face, side * turn));
-            let last = !consistent && segments.get(i + 1).is_none_or(|next| next.curve != segment.curve);
-            if last && segment.ends[1] == segments[first_of_curve].ends[0] {
-                let (first_face, first_side) = sides[first_of_curve];
-                let back = relative_winding(mesh, face, first_face, segment.ends[1]).unwrap_or(1.0);
+            return SideOfSegments { sides };
+        }
+        let mut fans = Fans::new(mesh);
+        let mut first = 0;
+        for (i, segment) in segments.iter().enumerate() {
+            let before =
+                if i > 0 && segments[i - 1].curve == segment.curve { Some(sides[i - 1]) } else { None };
+            if before.is_none() {
+                first = i;
+            }
+            let up = input.curves[segment.curve].up;
+            sides.push(fans.side(segment, before, up, warnings));
+            let last = segments.get(i + 1).is_none_or(|next| next.curve != segment.curve);
+            if last && i > first && segment.ends[1] == segments[first].ends[0] {
+                let back = fans.side(&segments[first], Some(sides[i]), None, &mut Vec::new());
                 let signed = input.curves[segment.curve].kind == CurveKind::Signed;
-                if signed && side * turn * back != first_side {
+                if signed && !back.agrees(&sides[first]) {
                     warnings.push(format!(
                         "curve {} is one-sided: going once round it, left becomes right; the sides change at its first node",
                         segment.curve
@@ -59,7 +76,27 @@ impl SideOfSegments {
 
     /// Face and sign of a segment.
     pub fn of_segment(&self, i: usize) -> (Face, f64) {
-        self.sides[i]
+        (self.sides[i].face, self.sides[i].upside)
+    }
+
+    /// +1 if the face of a halfedge is on the left of a segment along its edge, which has three or more faces, else -1.
+    pub fn of_sheet(&self, mesh: &TriangleMesh, i: usize, segment: &Segment, h: Halfedge) -> f64 {
+        let up = self.sides[i].up.expect("the segment runs along an edge of three or more faces");
+        Seam::of(mesh, mesh.edge(h), segment).side(h, up)
+    }
+}
+
+impl Side {
+    fn agrees(&self, other: &Side) -> bool {
+        match (self.up, other.up) {
+            (Some(a), Some(b)) => dot(a, b) > 0.0,
+            _ => self.upside == other.upside,
+        }
+    }
+
+    /// The normal from whose tip left is left.
+    fn normal(&self, mesh: &TriangleMesh) -> [f64; 3] {
+        self.up.unwrap_or_else(|| face_normal(mesh, self.face).map(|x| self.upside * x))
     }
 }
 
@@ -70,48 +107,200 @@ fn host_face(mesh: &TriangleMesh, segment: &Segment) -> Face {
     }
 }
 
-/// +1 when left is left in the winding of the face: always, unless the wanted normal says otherwise.
-fn first_side(mesh: &TriangleMesh, face: Face, up: Option<[f64; 3]>) -> f64 {
-    let Some(up) = up else { return 1.0 };
+fn unit(a: [f64; 3]) -> [f64; 3] {
+    let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    if largest == 0.0 {
+        return a;
+    }
+    let a = a.map(|x| x / largest);
+    let length = dot(a, a).sqrt();
+    a.map(|x| x / length)
+}
+
+fn face_normal(mesh: &TriangleMesh, face: Face) -> [f64; 3] {
     let [a, b, c] = mesh.face_positions(face);
-    if dot(up, cross(sub(b, a), sub(c, a))) < 0.0 { -1.0 } else { 1.0 }
+    unit(cross(unit(sub(b, a)), unit(sub(c, a))))
 }
 
-/// +1 when two faces at a point have the same winding, -1 when opposite, `None` when no chain of faces around the point joins them.
-fn relative_winding(mesh: &TriangleMesh, from: Face, to: Face, at: Located) -> Option<f64> {
-    if from == to {
-        return Some(1.0);
+/// +1 when left is left in the winding of the face, seen from there.
+fn seen_from(mesh: &TriangleMesh, face: Face, up: [f64; 3]) -> f64 {
+    if dot(up, face_normal(mesh, face)) < 0.0 { -1.0 } else { 1.0 }
+}
+
+/// A segment along an edge of three or more faces, and the sheets that meet there.
+struct Seam<'a> {
+    mesh: &'a TriangleMesh,
+    edge: Edge,
+    /// The direction of the segment.
+    along: [f64; 3],
+}
+
+impl Seam<'_> {
+    fn of<'a>(mesh: &'a TriangleMesh, edge: Edge, segment: &Segment) -> Seam<'a> {
+        let [p, q] = segment.ends.map(|end| end.position(mesh));
+        Seam { mesh, edge, along: unit(sub(q, p)) }
     }
-    match at {
-        Located::Face(..) => None,
-        Located::Edge(edge, _) => {
-            let halfedge = |f: Face| mesh.edge_halfedges(edge).iter().copied().find(|h| h.face() == f);
-            let (a, b) = (halfedge(from)?, halfedge(to)?);
-            Some(if mesh.follows_edge(a) == mesh.follows_edge(b) { -1.0 } else { 1.0 })
+
+    /// The direction into the sheet of a halfedge, at right angles to the seam.
+    fn into(&self, h: Halfedge) -> [f64; 3] {
+        let [a, apex] = [self.mesh.origin(h), self.mesh.origin(h.previous())].map(|v| self.mesh.position(v));
+        unit(self.across(unit(sub(apex, a))))
+    }
+
+    fn across(&self, a: [f64; 3]) -> [f64; 3] {
+        let part = dot(a, self.along);
+        [0, 1, 2].map(|k| a[k] - part * self.along[k])
+    }
+
+    /// A sheet is on the left if it goes there, seen from the tip of `up`; of those that go neither left nor right, the ones that rise
+    /// towards `up` count as left.
+    fn side(&self, h: Halfedge, up: [f64; 3]) -> f64 {
+        let into = self.into(h);
+        let left = dot(into, cross(up, self.along));
+        let decisive = if left.abs() > SQUARE { left } else { dot(into, up) };
+        if decisive < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    /// The normal at right angles to the seam that is nearest to a given one; if there is none, that of the two sheets that lie most
+    /// nearly in one plane, as the first of them is wound. Tells whether the other one is wound alike.
+    fn up(&self, wanted: [f64; 3]) -> ([f64; 3], bool) {
+        let up = unit(self.across(wanted));
+        if dot(up, wanted) > SQUARE * dot(wanted, wanted).sqrt() {
+            return (up, true);
         }
-        Located::Vertex(v) => relative_winding_around(mesh, from, to, v),
+        let halfedges = self.mesh.edge_halfedges(self.edge);
+        let into: Vec<[f64; 3]> = halfedges.iter().map(|&h| self.into(h)).collect();
+        let pairs = (0..into.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
+        let flattest = pairs.min_by(|a, b| dot(into[a.0], into[a.1]).total_cmp(&dot(into[b.0], into[b.1])));
+        let Some((i, j)) = flattest else { return (up, true) };
+        let runs_along = |h: Halfedge| {
+            let [a, b] = [self.mesh.origin(h), self.mesh.tip(h)].map(|v| self.mesh.position(v));
+            dot(sub(b, a), self.along) > 0.0
+        };
+        let [first, second] = [i, j].map(|i| runs_along(halfedges[i]));
+        let to_left =
+            [0, 1, 2].map(|k| if first { into[i][k] - into[j][k] } else { into[j][k] - into[i][k] });
+        (unit(cross(self.along, to_left)), first != second)
+    }
+
+    /// The same side, seen from the middle of the sheets that lie on it: so that the normal follows them as the seam winds.
+    fn settled(&self, up: [f64; 3]) -> [f64; 3] {
+        let mut left = [0.0; 3];
+        for &h in self.mesh.edge_halfedges(self.edge) {
+            let (side, into) = (self.side(h, up), self.into(h));
+            (0..3).for_each(|k| left[k] += side * into[k]);
+        }
+        let settled = cross(self.along, left);
+        if dot(settled, up) > 0.0 { unit(settled) } else { up }
     }
 }
 
-/// # Cost
-/// Linear in the number of faces around the vertex.
-fn relative_winding_around(mesh: &TriangleMesh, from: Face, to: Face, v: Vertex) -> Option<f64> {
-    let mut seen = HashSet::from([from]);
-    let mut waiting = VecDeque::from([(from, 1.0)]);
-    while let Some((face, side)) = waiting.pop_front() {
-        let at_vertex = (0..3).map(|k| face.halfedge(k)).filter(|&h| mesh.origin(h) == v || mesh.tip(h) == v);
-        for h in at_vertex {
-            let Neighbour::Twin(other) = mesh.neighbour(h) else { continue };
-            let turn = if mesh.follows_edge(h) == mesh.follows_edge(other) { -1.0 } else { 1.0 };
-            if other.face() == to {
-                return Some(side * turn);
+/// Sheets at less than this from a right angle, and normals along the seam.
+const SQUARE: f64 = 1e-6;
+
+/// Whether faces at one place are wound alike, seen by way of the faces there.
+pub(crate) struct Fans<'a> {
+    mesh: &'a TriangleMesh,
+    /// The faces around vertices that were asked for, in increasing order: each with its fan and whether it is wound as the first face
+    /// of that.
+    around: HashMap<Vertex, Vec<(Face, u32, bool)>>,
+}
+
+impl<'a> Fans<'a> {
+    pub fn new(mesh: &'a TriangleMesh) -> Self {
+        Fans { mesh, around: HashMap::new() }
+    }
+
+    /// +1 when two faces at a place have the same winding, -1 when opposite, `None` when no chain of faces around it joins them.
+    ///
+    /// # Cost
+    /// O(d log d) for the first pair at a vertex of d faces, then O(log d).
+    pub fn relative_winding(&mut self, from: Face, to: Face, at: Located) -> Option<f64> {
+        if from == to {
+            return Some(1.0);
+        }
+        let mesh = self.mesh;
+        match at {
+            Located::Face(..) => None,
+            Located::Edge(edge, _) => {
+                let halfedge = |f: Face| mesh.edge_halfedges(edge).iter().copied().find(|h| h.face() == f);
+                let (a, b) = (halfedge(from)?, halfedge(to)?);
+                Some(if mesh.follows_edge(a) == mesh.follows_edge(b) { -1.0 } else { 1.0 })
             }
-            if seen.insert(other.face()) {
-                waiting.push_back((other.face(), side * turn));
+            Located::Vertex(v) => {
+                let faces = self.around.entry(v).or_insert_with(|| fans_around(mesh, v));
+                let find = |f: Face| faces.binary_search_by_key(&f, |x| x.0).ok().map(|i| faces[i]);
+                let (a, b) = (find(from)?, find(to)?);
+                (a.1 == b.1).then(|| if a.2 == b.2 { 1.0 } else { -1.0 })
             }
         }
     }
-    None
+
+    /// The side of a segment after another one, or of the first one of its curve.
+    fn side(
+        &mut self,
+        segment: &Segment,
+        before: Option<Side>,
+        up: Option<[f64; 3]>,
+        warnings: &mut Vec<String>,
+    ) -> Side {
+        let mesh = self.mesh;
+        let face = host_face(mesh, segment);
+        if let SegmentHost::Edge(edge, _) = segment.host
+            && mesh.edge_halfedges(edge).len() > 2
+        {
+            let seam = Seam::of(mesh, edge, segment);
+            let wanted = before.map(|b| b.normal(mesh)).or(up).unwrap_or_default();
+            let (found, is_told) = seam.up(wanted);
+            if !is_told {
+                warnings.push(format!(
+                    "curve {} begins along an edge of three or more faces whose windings do not agree on its left; tell it by `up`",
+                    segment.curve
+                ));
+            }
+            return Side { face, upside: seen_from(mesh, face, found), up: Some(seam.settled(found)) };
+        }
+        let upside = match before {
+            None => up.map_or(1.0, |up| seen_from(mesh, face, up)),
+            Some(before) => match before.up {
+                Some(up) => seen_from(mesh, face, up),
+                None => match self.relative_winding(before.face, face, segment.ends[0]) {
+                    Some(turn) => before.upside * turn,
+                    None => seen_from(mesh, face, before.normal(mesh)),
+                },
+            },
+        };
+        Side { face, upside, up: None }
+    }
+}
+
+fn fans_around(mesh: &TriangleMesh, v: Vertex) -> Vec<(Face, u32, bool)> {
+    const NONE: u32 = u32::MAX;
+    let mut faces: Vec<(Face, u32, bool)> =
+        mesh.vertex_corners(v).iter().map(|c| (c.face(), NONE, true)).collect();
+    faces.sort_unstable_by_key(|x| x.0);
+    let mut waiting = VecDeque::new();
+    for i in 0..faces.len() {
+        if faces[i].1 != NONE {
+            continue;
+        }
+        faces[i].1 = i as u32;
+        waiting.push_back(faces[i]);
+        while let Some((face, fan, alike)) = waiting.pop_front() {
+            let at_vertex =
+                (0..3).map(|k| face.halfedge(k)).filter(|&h| mesh.origin(h) == v || mesh.tip(h) == v);
+            for h in at_vertex {
+                let Neighbour::Twin(other) = mesh.neighbour(h) else { continue };
+                let Ok(j) = faces.binary_search_by_key(&other.face(), |x| x.0) else { continue };
+                if faces[j].1 == NONE {
+                    let same = mesh.follows_edge(h) != mesh.follows_edge(other);
+                    faces[j] = (other.face(), fan, alike == same);
+                    waiting.push_back(faces[j]);
+                }
+            }
+        }
+    }
+    faces
 }
 
 /// The mesh itself if its winding is consistent; else with the smaller part of each orientable patch turned over.

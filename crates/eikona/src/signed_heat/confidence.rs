@@ -5,7 +5,7 @@ use crate::geometry::{Triangle, fast_marching, mean_edge_length};
 use crate::signed_heat::diffusion::UnitField;
 use crate::signed_heat::solution::Confidence;
 use crate::signed_heat::source::Source;
-use eikona_mesh::{Located, TriangleMesh, Vertex, VertexField};
+use eikona_mesh::{Face, SegmentHost, TriangleMesh, Vertex, VertexField};
 
 /// See [`Confidence`].
 pub(crate) fn confidence(
@@ -28,18 +28,23 @@ pub(crate) fn confidence(
 /// The corners of the faces that hold data, with their distance to it.
 fn seeds(mesh: &TriangleMesh, source: &Source) -> Vec<(Vertex, f64)> {
     let mut seeds = Vec::new();
-    let mut near = |ends: [Located; 2]| {
-        let [a, b] = ends.map(|p| p.position(mesh));
-        let shared: Vec<_> =
-            ends[0].faces(mesh).into_iter().filter(|f| ends[1].weights_in_face(mesh, *f).is_some()).collect();
-        for face in shared {
-            for v in mesh.face_vertices(face) {
-                seeds.push((v, distance_to_segment(mesh.position(v), a, b)));
-            }
-        }
+    let mut near = |face: Face, [a, b]: [[f64; 3]; 2]| {
+        let seed = |v: Vertex| (v, distance_to_segment(mesh.position(v), a, b));
+        seeds.extend(mesh.face_vertices(face).map(seed));
     };
-    source.segments.iter().for_each(|s| near(s.ends));
-    source.points.iter().for_each(|p| near([*p, *p]));
+    for segment in &source.segments {
+        let ends = segment.ends.map(|p| p.position(mesh));
+        match segment.host {
+            SegmentHost::Face(face, _) => near(face, ends),
+            SegmentHost::Edge(e, _) => mesh.edge_halfedges(e).iter().for_each(|h| near(h.face(), ends)),
+        }
+    }
+    let mut points = source.points.clone();
+    points.sort_by_key(|p| p.key());
+    points.dedup();
+    for point in points {
+        point.faces(mesh).into_iter().for_each(|face| near(face, [point.position(mesh); 2]));
+    }
     seeds
 }
 

@@ -50,7 +50,7 @@ impl Source {
         let spread = time.sqrt();
         for (i, (segment, kind)) in self.segments.iter().zip(&self.kinds).enumerate() {
             match kind {
-                CurveKind::Signed => deposit.signed_segment(segment, self.sides.of_segment(i), sign),
+                CurveKind::Signed => deposit.signed_segment(segment, i, &self.sides, sign),
                 CurveKind::Unsigned => {
                     let [p, q] = segment.ends.map(|end| end.position(mesh));
                     let weight = 0.5 * distance(p, q) * spread;
@@ -118,35 +118,37 @@ impl<'a, F: EdgeFrames> Deposit<'a, F> {
         self.values
     }
 
-    /// The normal of an oriented segment (eq. 11, without the factor phi_e(m), as the paper advises).
-    /// `side` tells in which face, and seen from which side of the surface, left is left.
-    fn signed_segment(&mut self, segment: &Segment, (reference, upside): (Face, f64), sign: SignConvention) {
+    /// The normal of an oriented segment (eq. 11, without the factor phi_e(m), as the paper advises), the `i`-th one.
+    fn signed_segment(&mut self, segment: &Segment, i: usize, sides: &SideOfSegments, sign: SignConvention) {
+        let (reference, upside) = sides.of_segment(i);
         // The gradient points away from the negative side.
-        let to_gradient = match sign {
-            SignConvention::LeftNegative => -upside,
-            SignConvention::LeftPositive => upside,
+        let to_left = match sign {
+            SignConvention::LeftNegative => -1.0,
+            SignConvention::LeftPositive => 1.0,
         };
         match segment.host {
             SegmentHost::Face(face, [from, to]) => {
                 let t = &self.triangles[face.index()];
-                let normal = I * (t.point(to) - t.point(from)) * to_gradient;
+                let normal = I * (t.point(to) - t.point(from)) * (to_left * upside);
                 for side in 0..3 {
                     self.add(face, side, normal);
                 }
             }
             SegmentHost::Edge(edge, [from, to]) => {
+                let length = |h: &Halfedge| self.triangles[h.face().index()].lengths[h.side()];
                 let halfedges = self.mesh.edge_halfedges(edge);
-                let nonmanifold = halfedges.len() > 2;
-                for &h in halfedges {
-                    // Up to two faces share one vector: it is added once, from the reference face. Of more faces, each
-                    // gets its own share, by its own winding.
-                    if !nonmanifold && h.face() != reference {
-                        continue;
-                    }
-                    let length = self.triangles[h.face().index()].lengths[h.side()];
-                    let along = if self.mesh.follows_edge(h) { to - from } else { from - to };
-                    let normal = I * (along * length * to_gradient);
-                    self.add_seen_from(h, normal);
+                if halfedges.len() <= 2 {
+                    // Both faces share one vector.
+                    let Some(h) = halfedges.iter().find(|h| h.face() == reference) else { return };
+                    let along = if self.mesh.follows_edge(*h) { to - from } else { from - to };
+                    self.add_seen_from(*h, I * (along * length(h) * to_left * upside));
+                    return;
+                }
+                // Of more faces each has a vector for itself, into it or out of it. Deviation: the paper does not say which sheets are
+                // left; see `Seam::side`.
+                for h in halfedges {
+                    let into = (to - from).abs() * length(h) * sides.of_sheet(self.mesh, i, segment, *h);
+                    self.add_seen_from(*h, I * (into * to_left));
                 }
             }
         }
