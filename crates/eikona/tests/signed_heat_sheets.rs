@@ -54,22 +54,84 @@ fn fin_on_a_strip() {
     }
 }
 
-/// A curve along the nonmanifold edge itself: every sheet has its own side, by its own winding.
+/// A curve along the edge of the fin itself. Which sheets are left is for a normal to tell, not for the winding of their faces;
+/// the fin, which is neither, rises to the normal and counts as left.
 #[test]
-fn curve_along_the_edge_of_the_fin_is_finite() {
-    let mesh = strip_with_fin(|_| false);
-    let curve = [[1.5, 0.0, 0.0], [1.5, 0.5, 0.0]].map(|p| vertex_at(&mesh, p));
-    let solution =
-        solve(&mesh, &SurfaceCurves::from_curve(Curve::signed(curve)), PAPER_TIME, LevelSets::Zero);
-    for v in mesh.vertices() {
-        let [x, _, z] = mesh.position(v);
-        let distance = (x - 1.5).abs() + z;
-        let d = solution.distance[v];
-        assert!(d.is_finite() && d.abs() < distance + 1e-6, "{d} at {distance}");
+fn curve_along_the_edge_of_the_fin() {
+    let windings: [(&str, fn(usize) -> bool); 5] = [
+        ("as made", |_| false),
+        ("left of the fin reversed", |i| i < 6),
+        ("right of the fin reversed", |i| (6..12).contains(&i)),
+        ("fin reversed", |i| i >= 12),
+        ("one face beside the seam reversed", |i| i == 5),
+    ];
+    for (name, flip) in windings {
+        let mesh = strip_with_fin(flip);
+        let nodes = [[1.5, 0.0, 0.0], [1.5, 0.5, 0.0]].map(|p| vertex_at(&mesh, p));
+        let ask = |nodes: [Vertex; 2], up: Option<[f64; 3]>| {
+            let source = SurfaceCurves::from_curve(Curve { up, ..Curve::signed(nodes) });
+            solve(&mesh, &source, PAPER_TIME, LevelSets::Zero)
+        };
+        for turned in [1.0, -1.0] {
+            let there = if turned > 0.0 { nodes } else { [nodes[1], nodes[0]] };
+            let told = ask(there, Some([0.0, 0.0, turned])).distance;
+            for v in mesh.vertices() {
+                let [x, _, z] = mesh.position(v);
+                // Both turned over, left stays left, but the fin rises against the normal.
+                let wanted = x - 1.5 - turned * z;
+                assert!((told[v] - wanted).abs() < 1e-6, "{name}, {turned}, {v}: {} for {wanted}", told[v]);
+            }
+        }
+        // Untold, the sides of the strip differ nevertheless; and it is said if windings do not agree.
+        let untold = ask(nodes, None);
+        let [left, right] = [[0.0; 3], [3.0, 0.0, 0.0]].map(|p| untold.distance[vertex_at(&mesh, p)]);
+        assert!((left.abs() - 1.5).abs() < 1e-6 && (left + right).abs() < 1e-6, "{name}: {left} {right}");
+        let warned = untold.report.all_warnings().any(|text| text.contains("tell it by `up`"));
+        assert_eq!(warned, name.contains("left of") || name.contains("right of"), "{name}");
     }
-    // Across the strip the sides differ as without the fin.
-    let [left, right] = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]].map(|p| solution.distance[vertex_at(&mesh, p)]);
-    assert!(left < -0.5 && right > 0.5, "{left} {right}");
+}
+
+/// Where the seam winds and the sheets with it, each stays on its side all along.
+#[test]
+fn sheets_of_a_winding_seam_stay_on_their_sides() {
+    // Three sheets at 120 degrees along an axis, turned by two full turns on the way.
+    let (steps, width) = (120, 3);
+    let (mut positions, mut faces) = (Vec::new(), Vec::new());
+    for i in 0..=steps {
+        positions.push([0.0, 0.0, 0.05 * f64::from(i)]);
+    }
+    for sheet in 0..3u32 {
+        let base = positions.len() as u32;
+        for i in 0..=steps {
+            let a = std::f64::consts::TAU * (2.0 * f64::from(i) / f64::from(steps) + f64::from(sheet) / 3.0);
+            for j in 1..=width {
+                let r = 0.05 * f64::from(j);
+                positions.push([r * a.cos(), r * a.sin(), 0.05 * f64::from(i)]);
+            }
+        }
+        let at = |i: i32, j: i32| if j == 0 { i as u32 } else { base + (width * i + j - 1) as u32 };
+        for (i, j) in (0..steps).flat_map(|i| (0..width).map(move |j| (i, j))) {
+            // Every third face is wound the other way.
+            for [a, b, c] in
+                [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
+            {
+                faces.push(if faces.len() % 3 == 0 { [a, b, c] } else { [a, c, b] });
+            }
+        }
+    }
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let curve = Curve { up: Some([0.0, 1.0, 0.0]), ..Curve::signed((0..=steps as u32).map(Vertex)) };
+    let solution = solve(&mesh, &SurfaceCurves::from_curve(curve), PAPER_TIME, LevelSets::Zero);
+    let per_sheet = ((steps + 1) * width) as usize;
+    let first = (steps + 1) as usize;
+    for sheet in 0..3 {
+        let range = first + sheet * per_sheet..first + (sheet + 1) * per_sheet;
+        let negative = solution.distance.as_slice()[range.clone()].iter().filter(|d| **d < 0.0).count();
+        assert!(
+            negative == 0 || negative == per_sheet,
+            "sheet {sheet}: {negative} of {per_sheet} are negative"
+        );
+    }
 }
 
 /// Two squares that share a corner only, with a line in the first: (mesh, source, exact distance as behind a point).
