@@ -3,7 +3,9 @@
 mod regions;
 use eikona::contour::{plane_cut, shortest_vertex_path};
 use eikona::mesh::{Curve, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, damage, shapes};
-use eikona::winding::{Part, Reference, Winding, WindingError, WindingOptions, surface_winding_number};
+use eikona::winding::{
+    Completion, Part, Reference, Winding, WindingError, WindingOptions, surface_winding_number,
+};
 use regions::{boundary_of, centre};
 
 fn solve(mesh: &TriangleMesh, curves: Vec<Curve>) -> Winding {
@@ -411,4 +413,59 @@ fn folding_changes_nothing() {
     for (c, w) in one.values.iter().filter(|(_, w)| !w.is_nan()) {
         assert!((w - other.values[c]).abs() < 1e-9);
     }
+}
+
+/// Two vertices of a torus made one, in the gap of a broken loop around the tube: the loop is completed through it. There the winding
+/// number has no value; everywhere else its jumps are the same at both ends of an edge.
+#[test]
+fn a_completed_loop_through_a_pinched_vertex_keeps_its_jumps() {
+    let torus = shapes::torus(1.0, 0.4, 30, 15).unwrap();
+    let number = |i: u32, j: u32| 15 * i + j;
+    let (pinched, other) = (number(7, 12), number(22, 12));
+    let faces = torus.triangles().iter().map(|f| f.map(|v| if v == other { pinched } else { v })).collect();
+    let mesh = TriangleMesh::new(torus.positions().to_vec(), faces).unwrap();
+    let arc = SurfaceCurves::from_curve(Curve::signed((0..=10).map(|j| Vertex(number(7, j)))));
+    for (completion, intrinsic_delaunay) in
+        [(Completion::Full, false), (Completion::Full, true), (Completion::Curve, true)]
+    {
+        let options = WindingOptions { completion, intrinsic_delaunay, ..Default::default() };
+        let w = surface_winding_number(&mesh, &arc, &options).unwrap();
+        let is_full = completion == Completion::Full;
+        assert_eq!(w.report.warnings.iter().any(|text| text.contains("the first is vertex 117")), is_full);
+        let mut most = 0.0f64;
+        for e in w.mesh.edges() {
+            let &[a, b] = w.mesh.edge_halfedges(e) else { continue };
+            for v in w.mesh.edge_vertices(e) {
+                let at = |f: Face| {
+                    let k = w.mesh.face_vertices(f).iter().position(|u| *u == v).unwrap();
+                    w.values.as_slice()[3 * f.index() + k]
+                };
+                let jump = at(a.face()) - at(b.face());
+                let left_out = w.endpoints.contains(&v) || (v.0 == pinched && is_full);
+                assert_eq!(jump.is_nan(), left_out, "{v}");
+                if !jump.is_nan() && is_full {
+                    assert!((jump - w.bounding_jump(e)).abs() < 1e-9, "{v}: {jump}");
+                    most = most.max(jump.abs());
+                }
+            }
+        }
+        assert!(most > 0.2 || !is_full, "{most}");
+    }
+}
+
+/// The reference face is told by its largest part, at any scale.
+#[test]
+fn the_reference_of_a_cut_face_does_not_depend_on_scale() {
+    let square = shapes::grid(1, 1, 1.0, 1.0, shapes::Diagonal::Alternating).unwrap();
+    let [a, b, c] = square.triangles()[0];
+    let at = |bary| SurfacePoint::Face { vertices: [a, b, c], bary };
+    let corners = [[0.8, 0.1, 0.1], [0.1, 0.8, 0.1], [0.1, 0.1, 0.8], [0.8, 0.1, 0.1]];
+    let curve = SurfaceCurves::from_curve(Curve::signed(corners.map(at)));
+    let options = WindingOptions { reference: Reference::Face(Face(0)), ..Default::default() };
+    let labels = [1e-170, 1.0, 1e170].map(|scale| {
+        let scaled = square.positions().iter().map(|p| p.map(|x| scale * x)).collect();
+        surface_winding_number(&square.with_positions(scaled).unwrap(), &curve, &options).unwrap().labels
+    });
+    assert!(labels[0] == labels[1] && labels[1] == labels[2]);
+    assert!(labels[1].iter().any(|(_, label)| *label == 0) && labels[1].iter().any(|(_, label)| *label != 0));
 }

@@ -309,3 +309,35 @@ fn labels_that_are_guesses_are_warned_of() {
     assert_eq!(w.report.uncertain_area, 0.0);
     assert!(w.report.warnings.is_empty(), "{:?}", w.report.warnings);
 }
+
+/// What is suggested saves energy, also where pieces run alongside each other, which is not weighed at first.
+#[test]
+fn reversals_that_are_suggested_save_energy() {
+    let torus = shapes::torus(1.0, 0.4, 40, 20).unwrap();
+    let arc = |from: [u32; 2], step: [u32; 2], count: u32| {
+        Curve::signed(
+            (0..count).map(|n| Vertex(20 * ((from[0] + step[0] * n) % 40) + (from[1] + step[1] * n) % 20)),
+        )
+    };
+    let mut seed = 1u64;
+    let mut below = |n: u32| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((seed >> 33) % u64::from(n)) as u32
+    };
+    let mut suggested = 0;
+    for _ in 0..150 {
+        let curves: Vec<Curve> = (0..2 + below(6))
+            .map(|_| {
+                let step = [[1, 0], [0, 1], [39, 0], [0, 19], [1, 1]][below(5) as usize];
+                arc([below(40), below(20)], step, 4 + below(10))
+            })
+            .collect();
+        let w = solve(&torus, &curves, &WindingOptions::default());
+        let found = w.report.orientation.unwrap();
+        if !found.reversed.is_empty() {
+            suggested += 1;
+            assert!(found.energy_saved > 0.0 && found.energy_saved < 1.0, "{}", found.energy_saved);
+        }
+    }
+    assert!(suggested > 20, "{suggested}");
+}

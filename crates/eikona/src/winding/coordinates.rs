@@ -13,7 +13,8 @@ pub(crate) struct Coordinates {
     /// Vertices with jumps whose faces are not one fan. They have no coordinates either.
     ///
     /// Deviation: the public program takes the curve for absent there, so that the jumps at both ends of an edge differ and the
-    /// derivative is no form any more. (Test `a_fin_is_warned_of_and_changes_little_elsewhere`.)
+    /// derivative is no form any more. (Tests `a_fin_is_warned_of_and_changes_little_elsewhere`,
+    /// `a_completed_loop_through_a_pinched_vertex_keeps_its_jumps`.)
     pub not_fans: Vec<Vertex>,
 }
 

@@ -63,6 +63,7 @@ mod orientation;
 mod solution;
 mod solver;
 mod split;
+mod steps;
 mod triangulation;
 mod walks;
 

@@ -4,7 +4,34 @@ use crate::winding::chain::Chain;
 use crate::winding::coordinates::Coordinates;
 use crate::winding::islands::Islands;
 use crate::wording::counted;
-use eikona_mesh::{Edge, TriangleMesh};
+use eikona_mesh::{Edge, Face, SurfacePoint, TriangleMesh, Vertex};
+
+/// How elements are called to the user, who knows those of the input only: of a mesh that was cut, where its vertices lie and the faces
+/// that they were cut from.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Names<'a>(pub Option<(&'a [SurfacePoint], &'a [Face])>);
+
+impl Names<'_> {
+    fn vertex(self, v: Vertex) -> String {
+        match self.0.map(|(places, _)| places[v.index()]) {
+            None => format!("vertex {}", v.index()),
+            Some(SurfacePoint::Vertex { vertex }) => format!("vertex {vertex}"),
+            Some(SurfacePoint::Edge { vertices: [a, b], .. }) => {
+                format!("a point between vertices {a} and {b}")
+            }
+            Some(SurfacePoint::Face { vertices: [a, b, c], .. }) => {
+                format!("a point in the face of vertices {a}, {b} and {c}")
+            }
+        }
+    }
+
+    fn face(self, f: Face) -> String {
+        match self.0 {
+            None => f.to_string(),
+            Some((_, parents)) => format!("a part of {}", parents[f.index()]),
+        }
+    }
+}
 
 pub(super) fn note_chain(chain: &Chain, warnings: &mut Vec<String>) {
     if chain.cancelled > 0 {
@@ -26,35 +53,37 @@ pub(super) fn note_chain(chain: &Chain, warnings: &mut Vec<String>) {
     }
 }
 
-pub(super) fn note_not_fans(coordinates: &Coordinates, warnings: &mut Vec<String>) {
-    if let Some(first) = coordinates.not_fans.first() {
+pub(super) fn note_not_fans(coordinates: &Coordinates, names: Names, warnings: &mut Vec<String>) {
+    if let Some(&first) = coordinates.not_fans.first() {
+        let count = coordinates.not_fans.len();
         let vertices =
-            counted(coordinates.not_fans.len(), "vertex of the curve has", "vertices of the curve have");
+            counted(count, "vertex of the completed curve has", "vertices of the completed curve have");
         warnings.push(format!(
-            "{vertices} more than one fan of faces, the first is vertex {}; the winding number has no value there",
-            first.index()
+            "{vertices} more than one fan of faces, the first is {}; the winding number has no value there",
+            names.vertex(first)
         ));
     }
 }
 
-pub(super) fn note_without_value(islands: &Islands, warnings: &mut Vec<String>) {
-    if let Some((first, _)) = islands.without_value.first() {
+pub(super) fn note_without_value(islands: &Islands, names: Names, warnings: &mut Vec<String>) {
+    if let Some(&(first, _)) = islands.without_value.first() {
         let faces = counted(islands.without_value.len(), "face has", "faces have");
         warnings.push(format!(
-            "{faces} endpoints at all corners, so no value, the first is {first}; labelled like the nearest face with one"
+            "{faces} endpoints at all corners, so no value, the first is {}; labelled like the nearest face with one",
+            names.face(first)
         ));
     }
 }
 
-pub(super) fn note_freed(freed: &[Edge], mesh: &TriangleMesh, warnings: &mut Vec<String>) {
+pub(super) fn note_freed(freed: &[Edge], mesh: &TriangleMesh, names: Names, warnings: &mut Vec<String>) {
     if let Some(&first) = freed.first() {
         let [a, b] = mesh.edge_vertices(first);
         let edges = counted(freed.len(), "edge of the curve is", "edges of the curve are");
         warnings.push(format!(
-            "{edges} all that joins a ring of faces, the first from vertex {} to {}: the nonbounding part may be larger than the \
+            "{edges} all that joins a ring of faces, the first from {} to {}: the nonbounding part may be larger than the \
              curve there; refine the mesh around it",
-            a.index(),
-            b.index()
+            names.vertex(a),
+            names.vertex(b)
         ));
     }
 }

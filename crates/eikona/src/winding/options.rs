@@ -8,7 +8,9 @@ pub enum Completion {
     /// Everywhere: the function jumps by the curve minus its completed nonbounding part, as the supplement has it.
     #[default]
     Full,
-    /// At vertices of the curve only: off the curve the function stays continuous. What the public program does.
+    /// At vertices of the curve only: off the curve the function stays continuous. What the public program does. (Such jumps end in the
+    /// middle of the surface, and are no form: the last solve is on the faces, also with
+    /// [`intrinsic_delaunay`](WindingOptions::intrinsic_delaunay).)
     Curve,
 }
 
@@ -22,7 +24,8 @@ pub enum Reference {
     Face(Face),
 }
 
-/// Whether stretches of the curve that look reversed are looked for: those that, turned over, would leave a smoother function.
+/// Whether stretches of the curve that look reversed are looked for: those that, turned over, would leave a smoother function (on
+/// the faces, whatever the triangles of the solve).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Diagnosis {
     /// If the curve has at most [`MOST_STRETCHES`](super::MOST_STRETCHES) stretches.

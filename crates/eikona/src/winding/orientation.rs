@@ -202,10 +202,15 @@ impl Stretches {
             let Some((worst, _)) = worst else { break };
             sign[worst] = -sign[worst];
         }
-        turn_the_shorter_parts(&energy, &has_ends, &lengths, &mut sign);
+        let groups = groups(&energy, &has_ends);
+        turn_the_shorter_parts(&groups, &lengths, &mut sign);
+        turn_back_what_saves_nothing(&groups, &whole, &mut sign);
         let pairs = (0..sign.len()).flat_map(|p| (0..sign.len()).map(move |q| (p, q)));
         let after: f64 = pairs.map(|(p, q)| sign[p] * sign[q] * whole[p][q]).sum();
-        report.energy_saved = if given > NO_ENERGY { 1.0 - after / given } else { 0.0 };
+        if given <= NO_ENERGY || after >= given {
+            return Ok(report);
+        }
+        report.energy_saved = 1.0 - after / given;
         for step in self.of.iter().zip(&sign).filter(|(_, s)| **s < 0.0).flat_map(|(stretch, _)| stretch) {
             report.steps.push((step.curve, step.step));
         }
@@ -319,11 +324,10 @@ struct Interaction {
     has_ends: Vec<bool>,
 }
 
-/// Turning over all stretches that have to do with each other changes next to no energy: of what is turned over of them and the
-/// rest, the shorter is what looks reversed.
-fn turn_the_shorter_parts(energy: &[Vec<f64>], has_ends: &[bool], lengths: &[f64], sign: &mut [f64]) {
-    let mut groups = DisjointSets::new(sign.len());
-    for p in 0..sign.len() {
+/// Numbers of the groups of stretches that have to do with each other.
+fn groups(energy: &[Vec<f64>], has_ends: &[bool]) -> Vec<usize> {
+    let mut groups = DisjointSets::new(energy.len());
+    for p in 0..energy.len() {
         for q in 0..p {
             let matters = energy[p][q].abs() > SHARE * energy[p][p].min(energy[q][q]);
             if has_ends[p] && has_ends[q] && matters {
@@ -331,11 +335,31 @@ fn turn_the_shorter_parts(energy: &[Vec<f64>], has_ends: &[bool], lengths: &[f64
             }
         }
     }
-    let (group, count) = groups.numbers();
-    let mut kept = vec![0.0; count];
-    (0..sign.len()).for_each(|p| kept[group[p] as usize] += sign[p] * lengths[p]);
-    for p in (0..sign.len()).filter(|&p| kept[group[p] as usize] < 0.0) {
+    groups.numbers().0.into_iter().map(|g| g as usize).collect()
+}
+
+/// Turning over a whole group changes next to no energy: of what is turned over of it and the rest, the shorter is what looks reversed.
+fn turn_the_shorter_parts(groups: &[usize], lengths: &[f64], sign: &mut [f64]) {
+    let mut kept = vec![0.0; groups.len()];
+    (0..sign.len()).for_each(|p| kept[groups[p]] += sign[p] * lengths[p]);
+    for p in (0..sign.len()).filter(|&p| kept[groups[p]] < 0.0) {
         sign[p] = -sign[p];
+    }
+}
+
+/// Turns back what is turned over of a group, unless that would raise the energy, now with what stretches beside each other add to it.
+fn turn_back_what_saves_nothing(groups: &[usize], whole: &[Vec<f64>], sign: &mut [f64]) {
+    for g in 0..groups.len() {
+        let is_turned = |p: usize, sign: &[f64]| groups[p] == g && sign[p] < 0.0;
+        let turned: Vec<usize> = (0..sign.len()).filter(|&p| is_turned(p, sign)).collect();
+        let others = (0..sign.len()).filter(|&q| !is_turned(q, sign));
+        let between: f64 = others
+            .flat_map(|q| turned.iter().map(move |&p| (p, q)))
+            .map(|(p, q)| sign[p] * sign[q] * (whole[p][q] + whole[q][p]))
+            .sum();
+        if between >= 0.0 {
+            turned.into_iter().for_each(|p| sign[p] = 1.0);
+        }
     }
 }
 

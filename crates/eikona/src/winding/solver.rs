@@ -1,49 +1,47 @@
-//! The steps of the method, in order.
+//! The mesh made ready for curves, and what becomes of one.
 
 use crate::contour::side::consistently_wound;
 use crate::contour::{Embedded, EmbeddedCurve, embed_curves, parts_of_short_edges};
-use crate::geometry::{Triangle, lay_out_in, unit_of, winding_is_consistent};
+use crate::geometry::{Triangle, face_in, lay_out_in, unit_of, winding_is_consistent};
 use crate::phases::{Phases, Running};
 use crate::winding::chain::{Chain, Step, along_edge};
-use crate::winding::coordinates::Coordinates;
 use crate::winding::decomposition::{Part, parts_of};
 use crate::winding::error::WindingError;
-use crate::winding::harmonic::{integrated_in_faces, jumps_of};
-use crate::winding::islands::Islands;
-use crate::winding::jump_laplace::{darboux_derivative, differences, solve_jump_equation};
-use crate::winding::labels::{Labels, labels, share_of_area};
+use crate::winding::labels::share_of_area;
 use crate::winding::loops::loops_of;
-use crate::winding::nonbounding::nonbounding_part;
-use crate::winding::notes::{note_chain, note_freed, note_not_fans, note_uncertain, note_without_value};
+use crate::winding::notes::{
+    Names, note_chain, note_freed, note_not_fans, note_uncertain, note_without_value,
+};
 use crate::winding::operators::Operators;
-use crate::winding::options::{Completion, Diagnosis, Reference, WindingOptions};
+use crate::winding::options::{Diagnosis, Reference, WindingOptions};
 use crate::winding::orientation::{MOST_AT_ALL, MOST_STRETCHES, Orientation, Stretches, changed_area};
-use crate::winding::solution::{Parents, ProgramReport, Winding, WindingReport};
+use crate::winding::solution::{Parents, Winding, WindingReport};
+use crate::winding::steps::Found;
 use crate::winding::walks::{segments_of, walks};
 use crate::wording::counted;
-use eikona_mesh::{Curve, CurveKind, Edge, Face, Segment, SurfaceCurves, Topology, TriangleMesh, Vertex};
-use eikona_numeric::Cholesky;
+use eikona_mesh::{Curve, CurveKind, Face, Segment, SurfaceCurves, Topology, TriangleMesh};
 use std::sync::OnceLock;
 
 /// A mesh with its factored operators: answers curve after curve.
 ///
 /// Curves along edges without endpoints (closed, or from boundary to boundary) share one factor of the Laplacian and one of the
 /// Hodge system. Others leave out the vertices at which they end, which changes the numbers of the Laplacian but not its pattern: it
-/// is factored anew, not analysed anew. For a curve across faces the mesh is cut, and the operators are those of the cut mesh.
+/// is factored anew, not analysed anew; but on intrinsic Delaunay triangles, which leave out the faces at such vertices, all is made anew.
+/// For a curve across faces the mesh is cut, and the operators are those of the cut mesh.
 #[derive(Debug)]
 pub struct Solver {
-    mesh: TriangleMesh,
+    pub(super) mesh: TriangleMesh,
     /// Faces whose winding was turned over; empty if none was.
     turned: Vec<bool>,
     consistent: bool,
     /// Every closed curve bounds: no nonbounding part is looked for.
-    simply_connected: bool,
+    pub(super) simply_connected: bool,
     /// What lengths are divided by: labels do not depend on the size of the mesh, which may be one that can not be squared.
-    unit: f64,
-    triangles: Vec<Triangle>,
-    on_faces: Operators,
+    pub(super) unit: f64,
+    pub(super) triangles: Vec<Triangle>,
+    pub(super) on_faces: Operators,
     /// On the intrinsic Delaunay triangles.
-    on_delaunay: OnceLock<Operators>,
+    pub(super) on_delaunay: OnceLock<Operators>,
     warnings: Vec<String>,
 }
 
@@ -103,7 +101,9 @@ impl Solver {
     ///
     /// # Cost
     /// Two back-substitutions; for curves with endpoints a factorisation, and on surfaces that are not simply connected the Hodge
-    /// system (factored once) and a linear program on the faces. Where the mesh is cut, analysis and factorisation of its operators.
+    /// system (factored once) and a linear program on the faces. Where the mesh is cut, analysis and factorisation of its operators. To look
+    /// at the orientation of several pieces takes a factorisation and a back-substitution each, on the faces, and if some look reversed
+    /// a whole second solve: see [`Diagnosis`](super::Diagnosis).
     pub fn solve(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<Winding, WindingError> {
         let mut phases = Phases::start();
         self.check(curves, options)?;
@@ -112,9 +112,8 @@ impl Solver {
         if segments.iter().all(|s| along_edge(s).is_some()) {
             let walks = walks(curves, &segments);
             if !options.split_short || parts_of_short_edges(&self.mesh, &walks).is_empty() {
-                let warnings = self.warnings.clone();
-                let mut winding =
-                    self.solve_along_edges(curves, &segments, walks, options, warnings, phases)?;
+                let told = (Names::default(), self.warnings.clone());
+                let mut winding = self.solve_along_edges(curves, &segments, walks, options, told, phases)?;
                 winding.parents = Parents { turned: self.turned.clone(), ..Parents::default() };
                 return Ok(winding);
             }
@@ -135,7 +134,7 @@ impl Solver {
         }
         let mut options = *options;
         if let Reference::Face(face) = options.reference {
-            let area = |child: &Face| Triangle::of_face(&embedded.mesh, *child).area;
+            let area = |child: &Face| face_in(&embedded.mesh, *child, self.unit).area;
             let children = embedded.mesh.faces().filter(|child| embedded.face_parent[child.index()] == face);
             let largest = children.max_by(|a, b| area(a).total_cmp(&area(b)));
             options.reference = Reference::Face(largest.ok_or(WindingError::no_such_reference(face))?);
@@ -149,8 +148,8 @@ impl Solver {
         };
         let along = SurfaceCurves { curves: walks.iter().map(curve).collect(), points: Vec::new() };
         let segments = segments_of(&mesh, &walks);
-        let warnings = self.warnings.clone();
-        let mut winding = cut.solve_along_edges(&along, &segments, walks, &options, warnings, phases)?;
+        let told = (Names(Some((&vertex_place, &face_parent))), self.warnings.clone());
+        let mut winding = cut.solve_along_edges(&along, &segments, walks, &options, told, phases)?;
         winding.face_parent = face_parent;
         winding.parents =
             Parents { turned: self.turned.clone(), cut: Some((self.mesh.clone(), vertex_place)) };
@@ -164,16 +163,16 @@ impl Solver {
         segments: &[Segment],
         walks: Vec<EmbeddedCurve>,
         options: &WindingOptions,
-        mut warnings: Vec<String>,
+        (names, mut warnings): (Names, Vec<String>),
         mut phases: Running,
     ) -> Result<Winding, WindingError> {
         let mesh = &self.mesh;
         let (chain, steps) = Chain::of(mesh, self.consistent, curves, segments, &mut warnings)?;
         note_chain(&chain, &mut warnings);
         let found = self.solve_chain(&chain.jump, options, &mut phases)?;
-        note_not_fans(&found.coordinates, &mut warnings);
-        note_freed(&found.freed, mesh, &mut warnings);
-        note_without_value(&found.islands, &mut warnings);
+        note_not_fans(&found.coordinates, names, &mut warnings);
+        note_freed(&found.freed, mesh, names, &mut warnings);
+        note_without_value(&found.islands, names, &mut warnings);
         let uncertain_area = share_of_area(&self.triangles, |f| found.labels.margin[f] < UNCERTAIN);
         note_uncertain(uncertain_area, &mut warnings);
 
@@ -261,97 +260,6 @@ impl Solver {
         }
     }
 
-    /// Steps 1 to 10 and the labels, for jumps at edges.
-    fn solve_chain(
-        &self,
-        curve: &[i32],
-        options: &WindingOptions,
-        phases: &mut Running,
-    ) -> Result<Found, WindingError> {
-        let mesh = &self.mesh;
-        let jump: Vec<f64> = curve.iter().map(|&j| f64::from(j)).collect();
-        let coordinates = Coordinates::of(mesh, &jump, 0.5);
-        let mut excluded = vec![false; mesh.vertex_count()];
-        coordinates.left_out().for_each(|v| excluded[v.index()] = true);
-        let all_closed = coordinates.left_out().next().is_none();
-        phases.end("chain");
-
-        let own_operators;
-        let on = if !options.intrinsic_delaunay {
-            &self.on_faces
-        } else if all_closed {
-            self.on_delaunay.get_or_init(|| Operators::on_delaunay(mesh, &self.triangles, &excluded))
-        } else {
-            own_operators = Operators::on_delaunay(mesh, &self.triangles, &excluded);
-            &own_operators
-        };
-        let own_factor;
-        let factor = if all_closed {
-            on.whole_factor(mesh)?
-        } else {
-            own_factor = on.factor(mesh, &excluded)?;
-            &own_factor
-        };
-        phases.end("factorisation");
-        let equation = |corner: &[f64]| jump_function(mesh, on, factor, &excluded, corner);
-        let (mut values, derivative, mut residual) = equation(&coordinates.corner)?;
-        let mut nonbounding = vec![0.0; mesh.edge_count()];
-        let mut residual_function = vec![0.0; 3 * mesh.face_count()];
-        let (mut program, mut freed) = (None, Vec::new());
-        phases.end("jump equation");
-
-        if !self.simply_connected {
-            let mut harmonic = derivative;
-            if !all_closed {
-                let hodge_residual;
-                (harmonic, hodge_residual) = on.hodge(mesh)?.harmonic_part(&on.triangulation, &harmonic)?;
-                residual = residual.max(hodge_residual);
-            }
-            phases.end("harmonic part");
-            let largest = harmonic.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-            if largest > NO_HARMONIC_PART {
-                // Without endpoints the function itself has the harmonic derivative, and its jumps are whole numbers to the last digit.
-                let in_faces = if all_closed {
-                    values.clone()
-                } else {
-                    on.triangulation.form_to_mesh(&mut harmonic);
-                    integrated_in_faces(&harmonic)
-                };
-                let shift = if all_closed { jump.clone() } else { jumps_of(mesh, &in_faces) };
-                let part = nonbounding_part(mesh, &self.triangles, curve, &shift, options.epsilon)?;
-                for (corner, value) in residual_function.iter_mut().enumerate() {
-                    *value = in_faces[corner] + part.shift_of_face[corner / 3];
-                }
-                (nonbounding, freed) = (part.jump, part.freed);
-                program = Some(ProgramReport { objective: self.unit * part.report.objective, ..part.report });
-                phases.end("linear program");
-
-                let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
-                let corrected = self.corrected(&coordinates, curve, &rest, options.completion);
-                let second;
-                (values, _, second) = equation(&corrected)?;
-                residual = residual.max(second);
-                phases.end("second jump equation");
-            }
-        }
-
-        let islands = Islands::of(mesh, &on.triangulation, &excluded);
-        let labels = labels(mesh, &self.triangles, &islands, &values, curve, &nonbounding, options.reference);
-        phases.end("labels");
-        Ok(Found {
-            coordinates,
-            excluded,
-            values,
-            nonbounding,
-            residual_function,
-            islands,
-            labels,
-            residual,
-            program,
-            freed,
-        })
-    }
-
     fn check(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<(), WindingError> {
         if curves.curves.is_empty() {
             return Err(WindingError::NoCurve);
@@ -371,68 +279,10 @@ impl Solver {
             _ => Ok(()),
         }
     }
-
-    /// Reduced coordinates of the curve without its nonbounding part (algorithm 8, with the running sum that it leaves out). The
-    /// curve still ends where it did, as what was taken off is closed.
-    fn corrected(
-        &self,
-        before: &Coordinates,
-        curve: &[i32],
-        rest: &[f64],
-        completion: Completion,
-    ) -> Vec<f64> {
-        let mesh = &self.mesh;
-        let mut corner = Coordinates::of(mesh, rest, f64::INFINITY).corner;
-        let mut clear = |v: Vertex| mesh.vertex_corners(v).iter().for_each(|c| corner[c.index()] = 0.0);
-        before.left_out().for_each(&mut clear);
-        if completion == Completion::Curve {
-            let mut touched = vec![false; mesh.vertex_count()];
-            for e in mesh.edges().filter(|e| curve[e.index()] != 0) {
-                mesh.edge_vertices(e).into_iter().for_each(|v| touched[v.index()] = true);
-            }
-            mesh.vertices().filter(|v| !touched[v.index()]).for_each(clear);
-        }
-        corner
-    }
-}
-
-/// What the steps give for jumps at edges.
-struct Found {
-    coordinates: Coordinates,
-    excluded: Vec<bool>,
-    values: Vec<f64>,
-    nonbounding: Vec<f64>,
-    residual_function: Vec<f64>,
-    islands: Islands,
-    labels: Labels,
-    residual: f64,
-    program: Option<ProgramReport>,
-    freed: Vec<Edge>,
-}
-
-/// The smoothest function with these coordinates at corners, NaN at excluded vertices; its derivative along the halfedges of the
-/// operators' triangulation; and the relative residual.
-fn jump_function(
-    mesh: &TriangleMesh,
-    on: &Operators,
-    factor: &Cholesky<f64>,
-    excluded: &[bool],
-    coordinates: &[f64],
-) -> Result<(Vec<f64>, Vec<f64>, f64), WindingError> {
-    let mut differences = differences(coordinates);
-    on.triangulation.form_from_mesh(&mut differences);
-    let (base, residual) = solve_jump_equation(&on.triangulation, factor, excluded, &differences)?;
-    let derivative = darboux_derivative(&on.triangulation, excluded, &base, &differences);
-    let value = |(&v, c): (&u32, &f64)| if excluded[v as usize] { f64::NAN } else { base[v as usize] + c };
-    let values = mesh.triangles().iter().flatten().zip(coordinates).map(value).collect();
-    Ok((values, derivative, residual))
 }
 
 /// Labels with a smaller margin are next to a guess.
 const UNCERTAIN: f64 = 0.1;
-
-/// A harmonic form below this (jumps are whole numbers) is rounding: every part of the curve bounds.
-const NO_HARMONIC_PART: f64 = 1e-9;
 
 /// Whether every component is a sphere or a disk.
 fn is_simply_connected(mesh: &TriangleMesh) -> bool {
