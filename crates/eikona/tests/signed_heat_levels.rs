@@ -112,6 +112,11 @@ fn per_component_finds_the_level_of_each_curve() {
     // Both have their smaller radius on the left, so the distance grows by 0.4 from the first to the second.
     let mut source = zero_level(&mesh, |p| radius(p) - 0.31);
     source.curves.extend(zero_level(&mesh, |p| radius(p) - 0.71).curves);
+    // A point by itself has no level to be held to, and no place among those of the curves.
+    let mut with_point = source.clone();
+    with_point.points.push(eikona_mesh::Vertex(0).into());
+    let levels = solve(&mesh, &with_point, PAPER_TIME, LevelSets::PerComponent).report.levels;
+    assert_eq!(levels.len(), 2);
     let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::PerComponent);
     let report = &solution.report;
     assert_eq!(report.levels.len(), 2);

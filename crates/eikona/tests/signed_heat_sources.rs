@@ -42,6 +42,25 @@ fn doubled_curves_equal_single_ones() {
     doubled.curves.extend(source.curves.clone());
     assert!(largest_difference(&free(&mesh, &source), &free(&mesh, &doubled)) < 1e-12);
     assert!(largest_difference(&zero(&mesh, &source), &zero(&mesh, &doubled)) < 1e-7);
+    let soft = |source| solve(&mesh, source, PAPER_TIME, LevelSets::Soft(3.0)).distance.into_vec();
+    assert!(largest_difference(&soft(&source), &soft(&doubled)) < 1e-9);
+}
+
+/// A soft level set means the same on any mesh: for curves and for points.
+#[test]
+fn soft_level_sets_do_not_depend_on_resolution() {
+    let ask = |n: usize| {
+        let mesh = plate(n);
+        let mut source = zero_level(&mesh, |p| (p[0] - 0.9).hypot(p[1] - 1.1) - 0.5);
+        source.points.push(vertex_at(&mesh, [0.2, 0.2, 0.0]).into());
+        let solution = solve(&mesh, &source, DiffusionTime::Automatic, LevelSets::Soft(0.3));
+        [[0.2, 0.2, 0.0], [1.8, 1.8, 0.0], [1.0, 1.0, 0.0]].map(|p| solution.distance[vertex_at(&mesh, p)])
+    };
+    let (coarse, fine) = (ask(40), ask(160));
+    println!("{coarse:?} {fine:?}");
+    for (a, b) in coarse.into_iter().zip(fine) {
+        assert!((a - b).abs() < 0.02, "{coarse:?} {fine:?}");
+    }
 }
 
 /// A curve and the same curve backwards say nothing together: their normals cancel. Alone on a surface they leave no distance,

@@ -75,8 +75,8 @@ pub(crate) struct Integrated {
     pub residual: f64,
     /// Largest deviation of a value on the curves from its level, in the unit of length; `None` if none is asked for.
     pub constraint_violation: Option<f64>,
-    /// The level of each connected piece of the curves, for [`LevelSets::PerComponent`].
-    pub levels: Vec<f64>,
+    /// For the user, if level sets could not be held.
+    pub warning: Option<String>,
 }
 
 impl PreparedIntegration {
@@ -302,7 +302,7 @@ impl Integration {
         let (mut values, residual) = self.fit(b)?;
         let shift = self.mean_at_source(mesh, &values, source);
         self.subtract(&mut values, &shift);
-        Ok(Integrated { values, residual, constraint_violation: None, levels: Vec::new() })
+        Ok(Integrated { values, residual, constraint_violation: None, warning: None })
     }
 
     /// For each component the mean of a function along its curves, by length, if there are signed ones; else its minimum, so
@@ -355,6 +355,8 @@ impl Integration {
     }
 
     /// In components with unsigned sources only, values below zero are errors of discretisation: they become zero.
+    ///
+    /// Deviation: the paper leaves them, and shifts the whole surface at once, where here each component is shifted for itself.
     pub(super) fn clamp_unsigned(&self, mesh: &TriangleMesh, source: &Source, values: &mut [f64]) {
         let mut signed = vec![false; self.component_count];
         for (segment, kind) in source.segments.iter().zip(&source.kinds) {

@@ -7,8 +7,8 @@
 //! exact, 3e-6 after 400, and 2e-3 when the curve is in 200 pieces. A scaling along the curves on top was not tried: it would
 //! have to be nearly exact, at the ends of open curves too.
 
+use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
-use crate::geometry::{Triangle, mean_edge_length};
 use crate::operators::CotanLaplacian;
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::integration::{Ground, Integrated, Integration, at_vertex, grounded_matrix};
@@ -17,6 +17,9 @@ use eikona_mesh::{DisjointSets, Located, Segment, SegmentHost, TriangleMesh};
 use eikona_numeric::{Cholesky, NumericError, Ordering, Symbolic, SymmetricMatrix};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
+
+/// An isolated point weighs as much as a curve of this share of the surface's size.
+const POINT_LENGTH: f64 = 0.01;
 
 /// A place whose value is constrained: a combination of vertex values.
 ///
@@ -86,8 +89,10 @@ const PENALTY: f64 = 1e6;
 const ALONG_CURVES: f64 = 10.0;
 /// Constrained values count as equal below this share of the largest value.
 const CONSTRAINT_TOLERANCE: f64 = 1e-10;
-/// Each costs a back-substitution.
-const CONSTRAINT_ITERATIONS: usize = 8;
+/// Each costs a back-substitution. As a rule three are taken.
+const CONSTRAINT_ITERATIONS: usize = 50;
+/// Values that are held exactly may miss by this share of the largest before it is told.
+const CONSTRAINT_MISSED: f64 = 1e-8;
 
 impl Integration {
     /// The fit among the functions that are constant along the curves: zero on all, or at a free level on each connected
@@ -124,7 +129,7 @@ impl Integration {
             |x: &[f64]| -> Vec<f64> { rows.iter().map(|r| if r.exact { r.miss(x) } else { 0.0 }).collect() };
         let mut x = factor.solve(&rhs).map_err(at_vertex)?;
         let mut misses = misses_of(&x);
-        let target = CONSTRAINT_TOLERANCE * x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let target = CONSTRAINT_TOLERANCE * largest(&x);
         let mut multipliers = vec![0.0; rows.len()];
         let mut direction = misses.clone();
         for _ in 0..CONSTRAINT_ITERATIONS {
@@ -164,21 +169,16 @@ impl Integration {
         }
         let violation = Some(largest_miss(&rows, &x));
         let residual = self.multiplier_residual(&x, b, &rows, &multipliers);
-        let mut level_of_group: Vec<f64> =
-            levels.iter().map(|level| level.map_or(0.0, |unknown| x[unknown as usize])).collect();
+        let missed = largest(&misses_of(&x));
+        let allowed = CONSTRAINT_MISSED * largest(&x);
+        let warning = (missed > allowed).then(|| {
+            format!("level sets are held but for {missed:.1e}: the constraints are nearly dependent; give fewer nodes where curves crowd")
+        });
         x.truncate(b.len());
-        let mut result =
-            Integrated { values: x, residual, constraint_violation: violation, levels: Vec::new() };
+        let mut result = Integrated { values: x, residual, constraint_violation: violation, warning };
         if free_levels {
             let shift = self.mean_at_source(mesh, &result.values, source);
             self.subtract(&mut result.values, &shift);
-            let mut component_of_group = vec![0; groups];
-            for row in &rows {
-                let component = self.component_of_vertex[row.place.some_vertex()];
-                component_of_group[row.group as usize] = component.unwrap_or(0) as usize;
-            }
-            level_of_group.iter_mut().zip(component_of_group).for_each(|(l, c)| *l -= shift[c]);
-            result.levels = level_of_group;
         }
         self.clamp_unsigned(mesh, source, &mut result.values);
         Ok(result)
@@ -338,8 +338,15 @@ impl Integration {
             add_outer_product(&mut matrix, &self.laplacian, mesh, &place, weight);
             held.push((place, weight));
         };
+        // Every segment once, so that doubling it changes nothing.
+        let mut seen = HashSet::new();
         for segment in &source.segments {
             let Some(c) = self.component_of(mesh, segment.ends[0]) else { continue };
+            let mut keys = segment.ends.map(|end| end.key());
+            keys.sort_unstable();
+            if !seen.insert(keys) {
+                continue;
+            }
             let [p, q] = segment.ends.map(|p| p.position(mesh));
             let w = weight * distance(p, q) / self.size_of_component[c];
             // Simpson's rule, exact for the square of a linear function.
@@ -347,10 +354,8 @@ impl Integration {
             penalise(segment.ends[1], w / 6.0);
             penalise(middle(mesh, segment), w * 4.0 / 6.0);
         }
-        let spacing = mean_edge_length(mesh, triangles);
-        for point in &source.points {
-            let Some(c) = self.component_of(mesh, *point) else { continue };
-            penalise(*point, weight * spacing / self.size_of_component[c]);
+        for point in source.points.iter().filter(|p| self.component_of(mesh, **p).is_some()) {
+            penalise(*point, weight * POINT_LENGTH);
         }
         self.memory.check(self.factor.symbolic().predicted_bytes::<f64>())?;
         let factor = Cholesky::new(self.factor.symbolic().clone(), &matrix).map_err(at_vertex)?;
@@ -358,7 +363,7 @@ impl Integration {
         self.subtract_mean(&held, &vec![false; self.component_count], &mut values);
         let residual = factor.residual(&values, b);
         let violation = Some(largest_miss(&rows, &values));
-        let mut result = Integrated { values, residual, constraint_violation: violation, levels: Vec::new() };
+        let mut result = Integrated { values, residual, constraint_violation: violation, warning: None };
         self.clamp_unsigned(mesh, source, &mut result.values);
         Ok(result)
     }
@@ -432,6 +437,10 @@ fn at_piece(mut fault: NumericError, rows: &[Row]) -> NumericError {
 
 fn largest_miss(rows: &[Row], unknowns: &[f64]) -> f64 {
     rows.iter().map(|row| row.miss(unknowns).abs()).fold(0.0, f64::max)
+}
+
+fn largest(a: &[f64]) -> f64 {
+    a.iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -3,7 +3,8 @@
 //! **Problem.** Curves with gaps, noise and crossings bound no region, so "how far, and on which side" has no exact answer.
 //! **Idea.** (I) Diffuse the *normals* of the curves for a short time: far from the curve they point along the gradient of
 //! its distance, and across gaps they average. (II) Make them unit vectors. (III) Take the function whose gradient is nearest
-//! to them. Two sparse linear systems, factored once.
+//! to them. Two sparse linear systems, factored once for all curves; to hold curves to level sets the second, small one is factored
+//! again.
 //!
 //! | paper | here | shape, unit | equation |
 //! |---|---|---|---|
@@ -19,8 +20,8 @@
 //! [`SignConvention`]). Isolated points and unsigned curves give distances that are positive on all sides.
 //!
 //! **Any triangle mesh.** With boundary, in several components (each with its own shift; NaN and a warning where no source
-//! reaches), nonmanifold, inconsistently oriented (faces are turned over where that helps, and otherwise it does not
-//! matter), nonorientable (the side is carried along the curve; [`Curve::up`](eikona_mesh::Curve::up) chooses it), with
+//! reaches), nonmanifold (of sheets at an edge with a curve along it [`Curve::up`](eikona_mesh::Curve::up) tells which are left),
+//! inconsistently oriented (faces are turned over where that helps, and otherwise it does not matter), nonorientable (the side is carried along the curve; [`Curve::up`](eikona_mesh::Curve::up) chooses it), with
 //! zero-area faces (given angles, see [`Triangle`](crate::geometry::Triangle)).
 //!
 //! **Limits.** First order in the edge length near corners and gaps of curves, better on smooth ones with
@@ -74,7 +75,8 @@ use eikona_mesh::{SurfaceCurves, TriangleMesh};
 /// Those of [`Solver::new`] and [`Solver::solve`].
 ///
 /// # Cost
-/// Two sparse factorisations. For several sources on one mesh keep the [`Solver`].
+/// Two sparse factorisations, and one more of the smaller system for [`LevelSets`] other than `Free`. For several sources on one
+/// mesh keep the [`Solver`].
 pub fn signed_distance(
     mesh: &TriangleMesh,
     source: &SurfaceCurves,

@@ -48,9 +48,9 @@ pub enum LevelSets {
     Zero,
     /// The distance is constant along each connected piece of the curves, at a value that comes out of the fit.
     PerComponent,
-    /// The mean square of the distance along the curves is weighed against the fit of the gradient. The weight has no unit and
+    /// The integral of the square of the distance along the curves is weighed against the fit of the gradient. The weight has no unit and
     /// does not depend on resolution: it is divided by the square root of the area of the surface's component. 100 holds a
-    /// curve tightly.
+    /// curve tightly. A point counts as a curve of a hundredth of that root.
     Soft(f64),
 }
 

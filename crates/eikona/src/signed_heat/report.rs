@@ -40,7 +40,8 @@ pub struct Report {
     /// [`LevelSets::Soft`](super::LevelSets::Soft) (whose level is zero), what the weight leaves. `None` for
     /// [`LevelSets::Free`](super::LevelSets::Free), which asks for nothing.
     pub constraint_violation: Option<f64>,
-    /// Level of each connected piece of the source for [`LevelSets::PerComponent`](super::LevelSets::PerComponent).
+    /// The mean distance along each curve of the source, in their order: its level, for
+    /// [`LevelSets::PerComponent`](super::LevelSets::PerComponent). NaN for curves without length or distance.
     pub levels: Vec<f64>,
     /// Segments of all curves, zero-length ones left out.
     pub source_segments: usize,

@@ -1,5 +1,5 @@
 //! Sheets of faces that hang on the rest of the surface by single vertices only: diffusion across edges does not enter them, so
-//! distance goes on through such a vertex as from a point.
+//! distance goes on through such a vertex as from a point. Deviation: the paper has no such surfaces.
 
 use crate::geometry::Triangle;
 use eikona_mesh::{Corner, Face, TriangleMesh, Vertex};

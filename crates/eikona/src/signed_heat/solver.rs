@@ -155,6 +155,7 @@ impl Solver {
             });
         }
         let AtTime { time, diffusion } = self.at_time_for(source, &mut phases)?;
+        let curves = source.curves.len();
         let source = Source::new(&self.mesh, !diffusion.is_real(), source)?;
         phases.end("source");
 
@@ -190,7 +191,9 @@ impl Solver {
         phases.end("confidence");
 
         let has_source = self.integration.has_source(&self.mesh, &source);
+        let levels = source.means(&self.mesh, curves, &integrated.values);
         let mut warnings = source.warnings;
+        warnings.extend(integrated.warning);
         warnings.extend(field.kept_normals.as_ref().and_then(KeptNormals::warning));
         self.warn_unreached(&integrated.values, &has_source, &mut warnings);
         Ok(Solution {
@@ -206,7 +209,7 @@ impl Solver {
                 kept_normals: field.kept_normals,
                 integration_residual: integrated.residual,
                 constraint_violation: integrated.constraint_violation,
-                levels: integrated.levels,
+                levels,
                 source_segments: source.segments.len(),
                 source_points: source.points.len(),
                 warnings,

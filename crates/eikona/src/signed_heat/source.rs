@@ -36,6 +36,20 @@ impl Source {
         Ok(Source { segments, points, kinds, warnings, sides })
     }
 
+    /// The mean along each of so many curves of a function with these values at vertices.
+    pub fn means(&self, mesh: &TriangleMesh, curves: usize, values: &[f64]) -> Vec<f64> {
+        let value = |end: Located| end.weights(mesh).map(|(v, w)| w * values[v.index()]).sum::<f64>();
+        let mut sums = vec![[0.0; 2]; curves];
+        for segment in &self.segments {
+            let [p, q] = segment.ends.map(|end| end.position(mesh));
+            let length = distance(p, q);
+            let [sum, total] = &mut sums[segment.curve];
+            *sum += 0.5 * length * (value(segment.ends[0]) + value(segment.ends[1]));
+            *total += length;
+        }
+        sums.into_iter().map(|[sum, total]| sum / total).collect()
+    }
+
     /// The values `X_0` for diffusion time `t`.
     pub fn values<F: EdgeFrames>(
         &self,

@@ -45,7 +45,7 @@ pub(crate) fn choose_time(
     Ok(ChosenTime { time: coefficient * edge_spacing * edge_spacing, coefficient, edge_spacing, reason })
 }
 
-/// See [`DiffusionTime::AutomaticForGaps`].
+/// See [`DiffusionTime::AutomaticForGaps`]. Deviation: the paper has 1 for all curves.
 const GAPS_COEFFICIENT: f64 = 3.0;
 
 /// Share of the size of the surface in the automatic time; measured on spheres, tori, disks, cones and cylinders, where twice
@@ -54,9 +54,9 @@ const SHARE_OF_SIZE: f64 = 0.1;
 
 fn automatic(triangles: &[Triangle], spacing: f64) -> (f64, String) {
     let size = triangles.iter().map(|t| t.area).sum::<f64>().sqrt();
-    let coefficient = (SHARE_OF_SIZE * size / spacing).max(1.0);
+    let coefficient = SHARE_OF_SIZE * size / spacing;
     let reason = format!(
         "automatic: {SHARE_OF_SIZE} of the surface's size (square root of its area, {size:.6e}) over the edge spacing {spacing:.6e}"
     );
-    (coefficient, reason)
+    if coefficient < 1.0 { (1.0, format!("{reason} would be less than 1")) } else { (coefficient, reason) }
 }
