@@ -9,7 +9,7 @@ use crate::session::{General, Session, check_distinct, check_output};
 use crate::source::{SourceArguments, read_source};
 use clap::Args;
 use eikona::signed_heat::{
-    DiffusionTime, LevelSets, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
+    DiffusionTime, LevelSets, SOFT_WEIGHTS, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
 };
 use eikona_mesh::{CurveKind, SurfaceCurves};
 use eikona_render::{ColorMap, Levels};
@@ -98,8 +98,12 @@ fn parse_level_sets(text: &str) -> Result<LevelSets, String> {
         "per-component" => Ok(LevelSets::PerComponent),
         "soft" => Ok(LevelSets::Soft(SOFT_WEIGHT)),
         _ => match text.strip_prefix("soft=").map(str::parse::<f64>) {
-            Some(Ok(w)) if w > 0.0 && w.is_finite() => Ok(LevelSets::Soft(w)),
-            Some(_) => Err("the weight of soft must be a number above 0, such as soft=100".into()),
+            Some(Ok(w)) if SOFT_WEIGHTS.contains(&w) => Ok(LevelSets::Soft(w)),
+            Some(_) => Err(format!(
+                "the weight of soft must be a number from {:e} to {:e}, such as soft=100",
+                SOFT_WEIGHTS.start(),
+                SOFT_WEIGHTS.end()
+            )),
             None => Err("zero, free, per-component, soft or soft=W is expected".into()),
         },
     }
