@@ -5,7 +5,7 @@ use crate::input::parse_format;
 use crate::number::{finite, share, zero_or_more};
 use crate::session::{General, Session, check_distinct, check_output, print_bytes};
 use clap::Args;
-use eikona::contour::{DEFAULT_TOLERANCE, Wave, curve_points, trace_polyline, wavy_plane_cut};
+use eikona::contour::{DEFAULT_TOLERANCE, Wave, polylines, trace_polyline, wavy_plane_cut};
 use eikona::spatial::Bvh;
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh, write_mesh_bytes};
 use eikona_mesh::shapes::{self, shape_descriptions};
@@ -246,8 +246,7 @@ fn write_curves(
         (None, Some(cut)) => {
             let cut = parse_cut(cut)?;
             let curves = session.phase("cut", || cut_mesh(mesh, &cut))?;
-            let lines: Result<Vec<_>, _> = curves.iter().map(|c| curve_points(mesh, c)).collect();
-            (lines.map_err(|e| Failure::Failed(e.to_string()))?, curves)
+            (polylines(mesh, &curves).map_err(|e| Failure::Failed(e.to_string()))?, curves)
         }
         (None, None) => return Ok(()),
     };
