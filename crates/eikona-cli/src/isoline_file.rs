@@ -25,6 +25,14 @@ pub struct IsolineArguments {
     pub levels: Vec<f64>,
 }
 
+impl IsolineArguments {
+    /// The option that says where they lie, if one does.
+    pub fn given(&self) -> Option<&'static str> {
+        let levels = (!self.levels.is_empty()).then_some("--levels");
+        self.spacing.map(|_| "--spacing").or(levels)
+    }
+}
+
 /// As many as in a picture.
 const ABOUT: usize = 18;
 

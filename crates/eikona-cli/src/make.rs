@@ -3,7 +3,7 @@
 use crate::exit::Failure;
 use crate::input::parse_format;
 use crate::number::{finite, share, zero_or_more};
-use crate::session::{General, Session, check_distinct, check_output, print_bytes};
+use crate::session::{General, Session, check_outputs, print_bytes};
 use clap::Args;
 use eikona::contour::{DEFAULT_TOLERANCE, Wave, polylines, trace_polyline, wavy_plane_cut};
 use eikona::spatial::Bvh;
@@ -117,8 +117,7 @@ pub fn run(arguments: &MakeArguments, general: &General) -> Result<u8, Failure> 
     let curves = &arguments.curve;
     let outputs = [Some(output.as_path()), curves.curve_out.as_deref(), curves.broken_curve.as_deref()];
     let outputs: Vec<&Path> = outputs.into_iter().chain([general.report.as_deref()]).flatten().collect();
-    check_distinct(outputs.iter().copied())?;
-    outputs.iter().try_for_each(|p| check_output(p))?;
+    check_outputs(&outputs, &[])?;
     let format = mesh_format(output, arguments.out_format)?;
     check_curves(curves)?;
 

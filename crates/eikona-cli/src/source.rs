@@ -1,7 +1,7 @@
 //! The curves and points that distance is measured to: read from files, brought to the mesh, traced across its faces.
 
 use crate::exit::Failure;
-use crate::input::MeshInput;
+use crate::input::{MeshArguments, MeshInput};
 use crate::make::CURVE_NAMES;
 use crate::session::Session;
 use clap::Args;
@@ -19,14 +19,14 @@ use std::path::{Path, PathBuf};
 #[command(next_help_heading = "Curves and points")]
 pub struct SourceArguments {
     /// A file of curves: JSON of eikona, OBJ with `l` lines, or the text formats of signed-heat-demo and SWN; may be repeated.
-    /// Without it, the `l` lines of the mesh's own OBJ file are taken
+    /// Without it and --points, the `l` lines of the mesh's own OBJ file are taken
     #[arg(long, value_name = "FILE")]
     pub curve: Vec<PathBuf>,
-    /// Isolated points: vertex numbers from 0 ("12,40"), or a curve file with points; may be repeated
+    /// Isolated points: vertex numbers from 0 ("12,40"), or a curve file with points, whose curves are left out; may be repeated
     #[arg(long, value_name = "V,V,..|FILE", allow_hyphen_values = true, value_parser = parse_points)]
     pub points: Vec<Points>,
     /// Take all curves as unsigned: distance grows on both sides
-    #[arg(long)]
+    #[arg(long, conflicts_with = "flip")]
     pub unsigned: bool,
     /// Reverse the direction of all curves, which exchanges left and right
     #[arg(long)]
@@ -67,6 +67,41 @@ fn parse_points(text: &str) -> Result<Points, String> {
         }
     }
     Ok(Points::Vertices(vertices))
+}
+
+impl SourceArguments {
+    /// The options given that are about the sides of curves.
+    pub fn about_sides(&self) -> Vec<&'static str> {
+        let flags = [(self.flip, "--flip"), (self.unsigned, "--unsigned")];
+        flags.into_iter().filter(|(given, _)| *given).map(|(_, flag)| flag).collect()
+    }
+
+    /// Refuses options about curves, these and `more`, where only points are given.
+    pub fn check_sides(&self, more: &[&str]) -> Result<(), Failure> {
+        let flags = self.about_sides();
+        match flags.iter().chain(more).next() {
+            Some(flag) if self.curve.is_empty() && !self.points.is_empty() => Err(Failure::Usage(format!(
+                "{flag} is for curves, but --points gives none; leave it out, or give --curve FILE too"
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The files that a verb with these arguments reads.
+pub fn files_read<'a>(mesh: &'a MeshArguments, source: &'a SourceArguments) -> Vec<&'a Path> {
+    let points = source.points.iter().filter_map(|points| match points {
+        Points::File(path) => Some(path),
+        Points::Vertices(_) => None,
+    });
+    [&mesh.mesh].into_iter().chain(&source.curve).chain(points).map(PathBuf::as_path).collect()
+}
+
+/// Says that these options have no effect, for lack of a curve with two sides.
+pub fn warn_of_sides(flags: &[&str], session: &mut Session) {
+    for flag in flags {
+        session.warn(format!("{flag} has no effect: no curve here is signed"));
+    }
 }
 
 /// A polyline farther from the mesh than this share of its bounding box gets a warning.
@@ -110,6 +145,9 @@ pub fn read_source(
     }
     if curves.is_empty() {
         return Err(eikona::signed_heat::SignedHeatError::Curve(CurveError::Empty).into());
+    }
+    if !curves.curves.iter().any(|c| c.kind == CurveKind::Signed) {
+        warn_of_sides(&arguments.about_sides(), session);
     }
     if arguments.unsigned {
         curves.curves.iter_mut().for_each(|c| c.kind = CurveKind::Unsigned);
