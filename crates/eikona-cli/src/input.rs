@@ -5,8 +5,8 @@ use crate::session::Session;
 use clap::Args;
 use eikona_mesh::io::{MeshFile, MeshFormat, MeshOut, read_mesh, read_mesh_bytes, without_gzip};
 use eikona_mesh::{
-    Fault, IndexMaps, MeshError, PolygonMesh, SurfacePoint, TriangleMesh, Vertex, drop_broken_polygons,
-    drop_degenerate_faces, weld_polygons,
+    Face, Fault, IndexMaps, MeshError, PolygonMesh, RepairedPolygons, SurfacePoint, TriangleMesh, Vertex,
+    drop_broken_polygons, drop_degenerate_faces, weld_polygons,
 };
 use serde_json::{Value, json};
 use std::io::Read;
@@ -78,10 +78,43 @@ pub struct MeshInput {
     pub mesh: TriangleMesh,
     /// What goes into output files.
     surface: Surface,
-    /// The mesh that curve files number: that of the file before vertices were joined. `None` when it is `mesh`.
-    numbered_by_curves: Option<TriangleMesh>,
-    /// From the vertices of that mesh to those of `mesh`.
+    /// The mesh that curve files number: that of the file before it was repaired. `None` when it is `mesh`.
+    of_file: Option<MeshOfFile>,
+    /// From the vertices of that mesh to those of `mesh`, where they were joined.
     joined: Option<IndexMaps>,
+}
+
+/// A mesh as its file numbers it.
+struct MeshOfFile {
+    /// Its vertices and whole faces.
+    whole: TriangleMesh,
+    /// Where faces are broken: with a triangle in the place of each, on three vertices of its own behind all others; and which
+    /// faces they are. Files that number the faces count the broken ones too.
+    stand_ins: Option<(TriangleMesh, Vec<Face>)>,
+}
+
+impl MeshOfFile {
+    fn new(polygons: &PolygonMesh) -> Result<MeshOfFile, MeshError> {
+        let whole = drop_broken_polygons(polygons);
+        let broken = whole.maps.dropped_faces();
+        let (whole, _) = whole.mesh.triangulate()?;
+        if broken.is_empty() {
+            return Ok(MeshOfFile { whole, stand_ins: None });
+        }
+        let mut all = PolygonMesh::new(polygons.positions.clone());
+        let mut next = broken.iter().peekable();
+        for (f, corners) in polygons.faces().enumerate() {
+            if next.next_if(|b| b.index() == f).is_some() {
+                let first = all.vertex_count() as u32;
+                all.positions.extend([[0.0; 3]; 3]);
+                all.push_face(first..first + 3);
+            } else {
+                all.push_face(corners.iter().copied());
+            }
+        }
+        let (all, _) = all.triangulate()?;
+        Ok(MeshOfFile { whole, stand_ins: Some((all, broken)) })
+    }
 }
 
 impl MeshInput {
@@ -102,6 +135,8 @@ impl MeshInput {
         let mut repairs: Vec<Value> = Vec::new();
 
         let mut polygons = None;
+        // Whether numbers of the file are no longer those of the mesh.
+        let mut renumbered = false;
         if arguments.drop_degenerate {
             let dropped = drop_broken_polygons(&file.mesh);
             let faces = dropped.maps.dropped_faces();
@@ -114,11 +149,12 @@ impl MeshInput {
                     json!({"repair": "drop broken faces", "dropped_faces": ids(faces.iter().map(|f| f.0))}),
                 );
                 polygons = Some(dropped.mesh);
+                renumbered = true;
             }
         }
         let triangulate = |polygons: &PolygonMesh| polygons.triangulate().map_err(|e| invalid(&path, e, all));
-        let mut numbered_by_curves = None;
         let mut joined = None;
+        let mut joined_stl = None;
         if let Some(tolerance) = weld {
             let before = polygons.as_ref().unwrap_or(&file.mesh);
             let welded = session.phase("weld", || weld_polygons(before, tolerance)).map_err(|e| match e {
@@ -137,12 +173,13 @@ impl MeshInput {
                 "dropped_faces": ids(welded.maps.dropped_faces().iter().map(|f| f.0)),
                 "vertex_map": if from == to { Value::Null } else { json!(vertex_map) },
             }));
-            // No curve can name the vertices of an STL file, which has none of its own.
-            if !is_stl && from != to {
-                // Where triangles can not be made of it, curves must name the joined vertices.
-                let whole = drop_broken_polygons(before);
-                numbered_by_curves = whole.mesh.triangulate().ok().map(|(mesh, _)| mesh);
+            if !is_stl {
+                renumbered |= from != to || lost > 0;
                 joined = Some(welded.maps);
+            } else if lost > 0 || arguments.drop_degenerate {
+                // No curve can name the vertices of an STL file, which has none of its own; but its faces.
+                joined_stl = Some(with_vertices(&file.mesh, &welded));
+                renumbered |= lost > 0;
             }
             polygons = Some(welded.mesh);
         }
@@ -164,6 +201,7 @@ impl MeshInput {
                 repairs.push(json!({"repair": "drop degenerate faces", "dropped_faces": ids(faces.iter().map(|f| f.0))}));
                 mesh = dropped.mesh;
                 kept_polygons = false;
+                renumbered = true;
             }
         }
         if weld.is_none() && looks_loose(&mesh) {
@@ -179,7 +217,9 @@ impl MeshInput {
         } else {
             Surface::Triangles
         };
-        Ok(MeshInput { path, file, mesh, surface, numbered_by_curves, joined })
+        let of_file = renumbered.then(|| MeshOfFile::new(joined_stl.as_ref().unwrap_or(&file.mesh)));
+        let of_file = of_file.transpose().map_err(|e| invalid(&path, e, all))?;
+        Ok(MeshInput { path, file, mesh, surface, of_file, joined })
     }
 
     /// Refuses a mesh on which there is nothing to measure.
@@ -221,18 +261,59 @@ impl MeshInput {
         result
     }
 
-    /// The mesh whose vertices, edges and faces a curve file names.
+    /// The mesh whose vertices a curve file names.
     pub fn mesh_for_curves(&self) -> &TriangleMesh {
-        self.numbered_by_curves.as_ref().unwrap_or(&self.mesh)
+        self.of_file.as_ref().map_or(&self.mesh, |of_file| &of_file.whole)
     }
 
-    /// A point named by vertices of [`MeshInput::mesh_for_curves`], named by vertices of the mesh.
-    pub fn renumber(&self, point: SurfacePoint) -> SurfacePoint {
-        let Some(maps) = &self.joined else { return point };
-        if self.numbered_by_curves.is_none() {
-            return point;
+    /// The mesh whose vertices, edges and faces a curve file names by number. What it holds more than the file is refused by
+    /// [`MeshInput::check_of_file`]; see [`MeshInput::has_stand_ins`] too.
+    pub fn mesh_for_numbers(&self) -> &TriangleMesh {
+        self.stand_ins().map_or(self.mesh_for_curves(), |(mesh, _)| mesh)
+    }
+
+    /// Whether faces of the file are broken, which leaves open what numbers its edges have.
+    pub fn has_stand_ins(&self) -> bool {
+        self.stand_ins().is_some()
+    }
+
+    fn stand_ins(&self) -> Option<&(TriangleMesh, Vec<Face>)> {
+        self.of_file.as_ref()?.stand_ins.as_ref()
+    }
+
+    /// Refuses a point of [`MeshInput::mesh_for_numbers`] that is not on the mesh of the file.
+    pub fn check_of_file(&self, point: SurfacePoint) -> Result<(), String> {
+        let Some((_, broken)) = self.stand_ins() else { return Ok(()) };
+        let vertices = self.mesh_for_curves().vertex_count();
+        match point {
+            SurfacePoint::Vertex { vertex } if vertex as usize >= vertices => Err(format!(
+                "vertex {vertex} does not exist: the mesh has {vertices}, numbered from 0; correct the index"
+            )),
+            SurfacePoint::Face { vertices: [a, ..], .. } if a as usize >= vertices => {
+                let face = broken.get((a as usize - vertices) / 3).map_or(0, |f| f.0);
+                Err(format!(
+                    "a node lies on face {face}, which names a vertex twice and was dropped; name another face, or a vertex"
+                ))
+            }
+            _ => Ok(()),
         }
-        let new = |v: u32| maps.vertices.get(Vertex(v)).copied().flatten().map_or(v, |v| v.0);
+    }
+
+    /// The `l` lines of the file, by vertices of the mesh.
+    pub fn lines(&self) -> Vec<Vec<u32>> {
+        self.file.lines.iter().map(|line| line.iter().map(|&v| self.new_vertex(v)).collect()).collect()
+    }
+
+    /// The vertex of the mesh that a vertex of the file was joined to.
+    fn new_vertex(&self, vertex: u32) -> u32 {
+        let new = self.joined.as_ref().and_then(|maps| *maps.vertices.get(Vertex(vertex))?);
+        new.map_or(vertex, |v| v.0)
+    }
+
+    /// A point named by vertices of the file, named by vertices of the mesh. Where its face or edge was dropped, there is no such
+    /// point any more.
+    pub fn renumber(&self, point: SurfacePoint) -> SurfacePoint {
+        let new = |v: u32| self.new_vertex(v);
         match point {
             SurfacePoint::Vertex { vertex } => SurfacePoint::Vertex { vertex: new(vertex) },
             SurfacePoint::Edge { vertices: [a, b], t } => match [new(a), new(b)] {
@@ -242,6 +323,14 @@ impl MeshInput {
             SurfacePoint::Face { vertices, bary } => SurfacePoint::Face { vertices: vertices.map(new), bary },
         }
     }
+}
+
+/// The polygons, broken ones too, by the vertices that theirs were joined to.
+fn with_vertices(polygons: &PolygonMesh, welded: &RepairedPolygons) -> PolygonMesh {
+    let new = |v: &u32| welded.maps.vertices.get(Vertex(*v)).copied().flatten().map_or(*v, |v| v.0);
+    let mut joined = PolygonMesh::new(welded.mesh.positions.clone());
+    polygons.faces().for_each(|corners| joined.push_face(corners.iter().map(new)));
+    joined
 }
 
 fn weld_note(because_stl: bool, from: usize, to: usize, lost: usize) -> String {

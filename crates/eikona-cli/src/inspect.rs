@@ -2,8 +2,8 @@
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
-use crate::session::{General, Session, print_bytes};
-use crate::source::{SourceArguments, read_source};
+use crate::session::{General, Session, check_outputs, print_bytes};
+use crate::source::{SourceArguments, files_read, read_source, warn_of_sides};
 use clap::Args;
 use eikona::contour::{CurveReport, MeetingKind};
 use eikona_mesh::{Fault, Orientation, Quality, SurfaceCurves, Topology, validate};
@@ -34,7 +34,9 @@ const SHOWN: usize = 5;
 /// Runs the verb. Gives the exit code.
 pub fn run(arguments: &InspectArguments, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("inspect", general);
-    session.check_report()?;
+    let files = files_read(&arguments.mesh, &arguments.source);
+    check_outputs(general.report.as_deref().as_slice(), &files)?;
+    arguments.source.check_sides(&[])?;
     let mesh_arguments = MeshArguments { all_faults: arguments.all, ..arguments.mesh.clone() };
     let input = MeshInput::read(&mesh_arguments, &mut session)?;
     let mesh = &input.mesh;
@@ -59,6 +61,8 @@ pub fn run(arguments: &InspectArguments, general: &General) -> Result<u8, Failur
         let (curves, report) = read_source(&arguments.source, &input, &mut session)?;
         text += &curves_text(&curves, &report, arguments.all);
         facts.insert("curves".into(), curves_json(&curves, &report, arguments.all));
+    } else {
+        warn_of_sides(&arguments.source.about_sides(), &mut session);
     }
     session.report.result = facts.clone();
     if arguments.json {

@@ -4,7 +4,9 @@ use crate::exit::Failure;
 use crate::number::{above_zero, finite};
 use crate::session::Session;
 use clap::Args;
-use eikona::contour::{isolines, obj_lines, ply_edges, polylines, round_levels, spaced_levels, svg_paths};
+use eikona::contour::{
+    FLAT, isolines, obj_lines, ply_edges, polylines, round_levels, spaced_levels, svg_paths,
+};
 use eikona_mesh::{CurveFile, CurveFormat, Quality, SurfaceCurves, TriangleMesh, VertexField, format_curves};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -23,27 +25,52 @@ pub struct IsolineArguments {
     pub levels: Vec<f64>,
 }
 
+impl IsolineArguments {
+    /// The option that says where they lie, if one does.
+    pub fn given(&self) -> Option<&'static str> {
+        let levels = (!self.levels.is_empty()).then_some("--levels");
+        self.spacing.map(|_| "--spacing").or(levels)
+    }
+}
+
 /// As many as in a picture.
 const ABOUT: usize = 18;
 
-/// The writer of SVG files takes lines for flat whose z differs by at most this share of their size.
-const FLAT: f64 = 1e-9;
+/// What a file of isolines can be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum IsolineFormat {
+    Obj,
+    Ply,
+    Svg,
+    Json,
+}
+
+impl IsolineFormat {
+    fn of(path: &Path) -> Result<IsolineFormat, Failure> {
+        match path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase().as_str() {
+            "obj" => Ok(IsolineFormat::Obj),
+            "ply" => Ok(IsolineFormat::Ply),
+            "svg" => Ok(IsolineFormat::Svg),
+            "json" => Ok(IsolineFormat::Json),
+            _ => Err(Failure::Usage(format!(
+                "{}: isolines can be written as .obj, .ply, .svg or .json; choose one of these",
+                path.display()
+            ))),
+        }
+    }
+}
 
 /// Refuses a name that tells no format.
 pub fn check_isoline_path(arguments: &IsolineArguments) -> Result<(), Failure> {
-    let Some(path) = &arguments.isolines else { return Ok(()) };
-    match extension(path).as_str() {
-        "obj" | "ply" | "svg" | "json" => Ok(()),
-        _ => Err(Failure::Usage(format!(
-            "{}: isolines can be written as .obj, .ply, .svg or .json; choose one of these",
-            path.display()
-        ))),
-    }
+    arguments.isolines.as_deref().map_or(Ok(()), |path| IsolineFormat::of(path).map(|_| ()))
 }
 
 /// Refuses an SVG file of isolines that can not be flat, as soon as the mesh is known.
 pub fn check_flat_for_svg(arguments: &IsolineArguments, mesh: &TriangleMesh) -> Result<(), Failure> {
-    let Some(path) = arguments.isolines.as_deref().filter(|p| extension(p) == "svg") else { return Ok(()) };
+    let Some(path) = arguments.isolines.as_deref() else { return Ok(()) };
+    if IsolineFormat::of(path)? != IsolineFormat::Svg {
+        return Ok(());
+    }
     let Some([low, high]) = Quality::of(mesh).bounding_box else { return Ok(()) };
     let size = (high[0] - low[0]).max(high[1] - low[1]);
     if high[2] - low[2] <= FLAT * size {
@@ -55,10 +82,6 @@ pub fn check_flat_for_svg(arguments: &IsolineArguments, mesh: &TriangleMesh) -> 
         low[2],
         high[2]
     )))
-}
-
-fn extension(path: &Path) -> String {
-    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }
 
 /// Stages the file, if one is wanted. Gives the levels that were asked for, for the picture.
@@ -89,18 +112,16 @@ pub fn output_isolines(
         ));
     }
     let count = curves.curves.len();
-    let text = if extension(path) == "json" {
-        let file = CurveFile { curves, ..CurveFile::default() };
-        format_curves(&file, CurveFormat::Json, mesh).map_err(Failure::writing)?
-    } else {
-        let lines = polylines(mesh, &curves).map_err(Failure::writing)?;
-        let written = match extension(path).as_str() {
-            "ply" => ply_edges(&lines),
-            "svg" => svg_paths(&lines),
-            _ => obj_lines(&lines),
-        };
-        written.map_err(|e| Failure::Usage(format!("{}: {e}", path.display())))?
+    let lines = polylines(mesh, &curves.curves).map_err(|e| Failure::Failed(e.to_string()))?;
+    let text = match IsolineFormat::of(path)? {
+        IsolineFormat::Json => {
+            format_curves(&CurveFile { curves, ..CurveFile::default() }, CurveFormat::Json, mesh)
+        }
+        IsolineFormat::Ply => ply_edges(&lines),
+        IsolineFormat::Svg => svg_paths(&lines),
+        IsolineFormat::Obj => obj_lines(&lines),
     };
+    let text = text.map_err(|e| Failure::Usage(format!("{}: {e}", path.display())))?;
     session.report.result.insert("isoline_levels".into(), json!(levels));
     session.report.result.insert("isolines".into(), json!(count));
     session.output("isolines", path, text.into_bytes())?;

@@ -3,9 +3,9 @@
 use crate::exit::Failure;
 use crate::input::parse_format;
 use crate::number::{finite, share, zero_or_more};
-use crate::session::{General, Session, check_distinct, check_output, print_bytes};
+use crate::session::{General, Session, check_outputs, print_bytes};
 use clap::Args;
-use eikona::contour::{DEFAULT_TOLERANCE, Wave, curve_points, trace_polyline, wavy_plane_cut};
+use eikona::contour::{DEFAULT_TOLERANCE, Wave, polylines, trace_polyline, wavy_plane_cut};
 use eikona::spatial::Bvh;
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh, write_mesh_bytes};
 use eikona_mesh::shapes::{self, shape_descriptions};
@@ -117,10 +117,10 @@ pub fn run(arguments: &MakeArguments, general: &General) -> Result<u8, Failure> 
     let curves = &arguments.curve;
     let outputs = [Some(output.as_path()), curves.curve_out.as_deref(), curves.broken_curve.as_deref()];
     let outputs: Vec<&Path> = outputs.into_iter().chain([general.report.as_deref()]).flatten().collect();
-    check_distinct(outputs.iter().copied())?;
-    outputs.iter().try_for_each(|p| check_output(p))?;
+    check_outputs(&outputs, &[])?;
     let format = mesh_format(output, arguments.out_format)?;
     check_curves(curves)?;
+    check_seed(arguments)?;
 
     let parameters = key_values(arguments.parameters.iter().map(String::as_str))?;
     let mesh = session.phase("make", || shapes::make(shape, &parameters))?;
@@ -235,6 +235,20 @@ fn check_curves(wanted: &CurveArguments) -> Result<(), Failure> {
     outputs.try_for_each(|path| curve_format(path).map(|_| ()))
 }
 
+/// Refuses a seed where nothing is drawn by it.
+fn check_seed(arguments: &MakeArguments) -> Result<(), Failure> {
+    let damage = &arguments.damage;
+    let shares = [damage.jitter, damage.remove_faces, damage.flip_faces].iter().any(Option::is_some);
+    let random = shares || damage.holes.is_some() || damage.shuffle || arguments.curve.broken_curve.is_some();
+    match damage.seed {
+        Some(seed) if !random => Err(Failure::Usage(format!(
+            "--seed {seed}: nothing here is random; give it with --jitter, --holes, --remove-faces, --flip-faces, --shuffle or \
+             --broken-curve"
+        ))),
+        _ => Ok(()),
+    }
+}
+
 fn write_curves(
     arguments: &MakeArguments,
     mesh: &TriangleMesh,
@@ -246,8 +260,7 @@ fn write_curves(
         (None, Some(cut)) => {
             let cut = parse_cut(cut)?;
             let curves = session.phase("cut", || cut_mesh(mesh, &cut))?;
-            let lines: Result<Vec<_>, _> = curves.iter().map(|c| curve_points(mesh, c)).collect();
-            (lines.map_err(|e| Failure::Failed(e.to_string()))?, curves)
+            (polylines(mesh, &curves).map_err(|e| Failure::Failed(e.to_string()))?, curves)
         }
         (None, None) => return Ok(()),
     };
@@ -325,7 +338,7 @@ fn broken(lines: &[Vec<[f64; 3]>], arguments: &MakeArguments) -> Result<Vec<Vec<
     Ok(pieces)
 }
 
-/// The values of a comma-separated list of `key=value`; keys that were not asked for are refused.
+/// The values of a comma-separated list of `key=value`; keys that are not known, or come twice, are refused.
 struct Keys<'a> {
     what: &'a str,
     values: Vec<(&'a str, &'a str)>,
@@ -338,6 +351,12 @@ impl<'a> Keys<'a> {
             return Err(Failure::Usage(format!(
                 "{what} has no parameter {key:?}; it has {}",
                 known.join(", ")
+            )));
+        }
+        let twice = |&(i, (key, _)): &(usize, &(&str, &str))| values[..i].iter().any(|(k, _)| k == key);
+        if let Some((_, (key, value))) = values.iter().enumerate().find(twice) {
+            return Err(Failure::Usage(format!(
+                "{what}: {key}={value}: {key} was given before; give it once"
             )));
         }
         Ok(Keys { what, values })
@@ -441,6 +460,13 @@ fn parse_cut(text: &str) -> Result<Cut, Failure> {
     };
     let about = keys.text("about").map(parse_point).transpose()?;
     let wave = Wave { amplitude: keys.number("wave", 0.0)?, count: keys.number("waves", 3)? };
+    if keys.text("wave").is_none()
+        && let Some(key) = ["about", "waves"].into_iter().find(|key| keys.text(key).is_some())
+    {
+        return Err(Failure::Usage(format!(
+            "--cut: {key} is for a wave, but the plane is flat; give wave=A too, how far it rises and falls"
+        )));
+    }
     Ok(Cut { axis, place, about, wave })
 }
 

@@ -49,6 +49,29 @@ pub struct PictureArguments {
     pub range: Option<(f64, f64)>,
 }
 
+impl PictureArguments {
+    /// The first option that was given.
+    pub fn given(&self) -> Option<&'static str> {
+        let flags = [
+            (self.size.is_some(), "--size"),
+            (self.azimuth.is_some(), "--azimuth"),
+            (self.elevation.is_some(), "--elevation"),
+            (self.zoom.is_some(), "--zoom"),
+            (self.up.is_some(), "--up"),
+            (self.ortho, "--ortho"),
+            (self.transparent, "--transparent"),
+            (self.no_bar, "--no-bar"),
+            (self.wireframe, "--wireframe"),
+        ];
+        flags.into_iter().find(|(given, _)| *given).map(|(_, flag)| flag).or(self.about_values())
+    }
+
+    /// The first option about the colours of values that was given.
+    pub fn about_values(&self) -> Option<&'static str> {
+        self.map.as_ref().map(|_| "--map").or(self.range.map(|_| "--range"))
+    }
+}
+
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     let (width, height) = sides.ok_or("two whole numbers such as 1200x900 are expected")?;

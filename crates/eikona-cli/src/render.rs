@@ -4,12 +4,12 @@ use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::number::above_zero;
 use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
-use crate::session::{General, Session, check_distinct, check_output};
-use crate::source::{SourceArguments, read_source};
+use crate::session::{General, Session, check_outputs};
+use crate::source::{SourceArguments, files_read, read_source};
 use clap::Args;
 use eikona_mesh::SurfaceCurves;
 use eikona_render::{ColorMap, Levels};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `eikona render`.
 #[derive(Args, Clone, Debug)]
@@ -42,14 +42,11 @@ pub struct RenderArguments {
 /// Runs the verb. Gives the exit code.
 pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("render", general);
-    check_output(&arguments.output)?;
-    session.check_report()?;
-    check_picture_path(&arguments.output)?;
-    let outputs = [Some(arguments.output.as_path()), general.report.as_deref()];
-    check_distinct(outputs.into_iter().flatten())?;
+    check_arguments(arguments, general)?;
     let input = MeshInput::read(&arguments.mesh, &mut session)?;
     input.require_faces()?;
     let shown = choose_field(&input, arguments.field.as_deref())?;
+    warn_of_idle(arguments, &shown, &mut session);
     let curves = read_curves(arguments, &input, &mut session)?;
     // Regions of one value but for rounding would be covered with isolines of it.
     let default = if matches!(shown, Shown::Quotient(_)) { 0 } else { 18 };
@@ -81,6 +78,55 @@ pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure
     let png = session.phase("render", || draw(&input.mesh, &drawing, &arguments.picture))?;
     session.output("picture", &arguments.output, png)?;
     session.finish()
+}
+
+/// What can be refused before any work is done.
+fn check_arguments(arguments: &RenderArguments, general: &General) -> Result<(), Failure> {
+    let outputs: Vec<&Path> =
+        [Some(arguments.output.as_path()), general.report.as_deref()].into_iter().flatten().collect();
+    check_outputs(&outputs, &files_read(&arguments.mesh, &arguments.source))?;
+    check_picture_path(&arguments.output)?;
+    if let Some(flag) = arguments.source.about_sides().first() {
+        return Err(Failure::Usage(format!(
+            "{flag}: pictures do not show the sides of curves; leave it out (eikona sdf takes it)"
+        )));
+    }
+    if arguments.field.as_deref() == Some("none")
+        && let Some(flag) = arguments.isoline_flag().or(arguments.picture.about_values())
+    {
+        return Err(Failure::Usage(format!(
+            "{flag} is for a field, but --field none shows none; leave one of them out"
+        )));
+    }
+    Ok(())
+}
+
+impl RenderArguments {
+    /// The option that asks for isolines, if one does.
+    fn isoline_flag(&self) -> Option<&'static str> {
+        let counted = self.isolines.filter(|count| *count > 0).map(|_| "--isolines");
+        self.spacing.map(|_| "--spacing").or(counted)
+    }
+}
+
+/// Says which options have no effect on what the file holds.
+fn warn_of_idle(arguments: &RenderArguments, shown: &Shown, session: &mut Session) {
+    let isolines = arguments.isoline_flag();
+    match shown {
+        Shown::Nothing if arguments.field.is_none() => {
+            for flag in isolines.into_iter().chain(arguments.picture.about_values()) {
+                session.warn(format!("{flag} has no effect: there is no field in the file to show"));
+            }
+        }
+        Shown::Face(name, _) => {
+            if let Some(flag) = isolines {
+                session.warn(format!(
+                    "{flag} has no effect: the field {name} has one value for each face, and only fields at vertices have isolines"
+                ));
+            }
+        }
+        _ => {}
+    }
 }
 
 fn read_curves(

@@ -5,11 +5,11 @@ use crate::field_file::{FieldFormat, field_format, output_fields};
 use crate::input::{MeshArguments, MeshInput};
 use crate::isoline_file::{IsolineArguments, check_flat_for_svg, check_isoline_path, output_isolines};
 use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
-use crate::session::{General, Session, check_distinct, check_output};
-use crate::source::{SourceArguments, read_source};
+use crate::session::{General, Session, check_outputs};
+use crate::source::{SourceArguments, files_read, read_source, warn_of_sides};
 use clap::Args;
 use eikona::signed_heat::{
-    DiffusionTime, LevelSets, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
+    DiffusionTime, LevelSets, SOFT_WEIGHTS, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
 };
 use eikona_mesh::{CurveKind, SurfaceCurves};
 use eikona_render::{ColorMap, Levels};
@@ -46,11 +46,11 @@ pub struct MethodArguments {
     #[arg(long, value_name = "zero|free|per-component|soft[=W]", default_value = "zero", value_parser = parse_level_sets)]
     pub level_sets: LevelSets,
     /// Keep the diffused vectors normal to the curves, so that their corners are not rounded
-    #[arg(long)]
+    #[arg(long, conflicts_with = "unsigned")]
     pub preserve_normals: bool,
-    /// On which side of a curve, seen along its direction, the distance is negative or positive
-    #[arg(long, value_name = "left-negative|left-positive", default_value = "left-negative", value_parser = parse_sign)]
-    pub sign: SignConvention,
+    /// On which side of a curve, seen along its direction, the distance is negative or positive [default: left-negative]
+    #[arg(long, value_name = "left-negative|left-positive", conflicts_with = "unsigned", value_parser = parse_sign)]
+    pub sign: Option<SignConvention>,
     /// Also write how far each value rests on data: the fields `confidence` (0 to 1) and `distance_to_data`
     #[arg(long)]
     pub confidence: bool,
@@ -98,8 +98,12 @@ fn parse_level_sets(text: &str) -> Result<LevelSets, String> {
         "per-component" => Ok(LevelSets::PerComponent),
         "soft" => Ok(LevelSets::Soft(SOFT_WEIGHT)),
         _ => match text.strip_prefix("soft=").map(str::parse::<f64>) {
-            Some(Ok(w)) if w > 0.0 && w.is_finite() => Ok(LevelSets::Soft(w)),
-            Some(_) => Err("the weight of soft must be a number above 0, such as soft=100".into()),
+            Some(Ok(w)) if SOFT_WEIGHTS.contains(&w) => Ok(LevelSets::Soft(w)),
+            Some(_) => Err(format!(
+                "the weight of soft must be a number from {:e} to {:e}, such as soft=100",
+                SOFT_WEIGHTS.start(),
+                SOFT_WEIGHTS.end()
+            )),
             None => Err("zero, free, per-component, soft or soft=W is expected".into()),
         },
     }
@@ -141,10 +145,24 @@ pub fn run(arguments: &SdfArguments, general: &General) -> Result<u8, Failure> {
     input.require_faces()?;
     check_flat_for_svg(&arguments.outputs.isolines, &input.mesh)?;
     let (source, _) = read_source(&arguments.source, &input, &mut session)?;
+    if !source.curves.iter().any(|c| c.kind == CurveKind::Signed) {
+        warn_of_sides(&arguments.method.about_sides(), &mut session);
+    }
+    if source.curves.is_empty() && arguments.method.level_sets == LevelSets::PerComponent {
+        session.warn("--level-sets per-component holds nothing: there is no curve, only points");
+    }
     warn_if_short(arguments.method.time, &mut session);
     let solution = solve(arguments, &input, &source, &mut session)?;
     write_outputs(arguments, format, &input, &source, &solution, &mut session)?;
     session.finish()
+}
+
+impl MethodArguments {
+    /// The options given that are about the sides of curves.
+    fn about_sides(&self) -> Vec<&'static str> {
+        let flags = [(self.sign.is_some(), "--sign"), (self.preserve_normals, "--preserve-normals")];
+        flags.into_iter().filter(|(given, _)| *given).map(|(_, flag)| flag).collect()
+    }
 }
 
 /// What can be refused before any work is done.
@@ -158,8 +176,8 @@ fn check_arguments(arguments: &SdfArguments, general: &General) -> Result<Option
             "nothing would be written; give -o OUT.ply, --render OUT.png, --isolines OUT.obj or --report R.json".into(),
         ));
     }
-    check_distinct(paths.iter().copied())?;
-    paths.iter().try_for_each(|path| check_output(path))?;
+    check_outputs(&paths, &files_read(&arguments.mesh, &arguments.source))?;
+    check_idle(arguments)?;
     let given = outputs.out_format.as_deref();
     let format = outputs.output.as_deref().map(|path| field_format(path, given)).transpose()?;
     check_isoline_path(&outputs.isolines)?;
@@ -172,6 +190,27 @@ fn check_arguments(arguments: &SdfArguments, general: &General) -> Result<Option
         )));
     }
     Ok(format)
+}
+
+/// Refuses options that would do nothing beside the others.
+fn check_idle(arguments: &SdfArguments) -> Result<(), Failure> {
+    let outputs = &arguments.outputs;
+    let wrong = |flag: &str, what: &str| Err(Failure::Usage(format!("{flag} is for {what} with it")));
+    if let (Some(flag), None) = (arguments.picture.given(), &outputs.render) {
+        return wrong(flag, "a picture; give --render OUT.png");
+    }
+    if let (Some(flag), None, None) = (outputs.isolines.given(), &outputs.isolines.isolines, &outputs.render)
+    {
+        return wrong(flag, "isolines; give --isolines OUT.obj or --render OUT.png");
+    }
+    if arguments.method.confidence && outputs.output.is_none() {
+        return wrong("--confidence", "fields beside the distance; give -o OUT.ply");
+    }
+    let mut flags = arguments.method.about_sides();
+    if arguments.method.level_sets == LevelSets::PerComponent {
+        flags.push("--level-sets per-component");
+    }
+    arguments.source.check_sides(&flags)
 }
 
 /// A coefficient of the diffusion time below this lets the vectors that are diffused die out within an edge.
@@ -203,7 +242,7 @@ fn solve(
     let solve_options = SolveOptions {
         level_sets: method.level_sets,
         preserve_source_normals: method.preserve_normals,
-        sign: method.sign,
+        sign: method.sign.unwrap_or_default(),
         confidence: method.confidence,
     };
     record_options(&solver_options, &solve_options, arguments, session);

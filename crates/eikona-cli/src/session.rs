@@ -218,6 +218,44 @@ pub fn print_bytes(bytes: &[u8]) -> Result<(), Failure> {
     }
 }
 
+/// Refuses early what could not be written late, two outputs that are one file, and an output that is one of the inputs.
+pub fn check_outputs(outputs: &[&Path], inputs: &[&Path]) -> Result<(), Failure> {
+    let stdio = Path::new("-");
+    let read: Vec<(PathBuf, &Path)> =
+        inputs.iter().filter(|p| **p != stdio && p.is_file()).map(|p| (file_of(p), *p)).collect();
+    let mut seen: Vec<(PathBuf, &Path)> = Vec::new();
+    for &path in outputs {
+        check_output(path)?;
+        let file = if path == stdio { path.to_path_buf() } else { file_of(path) };
+        let shown = path.display();
+        if let Some((_, other)) = seen.iter().find(|(f, _)| *f == file) {
+            return Err(Failure::Usage(if *other == path {
+                format!("{shown}: two outputs have this name; give each its own")
+            } else {
+                format!("{} and {shown}: two outputs go to this one file; give each its own", other.display())
+            }));
+        }
+        if let Some((_, input)) = read.iter().find(|(f, _)| *f == file) {
+            return Err(Failure::Usage(format!(
+                "{shown}: this output would take the place of the input {}; give it another name",
+                input.display()
+            )));
+        }
+        seen.push((file, path));
+    }
+    Ok(())
+}
+
+/// The file that a name leads to, however it is spelled and through whatever links. (An output takes the place of one hard link
+/// and leaves the others as they are, so these are files of their own.)
+fn file_of(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    path.canonicalize().unwrap_or_else(|_| match (folder.canonicalize(), path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_path_buf(),
+    })
+}
+
 /// Refuses early what could not be written late: a folder, or a file in a folder that does not exist.
 pub fn check_output(path: &Path) -> Result<(), Failure> {
     if path == Path::new("-") {
@@ -236,20 +274,6 @@ pub fn check_output(path: &Path) -> Result<(), Failure> {
             path.display(),
             folder.display()
         )));
-    }
-    Ok(())
-}
-
-/// Refuses two outputs of one name.
-pub fn check_distinct<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
-    let mut seen = std::collections::BTreeSet::new();
-    for path in paths {
-        if !seen.insert(path) {
-            return Err(Failure::Usage(format!(
-                "{}: two outputs have this name; give each its own",
-                path.display()
-            )));
-        }
     }
     Ok(())
 }

@@ -1,15 +1,15 @@
 //! The curves and points that distance is measured to: read from files, brought to the mesh, traced across its faces.
 
 use crate::exit::Failure;
-use crate::input::MeshInput;
+use crate::input::{MeshArguments, MeshInput};
 use crate::make::CURVE_NAMES;
 use crate::session::Session;
 use clap::Args;
 use eikona::contour::{ContourError, CurveReport, DEFAULT_TOLERANCE, Traced, trace_curve, trace_polyline};
 use eikona::spatial::Bvh;
 use eikona_mesh::{
-    Curve, CurveError, CurveFile, CurveFormat, CurveKind, Quality, SpacePolyline, SurfaceCurves,
-    SurfacePoint, curves_from_lines, read_curves_bytes,
+    Curve, CurveError, CurveFile, CurveFormat, CurveKind, Located, Quality, SpacePolyline, SurfaceCurves,
+    SurfacePoint, TriangleMesh, curves_from_lines, read_curves_bytes, segment_host,
 };
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -19,14 +19,14 @@ use std::path::{Path, PathBuf};
 #[command(next_help_heading = "Curves and points")]
 pub struct SourceArguments {
     /// A file of curves: JSON of eikona, OBJ with `l` lines, or the text formats of signed-heat-demo and SWN; may be repeated.
-    /// Without it, the `l` lines of the mesh's own OBJ file are taken
+    /// Without it and --points, the `l` lines of the mesh's own OBJ file are taken
     #[arg(long, value_name = "FILE")]
     pub curve: Vec<PathBuf>,
-    /// Isolated points: vertex numbers from 0 ("12,40"), or a curve file with points; may be repeated
+    /// Isolated points: vertex numbers from 0 ("12,40"), or a curve file with points, whose curves are left out; may be repeated
     #[arg(long, value_name = "V,V,..|FILE", allow_hyphen_values = true, value_parser = parse_points)]
     pub points: Vec<Points>,
     /// Take all curves as unsigned: distance grows on both sides
-    #[arg(long)]
+    #[arg(long, conflicts_with = "flip")]
     pub unsigned: bool,
     /// Reverse the direction of all curves, which exchanges left and right
     #[arg(long)]
@@ -69,6 +69,41 @@ fn parse_points(text: &str) -> Result<Points, String> {
     Ok(Points::Vertices(vertices))
 }
 
+impl SourceArguments {
+    /// The options given that are about the sides of curves.
+    pub fn about_sides(&self) -> Vec<&'static str> {
+        let flags = [(self.flip, "--flip"), (self.unsigned, "--unsigned")];
+        flags.into_iter().filter(|(given, _)| *given).map(|(_, flag)| flag).collect()
+    }
+
+    /// Refuses options about curves, these and `more`, where only points are given.
+    pub fn check_sides(&self, more: &[&str]) -> Result<(), Failure> {
+        let flags = self.about_sides();
+        match flags.iter().chain(more).next() {
+            Some(flag) if self.curve.is_empty() && !self.points.is_empty() => Err(Failure::Usage(format!(
+                "{flag} is for curves, but --points gives none; leave it out, or give --curve FILE too"
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The files that a verb with these arguments reads.
+pub fn files_read<'a>(mesh: &'a MeshArguments, source: &'a SourceArguments) -> Vec<&'a Path> {
+    let points = source.points.iter().filter_map(|points| match points {
+        Points::File(path) => Some(path),
+        Points::Vertices(_) => None,
+    });
+    [&mesh.mesh].into_iter().chain(&source.curve).chain(points).map(PathBuf::as_path).collect()
+}
+
+/// Says that these options have no effect, for lack of a curve with two sides.
+pub fn warn_of_sides(flags: &[&str], session: &mut Session) {
+    for flag in flags {
+        session.warn(format!("{flag} has no effect: no curve here is signed"));
+    }
+}
+
 /// A polyline farther from the mesh than this share of its bounding box gets a warning.
 const FAR: f64 = 0.01;
 
@@ -93,11 +128,11 @@ pub fn read_source(
         curves.points.extend(added.points);
     }
     for points in &arguments.points {
-        curves.points.extend(read_points(points, input, session)?);
+        curves.points.extend(read_points(points, arguments, input, session)?);
     }
     if arguments.curve.is_empty() && arguments.points.is_empty() && !input.file.lines.is_empty() {
         let path = input.path.clone();
-        let from_lines = curves_from_lines(&input.file.lines, input.mesh_for_curves());
+        let from_lines = curves_from_lines(&input.lines(), &input.mesh);
         let file =
             CurveFile { curves: from_lines.map_err(|e| Failure::curve(&path, e))?, ..CurveFile::default() };
         session.note(&format!(
@@ -110,6 +145,9 @@ pub fn read_source(
     }
     if curves.is_empty() {
         return Err(eikona::signed_heat::SignedHeatError::Curve(CurveError::Empty).into());
+    }
+    if !curves.curves.iter().any(|c| c.kind == CurveKind::Signed) {
+        warn_of_sides(&arguments.about_sides(), session);
     }
     if arguments.unsigned {
         curves.curves.iter_mut().for_each(|c| c.kind = CurveKind::Unsigned);
@@ -144,13 +182,15 @@ pub fn read_curve_file(path: &Path, input: &MeshInput, session: &mut Session) ->
         None => Failure::reading(path, eikona_mesh::FileError::io(path, e)),
     })?;
     let format = CurveFormat::detect(path, &bytes);
-    if matches!(format, CurveFormat::SignedHeatDemo | CurveFormat::SurfaceWinding)
-        && !input.file.mesh.is_triangular()
-    {
-        refuse_numbers_of_polygons(path, &bytes)?;
+    let numbered = matches!(format, CurveFormat::SignedHeatDemo | CurveFormat::SurfaceWinding);
+    if numbered {
+        refuse_numbers(path, &bytes, input)?;
     }
-    let read = session.phase("read curve", || read_curves_bytes(&bytes, format, input.mesh_for_curves()));
+    let mesh = if numbered { input.mesh_for_numbers() } else { input.mesh_for_curves() };
+    let read = session.phase("read curve", || read_curves_bytes(&bytes, format, mesh));
     let mut file = read.map_err(|e| Failure::reading(path, e))?;
+    let nodes = file.curves.curves.iter().flat_map(|c| &c.nodes).chain(&file.curves.points);
+    nodes.copied().try_for_each(|p| input.check_of_file(p)).map_err(|e| Failure::curve(path, e))?;
     for warning in &file.warnings {
         session.warn(format!("{}: {warning}", path.display()));
     }
@@ -161,16 +201,29 @@ pub fn read_curve_file(path: &Path, input: &MeshInput, session: &mut Session) ->
     Ok(file)
 }
 
-/// Text files number edges and faces of the polygons, but those at hand are of the triangles.
-fn refuse_numbers_of_polygons(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+/// Refuses numbers of edges and faces in a text file where those at hand are not those of the mesh's file.
+fn refuse_numbers(path: &Path, bytes: &[u8], input: &MeshInput) -> Result<(), Failure> {
+    let (words, why): (&[&str], _) = if !input.file.mesh.is_triangular() {
+        (
+            &["e", "f"],
+            "gives an edge or face of the polygons by number, but they are cut into triangles first",
+        )
+    } else if input.has_stand_ins() {
+        (
+            &["e"],
+            "gives an edge by number, but faces of the mesh that name a vertex twice leave the numbers unsure",
+        )
+    } else {
+        return Ok(());
+    };
     let text = String::from_utf8_lossy(bytes);
-    let numbered = |line: &str| matches!(line.split_whitespace().next(), Some("e" | "f"));
+    let numbered = |line: &str| line.split_whitespace().next().is_some_and(|word| words.contains(&word));
     match text.lines().position(numbered) {
         Some(line) => Err(Failure::curve(
             path,
             format!(
-                "line {} gives an edge or face of the polygons by number, but they are cut into triangles first; name vertices \
-                 instead (v i, or JSON with the ends of the edge), or give the curve as a polyline in space",
+                "line {} {why}; name vertices instead (v i, or JSON with the ends of the edge), or give the curve as a polyline in \
+                 space",
                 line + 1
             ),
         )),
@@ -180,6 +233,7 @@ fn refuse_numbers_of_polygons(path: &Path, bytes: &[u8]) -> Result<(), Failure> 
 
 fn read_points(
     points: &Points,
+    arguments: &SourceArguments,
     input: &MeshInput,
     session: &mut Session,
 ) -> Result<Vec<SurfacePoint>, Failure> {
@@ -192,14 +246,23 @@ fn read_points(
             )));
         }
         Points::File(path) => {
-            let points = read_curve_file(path, input, session)?.curves.points;
-            if points.is_empty() {
+            let file = read_curve_file(path, input, session)?;
+            if file.curves.points.is_empty() {
                 return Err(Failure::curve(
                     path,
                     "there are no isolated points in this file; give its curves with --curve",
                 ));
             }
-            return Ok(points);
+            file.curves.located_points(&input.mesh).map_err(|e| Failure::curve(path, e))?;
+            let left_out = file.curves.curves.len() + file.polylines.len();
+            if left_out > 0 && !arguments.curve.contains(path) {
+                let path = path.display();
+                let counted = if left_out == 1 { "1 curve".into() } else { format!("{left_out} curves") };
+                session.warn(format!(
+                    "{path} has {counted}, which --points leaves out; --curve {path} takes both"
+                ));
+            }
+            return Ok(file.curves.points);
         }
     };
     let vertices = input.mesh_for_curves().vertex_count();
@@ -226,12 +289,12 @@ fn bring_to_mesh(
 ) -> Result<SurfaceCurves, Failure> {
     let name = path.display();
     let mesh = &input.mesh;
-    let report = CurveReport::of(mesh, &file.curves).map_err(|e| Failure::curve(path, e))?;
+    let across = session.phase("locate curve", || first_across(mesh, &file.curves));
+    let across = across.map_err(|e| Failure::curve(path, e))?;
     let mut result = SurfaceCurves { curves: Vec::new(), points: file.curves.points };
     let mut traced_curves = 0;
-    for (c, curve) in file.curves.curves.into_iter().enumerate() {
-        let across = report.curves.get(c).and_then(|f| f.across_faces.first());
-        let Some(&node) = across else {
+    for (c, (curve, across)) in file.curves.curves.into_iter().zip(across).enumerate() {
+        let Some(node) = across else {
             result.curves.push(curve);
             continue;
         };
@@ -275,6 +338,19 @@ fn bring_to_mesh(
         "traced": traced_curves + lines.len(), "largest_projection_distance": largest,
     }));
     Ok(result)
+}
+
+/// For each curve the first node whose segment lies in no single face, if there is one.
+fn first_across(mesh: &TriangleMesh, curves: &SurfaceCurves) -> Result<Vec<Option<usize>>, CurveError> {
+    curves.located_points(mesh)?;
+    let first = |(c, curve): (usize, &Curve)| {
+        let nodes = curve.nodes.iter().enumerate();
+        let nodes: Vec<Located> =
+            nodes.map(|(n, p)| p.locate(mesh).map_err(|e| e.at(c, n))).collect::<Result<_, _>>()?;
+        let across = |p: &[Located]| p[0] != p[1] && segment_host(mesh, p[0], p[1]).is_none();
+        Ok(nodes.windows(2).position(across))
+    };
+    curves.curves.iter().enumerate().map(first).collect()
 }
 
 fn trace_line(line: &SpacePolyline, input: &MeshInput, bvh: &Bvh) -> Result<Traced, ContourError> {

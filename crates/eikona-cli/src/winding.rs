@@ -5,8 +5,8 @@ use crate::input::{MeshArguments, MeshInput};
 use crate::make::curve_format;
 use crate::number::above_zero;
 use crate::picture::{PictureArguments, check_picture_path};
-use crate::session::{General, Session, check_distinct, check_output};
-use crate::source::{SourceArguments, read_source};
+use crate::session::{General, Session, check_outputs};
+use crate::source::{SourceArguments, files_read, read_source};
 use crate::winding_file::{Formats, write_outputs};
 use clap::{Args, ValueEnum};
 use eikona::winding::{
@@ -173,8 +173,18 @@ fn check_arguments(arguments: &WindingArguments, general: &General) -> Result<Fo
             "nothing would be written; give -o OUT.ply, --render OUT.png, --bounding OUT.obj or --report R.json".into(),
         ));
     }
-    check_distinct(paths.iter().copied())?;
-    paths.iter().try_for_each(|path| check_output(path))?;
+    check_outputs(&paths, &files_read(&arguments.mesh, &arguments.source))?;
+    if let (Some(flag), [None, None]) = (arguments.picture.given(), pictures) {
+        return Err(Failure::Usage(format!(
+            "{flag} is for a picture; give --render OUT.png or --render-values OUT.png with it"
+        )));
+    }
+    if let (Some(flag), None) = (arguments.picture.about_values(), &outputs.render_values) {
+        return Err(Failure::Usage(format!(
+            "{flag} is for values, but --render shows regions, which have colours of their own; give --render-values OUT.png \
+             with it"
+        )));
+    }
     pictures.into_iter().flatten().try_for_each(check_picture_path)?;
     Formats::of(outputs)
 }

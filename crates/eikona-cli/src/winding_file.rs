@@ -10,7 +10,7 @@ use crate::winding::{OutputArguments, WindingArguments};
 use eikona::contour::{obj_lines, polylines};
 use eikona::winding::{JumpLoop, Winding};
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
-use eikona_mesh::{Curve, CurveFile, SurfaceCurves, TriangleMesh};
+use eikona_mesh::{Curve, CurveFile, FileError, SurfaceCurves, TriangleMesh};
 use eikona_render::{ColorMap, Levels, label_color};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -138,8 +138,9 @@ pub fn write_outputs(
         (nonbounding_part, winding.nonbounding_part()),
     ] {
         if let Some(path) = path {
-            let lines = polylines(&winding.mesh, &curves).and_then(|lines| obj_lines(&lines));
-            let mut text = lines.map_err(|e| Failure::Failed(format!("{}: {e}", path.display())))?;
+            let lines = polylines(&winding.mesh, &curves.curves).map_err(FileError::from);
+            let text = lines.and_then(|lines| obj_lines(&lines));
+            let mut text = text.map_err(|e| Failure::Failed(format!("{}: {e}", path.display())))?;
             if text.is_empty() {
                 text.push_str("# no lines\n");
             }

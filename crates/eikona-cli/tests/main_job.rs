@@ -48,6 +48,8 @@ fn the_main_job_on_a_grid_is_exact_and_writes_all_its_files() {
     for wanted in [
         "read mesh",
         "read curve",
+        "locate curve",
+        "check curve",
         "prepare: factorisation",
         "solve: diffusion",
         "solve: integration",

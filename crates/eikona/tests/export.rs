@@ -2,17 +2,16 @@
 
 mod shapes;
 use eikona::contour::{
-    DEFAULT_TOLERANCE, obj_lines, plane_cut, ply_edges, polylines, svg_paths, trace_polyline, write_polylines,
+    DEFAULT_TOLERANCE, obj_lines, plane_cut, ply_edges, polylines, svg_paths, trace_polyline,
 };
 use eikona::spatial::Bvh;
-use eikona_mesh::{CurveFormat, CurveKind, SurfaceCurves, read_curves_bytes};
+use eikona_mesh::{Curve, CurveError, CurveFormat, CurveKind, Vertex, read_curves_bytes};
 use shapes::{flat_grid, sphere};
 
 #[test]
 fn a_cut_written_as_obj_is_read_and_traced_to_itself() {
     let mesh = sphere(3);
     let curves = plane_cut(&mesh, [0.0, 0.0, 0.2], [0.1, 0.0, 1.0]).unwrap();
-    let curves = SurfaceCurves { curves, points: Vec::new() };
     let text = obj_lines(&polylines(&mesh, &curves).unwrap()).unwrap();
     let file = read_curves_bytes(text.as_bytes(), CurveFormat::Obj, &mesh).unwrap();
     assert_eq!((file.polylines.len(), file.polylines[0].closed), (1, true));
@@ -21,7 +20,7 @@ fn a_cut_written_as_obj_is_read_and_traced_to_itself() {
         trace_polyline(&mesh, &bvh, &file.polylines[0].points, true, CurveKind::Signed, DEFAULT_TOLERANCE)
             .unwrap();
     assert!(traced.largest_projection_distance < 1e-15);
-    assert_eq!(traced.curve.nodes.len(), curves.curves[0].nodes.len());
+    assert_eq!(traced.curve.nodes.len(), curves[0].nodes.len());
 }
 
 #[test]
@@ -40,17 +39,9 @@ fn ply_counts_and_svg_flatness() {
 }
 
 #[test]
-fn files_are_written_whole() {
-    let folder = std::env::temp_dir().join(format!("eikona-export-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+fn a_node_that_is_not_on_the_mesh_is_named_with_its_curve() {
     let mesh = flat_grid(4);
-    let cut = plane_cut(&mesh, [0.3, 0.0, 0.0], [1.0, 0.0, 0.0]).unwrap();
-    let lines = polylines(&mesh, &SurfaceCurves { curves: cut, points: Vec::new() }).unwrap();
-    for name in ["a.obj", "b.ply", "c.svg"] {
-        write_polylines(folder.join(name), &lines).unwrap();
-    }
-    assert!(write_polylines(folder.join("d.xyz"), &lines).is_err());
-    assert!(write_polylines(folder.join("nowhere/e.obj"), &lines).is_err());
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3);
-    std::fs::remove_dir_all(&folder).unwrap();
+    let curves = [Curve::signed([0, 1].map(Vertex)), Curve::signed([0, 1, 99].map(Vertex))];
+    let fault = polylines(&mesh, &curves).unwrap_err();
+    assert!(matches!(fault, CurveError::AtNode { curve: 1, node: 2, .. }), "{fault}");
 }

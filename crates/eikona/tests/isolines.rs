@@ -1,13 +1,13 @@
 //! Isolines and plane cuts: known shapes, closedness, orientation, and the cases that tear curves elsewhere.
 
 mod shapes;
-use eikona::contour::{curve_points, isolines, plane_cut};
+use eikona::contour::{isolines, plane_cut, polylines};
 use eikona_mesh::{Curve, Face, Located, SurfaceCurves, TriangleMesh, VertexField};
 use shapes::{DATA, Random, cube, flat_grid, moebius, read_mesh, rough_grid, sphere, torus};
 use std::f64::consts::TAU;
 
 fn length(mesh: &TriangleMesh, curve: &Curve) -> f64 {
-    let points = curve_points(mesh, curve).unwrap();
+    let points = polylines(mesh, [curve]).unwrap().remove(0);
     points.windows(2).map(|p| (0..3).map(|k| (p[0][k] - p[1][k]).powi(2)).sum::<f64>().sqrt()).sum()
 }
 
@@ -28,7 +28,7 @@ fn an_isoline_of_x_is_a_straight_line_upwards() {
     for set in &sets {
         assert_eq!(set.curves.len(), 1);
         check(&mesh, &set.curves);
-        let points = &set.polylines(&mesh).unwrap()[0];
+        let points = &polylines(&mesh, &set.curves).unwrap()[0];
         assert!(points.iter().all(|p| (p[0] - set.level).abs() < 1e-14));
         assert!(points.windows(2).all(|p| p[1][1] > p[0][1]), "the smaller x is on the left");
         assert!((length(&mesh, &set.curves[0]) - 1.0).abs() < 1e-12);
@@ -52,7 +52,7 @@ fn a_counterclockwise_loop_surrounds_the_smaller_values() {
     let distance = field(&mesh, |p| (p[0] - 0.5).hypot(p[1] - 0.5) - 0.3);
     let curve = isolines(&mesh, &distance, &[0.0]).unwrap().remove(0).curves.remove(0);
     assert!(curve.is_closed());
-    let p = curve_points(&mesh, &curve).unwrap();
+    let p = polylines(&mesh, [&curve]).unwrap().remove(0);
     let area: f64 = p.windows(2).map(|p| 0.5 * (p[0][0] * p[1][1] - p[1][0] * p[0][1])).sum();
     assert!((area - 0.09 * TAU / 2.0).abs() < 0.003, "{area}");
 }
@@ -151,7 +151,7 @@ fn a_moebius_strip_is_cut_in_whole_curves_that_carry_their_side() {
     let up = turned.curves[0].up.unwrap();
     assert!(plain.curves[0].up.is_none() && up[2].abs() == 1.0);
     // Seen from `up`, the smaller x must be on the left: upwards where it is +z, downwards where it is -z.
-    let p = turned.polylines(&mixed).unwrap().remove(0);
+    let p = polylines(&mixed, &turned.curves).unwrap().remove(0);
     assert!(p.windows(2).all(|p| (p[1][1] - p[0][1]) * up[2] > 0.0));
 }
 

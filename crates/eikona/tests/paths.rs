@@ -1,12 +1,12 @@
 //! Shortest paths: exact lengths on flat meshes and a cube, and what must hold anywhere.
 
 mod shapes;
-use eikona::contour::{curve_points, shortest_vertex_path, straighten_curve};
+use eikona::contour::{polylines, shortest_vertex_path, straighten_curve};
 use eikona_mesh::{Curve, SurfaceCurves, TriangleMesh, Vertex};
 use shapes::{DATA, Random, cube, flat_grid, read_mesh, rough_grid, sphere, torus};
 
 fn length(mesh: &TriangleMesh, curve: &Curve) -> f64 {
-    let points = curve_points(mesh, curve).unwrap();
+    let points = polylines(mesh, [curve]).unwrap().remove(0);
     points.windows(2).map(|p| (0..3).map(|k| (p[0][k] - p[1][k]).powi(2)).sum::<f64>().sqrt()).sum()
 }
 

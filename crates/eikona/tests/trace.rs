@@ -2,7 +2,7 @@
 
 mod shapes;
 use eikona::contour::{
-    ContourError, DEFAULT_TOLERANCE, Traced, curve_points, shortest_vertex_path, trace_curve, trace_polyline,
+    ContourError, DEFAULT_TOLERANCE, Traced, polylines, shortest_vertex_path, trace_curve, trace_polyline,
 };
 use eikona::spatial::Bvh;
 use eikona_mesh::{Curve, CurveKind, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex};
@@ -10,7 +10,7 @@ use shapes::{DATA, Random, cube, flat_grid, read_mesh, rough_grid, sphere, torus
 use std::f64::consts::TAU;
 
 fn length(mesh: &TriangleMesh, curve: &Curve) -> f64 {
-    let points = curve_points(mesh, curve).unwrap();
+    let points = polylines(mesh, [curve]).unwrap().remove(0);
     points.windows(2).map(|p| (0..3).map(|k| (p[0][k] - p[1][k]).powi(2)).sum::<f64>().sqrt()).sum()
 }
 
@@ -138,9 +138,8 @@ fn random_polylines_on_rough_surfaces() {
         // What is traced once stays as it is.
         let again = trace_curve(&mesh, &traced.curve).unwrap();
         assert_eq!(again.curve.nodes.len(), traced.curve.nodes.len());
-        let (p, q) =
-            (curve_points(&mesh, &again.curve).unwrap(), curve_points(&mesh, &traced.curve).unwrap());
-        assert!(p.iter().zip(&q).all(|(p, q)| (0..3).all(|k| (p[k] - q[k]).abs() < 1e-14)));
+        let both = polylines(&mesh, [&again.curve, &traced.curve]).unwrap();
+        assert!(both[0].iter().zip(&both[1]).all(|(p, q)| (0..3).all(|k| (p[k] - q[k]).abs() < 1e-14)));
     }
     println!("random polylines: {walked} nodes, {halved} segments halved, {replaced} by edge path");
 }

@@ -190,7 +190,7 @@ fn a_broken_circle_on_the_sphere_labels_nearly_all_faces_right() {
     let kept: Vec<Curve> = whole
         .into_iter()
         .filter(|c| {
-            let nodes = eikona::contour::curve_points(&sphere, c).unwrap();
+            let nodes = eikona::contour::polylines(&sphere, [c]).unwrap().remove(0);
             let (p, q) = (nodes[0], nodes[1]);
             let turn = ((p[1] + q[1]).atan2(p[0] + q[0]) / std::f64::consts::TAU * 3.0).rem_euclid(1.0);
             turn > 0.25

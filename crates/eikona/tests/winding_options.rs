@@ -225,7 +225,7 @@ fn short_pieces_are_felt_when_they_are_split() {
     let every_other: Vec<Curve> = {
         let mut sides = boundary_of(&sphere, cap);
         let angle = |c: &Curve| {
-            let p = eikona::contour::curve_points(&sphere, c).unwrap();
+            let p = eikona::contour::polylines(&sphere, [c]).unwrap().remove(0);
             (p[0][1] + p[1][1]).atan2(p[0][0] + p[1][0])
         };
         sides.sort_by(|a, b| angle(a).total_cmp(&angle(b)));

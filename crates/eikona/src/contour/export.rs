@@ -1,25 +1,27 @@
 //! Curves as files for other programs: OBJ lines, PLY edges, and SVG for flat meshes.
 
-use eikona_mesh::io::write_atomically;
-use eikona_mesh::{FileError, SurfaceCurves, TriangleMesh};
+use eikona_mesh::{Curve, CurveError, FileError, TriangleMesh};
 use std::fmt::Write as _;
-use std::path::Path;
 
 /// A polyline in space. A closed one repeats its first point at the end.
 pub type Polyline = Vec<[f64; 3]>;
 
-/// The curves as polylines in space.
+/// Lines are flat, so that SVG can hold them, if their z differs by at most this share of their larger side in x or y.
+pub const FLAT: f64 = 1e-9;
+
+/// Where the nodes of each curve lie in space.
 ///
 /// # Errors
-/// [`FileError::Curve`] for a node that is not on the mesh.
-pub fn polylines(mesh: &TriangleMesh, curves: &SurfaceCurves) -> Result<Vec<Polyline>, FileError> {
-    let mut lines = Vec::with_capacity(curves.curves.len());
-    for (c, curve) in curves.curves.iter().enumerate() {
-        let points = curve.nodes.iter().enumerate();
-        let points = points.map(|(n, p)| Ok(p.locate(mesh).map_err(|e| e.at(c, n))?.position(mesh)));
-        lines.push(points.collect::<Result<_, FileError>>()?);
-    }
-    Ok(lines)
+/// [`CurveError`] for a node that is not on the mesh, with the place of its curve among these.
+pub fn polylines<'a>(
+    mesh: &TriangleMesh,
+    curves: impl IntoIterator<Item = &'a Curve>,
+) -> Result<Vec<Polyline>, CurveError> {
+    let points = |(c, curve): (usize, &Curve)| {
+        let nodes = curve.nodes.iter().enumerate();
+        nodes.map(|(n, p)| Ok(p.locate(mesh).map_err(|e| e.at(c, n))?.position(mesh))).collect()
+    };
+    curves.into_iter().enumerate().map(points).collect()
 }
 
 /// An OBJ file with one `l` line a polyline.
@@ -70,7 +72,7 @@ pub fn ply_edges(lines: &[Polyline]) -> Result<String, FileError> {
 /// An SVG file with one path a polyline, y upwards as on the mesh, lengths in the mesh's own unit.
 ///
 /// # Errors
-/// [`FileError::Unsupported`] if the points do not all have the same z (up to 1e-9 of their extent), or are not finite.
+/// [`FileError::Unsupported`] if the points do not all have the same z (up to [`FLAT`]), or are not finite.
 pub fn svg_paths(lines: &[Polyline]) -> Result<String, FileError> {
     let lines = checked(lines)?;
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -84,7 +86,7 @@ pub fn svg_paths(lines: &[Polyline]) -> Result<String, FileError> {
         (low, high) = ([0.0; 3], [1.0, 1.0, 0.0]);
     }
     let size = (high[0] - low[0]).max(high[1] - low[1]);
-    if high[2] - low[2] > 1e-9 * size {
+    if high[2] - low[2] > FLAT * size {
         return Err(FileError::Unsupported(format!(
             "SVG can hold flat curves only, but z runs from {} to {}; write OBJ or PLY, or project the curves",
             low[2], high[2]
@@ -110,27 +112,6 @@ pub fn svg_paths(lines: &[Polyline]) -> Result<String, FileError> {
     }
     text += "</g>\n</svg>\n";
     Ok(text)
-}
-
-/// Writes polylines to a file, whole or not at all; the extension (`.obj`, `.ply`, `.svg`) tells the format.
-///
-/// # Errors
-/// [`FileError::Unsupported`] for other extensions and as the writers above, [`FileError::Io`].
-pub fn write_polylines(path: impl AsRef<Path>, lines: &[Polyline]) -> Result<(), FileError> {
-    let path = path.as_ref();
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let text = match extension.as_str() {
-        "obj" => obj_lines(lines)?,
-        "ply" => ply_edges(lines)?,
-        "svg" => svg_paths(lines)?,
-        _ => {
-            return Err(FileError::Unsupported(format!(
-                "{}: polylines can be written as .obj, .ply and .svg; choose one of these",
-                path.display()
-            )));
-        }
-    };
-    write_atomically(path, |out| out.write_all(text.as_bytes()))
 }
 
 /// Polylines of at least two points, without the repeated first point, and whether they are closed.

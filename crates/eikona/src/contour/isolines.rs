@@ -8,7 +8,7 @@
 use super::ContourError;
 use crate::geometry::vector::{cross, normalize, scale, sub};
 use eikona_mesh::{
-    Curve, CurveError, CurveKind, Edge, Face, Located, Neighbour, SNAP_TOLERANCE, TriangleMesh, VertexField,
+    Curve, CurveKind, Edge, Face, Located, Neighbour, SNAP_TOLERANCE, TriangleMesh, VertexField,
 };
 
 /// The isolines of one level.
@@ -22,29 +22,6 @@ pub struct LevelSet {
     pub undefined_faces: usize,
 }
 
-impl LevelSet {
-    /// The curves as polylines in space. Closed ones repeat their first point at the end.
-    ///
-    /// # Errors
-    /// [`CurveError`] if this is not the mesh that the curves were made for.
-    pub fn polylines(&self, mesh: &TriangleMesh) -> Result<Vec<Vec<[f64; 3]>>, CurveError> {
-        self.curves.iter().map(|c| curve_points(mesh, c)).collect()
-    }
-}
-
-/// Where the nodes of a curve lie in space.
-///
-/// # Errors
-/// [`CurveError`] for a node that is not on the mesh.
-pub fn curve_points(mesh: &TriangleMesh, curve: &Curve) -> Result<Vec<[f64; 3]>, CurveError> {
-    curve
-        .nodes
-        .iter()
-        .enumerate()
-        .map(|(n, p)| Ok(p.locate(mesh).map_err(|e| e.at(0, n))?.position(mesh)))
-        .collect()
-}
-
 /// The isolines of a vertex field, level by level.
 ///
 /// Each curve runs with the smaller values on its left, so an isoline of a distance that is negative on the left of its
@@ -55,11 +32,11 @@ pub fn curve_points(mesh: &TriangleMesh, curve: &Curve) -> Result<Vec<[f64; 3]>,
 /// surface that is seen from.
 ///
 /// ```
-/// use eikona::contour::isolines;
+/// use eikona::contour::{isolines, polylines};
 /// use eikona_mesh::TriangleMesh;
 /// let mesh = TriangleMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], vec![[0, 1, 2]])?;
 /// let x = vec![0.0, 1.0, 0.0].into();
-/// let points = isolines(&mesh, &x, &[0.25])?.remove(0).polylines(&mesh)?;
+/// let points = polylines(&mesh, &isolines(&mesh, &x, &[0.25])?[0].curves)?;
 /// assert_eq!(points, [[[0.25, 0.0, 0.0], [0.25, 0.75, 0.0]]]); // upwards: the smaller x on the left
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

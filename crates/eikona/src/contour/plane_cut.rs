@@ -75,7 +75,7 @@ fn cut(mesh: &TriangleMesh, height: impl Fn(Vec3) -> f64) -> Result<Vec<Curve>, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contour::curve_points;
+    use crate::contour::polylines;
     use eikona_mesh::shapes;
 
     #[test]
@@ -85,7 +85,7 @@ mod tests {
         let curves = wavy_plane_cut(&mesh, [0.0, 0.0, 1.0], [0.0, 0.0, 2.0], wave).unwrap();
         assert_eq!(curves.len(), 1);
         assert!(curves[0].is_closed());
-        let heights: Vec<f64> = curve_points(&mesh, &curves[0]).unwrap().iter().map(|p| p[2] - 1.0).collect();
+        let heights: Vec<f64> = polylines(&mesh, &curves).unwrap()[0].iter().map(|p| p[2] - 1.0).collect();
         let (low, high) = heights.iter().fold((0.0f64, 0.0f64), |(l, h), &z| (l.min(z), h.max(z)));
         assert!((low + 0.2).abs() < 1e-3 && (high - 0.2).abs() < 1e-3, "{low} {high}");
         let ups = heights.windows(2).filter(|z| z[0] < 0.0 && z[1] >= 0.0).count();

@@ -36,13 +36,13 @@ pub(super) struct Leg {
 /// shorten it. Curves pass boundary vertices and nonmanifold edges only where the input does.
 ///
 /// ```
-/// use eikona::contour::{curve_points, shortest_vertex_path, straighten_curve};
+/// use eikona::contour::{polylines, shortest_vertex_path, straighten_curve};
 /// use eikona_mesh::{Curve, TriangleMesh, Vertex};
 /// let corners = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 /// let mesh = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;
 /// let path = Curve::signed(shortest_vertex_path(&mesh, &[Vertex(1), Vertex(3)])?); // round a corner
 /// let straight = straighten_curve(&mesh, &path)?;
-/// assert_eq!(curve_points(&mesh, &straight)?, [[1., 0., 0.], [0.5, 0.5, 0.], [0., 1., 0.]]);
+/// assert_eq!(polylines(&mesh, [&straight])?, [[[1., 0., 0.], [0.5, 0.5, 0.], [0., 1., 0.]]]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///

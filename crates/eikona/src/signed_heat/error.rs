@@ -18,7 +18,7 @@ pub enum SignedHeatError {
     #[error("every face has area zero, so there is no surface to measure on")]
     NoArea,
     /// An option is out of range.
-    #[error("{name} = {value} is out of range: {bound}")]
+    #[error("{name} = {value:?} is out of range: {bound}")]
     Option {
         /// The option.
         name: &'static str,

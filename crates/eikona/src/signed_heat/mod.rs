@@ -59,7 +59,7 @@ mod time;
 
 pub use crate::phases::Phases;
 pub use error::SignedHeatError;
-pub use options::{DiffusionTime, LevelSets, SignConvention, SolveOptions, SolverOptions};
+pub use options::{DiffusionTime, LevelSets, SOFT_WEIGHTS, SignConvention, SolveOptions, SolverOptions};
 pub use report::{KeptNormals, Preparation, Report};
 pub use solution::{Confidence, Solution};
 pub use solver::Solver;

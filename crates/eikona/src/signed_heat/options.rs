@@ -54,6 +54,9 @@ pub enum LevelSets {
     Soft(f64),
 }
 
+/// The weights that [`LevelSets::Soft`] allows. Outside, the weight drowns in rounding, or everything else does.
+pub const SOFT_WEIGHTS: std::ops::RangeInclusive<f64> = 1e-9..=1e12;
+
 /// On which side of an oriented curve the distance is negative.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SignConvention {

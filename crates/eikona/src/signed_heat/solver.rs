@@ -9,7 +9,7 @@ use crate::signed_heat::confidence::confidence;
 use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::integration::{Integration, Memory, PreparedIntegration, WithHanging};
-use crate::signed_heat::options::{DiffusionTime, LevelSets, SolveOptions, SolverOptions};
+use crate::signed_heat::options::{DiffusionTime, LevelSets, SOFT_WEIGHTS, SolveOptions, SolverOptions};
 use crate::signed_heat::report::{KeptNormals, Preparation, Report};
 use crate::signed_heat::sheets::Sheets;
 use crate::signed_heat::solution::Solution;
@@ -316,9 +316,6 @@ impl Solver {
             .into()
     }
 }
-
-/// Outside, the weight drowns in rounding, or everything else does.
-const SOFT_WEIGHTS: std::ops::RangeInclusive<f64> = 1e-9..=1e12;
 
 /// Lengths of the longest sides whose squares, and quotients of these, are normal numbers.
 const LENGTHS: std::ops::RangeInclusive<f64> = 1e-100..=1e100;

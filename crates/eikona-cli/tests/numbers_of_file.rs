@@ -1,0 +1,178 @@
+//! Curves name vertices, edges and faces by the numbers of the mesh's file, whatever is repaired.
+
+mod run;
+
+use run::{Folder, grid_obj};
+
+/// The grid of [`grid_obj`] with this face in front of all others, which moves their numbers up by one.
+fn grid_behind(face: &str) -> String {
+    let grid = grid_obj();
+    let at = grid.find("f ").unwrap();
+    format!("{}{face}\n{}", &grid[..at], &grid[at..])
+}
+
+/// The corners of all faces of a mesh of triangles, from 0.
+fn faces(obj: &str) -> Vec<[u32; 3]> {
+    let corners = |l: &str| l.split(' ').map(|w| w.parse::<u32>().unwrap() - 1).collect::<Vec<_>>();
+    obj.lines().filter_map(|l| l.strip_prefix("f ")).map(|l| corners(l).try_into().unwrap()).collect()
+}
+
+/// The number of an edge: that at which it is met when the faces are walked.
+fn edge(faces: &[[u32; 3]], ends: [u32; 2]) -> usize {
+    let mut met: Vec<[u32; 2]> = Vec::new();
+    for [a, b, c] in faces {
+        for [p, q] in [[a, b], [b, c], [c, a]] {
+            let side = [*p.min(q), *p.max(q)];
+            if !met.contains(&side) {
+                met.push(side);
+            }
+        }
+    }
+    met.iter().position(|e| *e == ends).unwrap()
+}
+
+/// The line x = 4.5: across these edges, and from a face to a face.
+const EDGES: [[u32; 2]; 5] = [[12, 15], [12, 16], [13, 16], [13, 17], [14, 17]];
+const FACES: [[u32; 3]; 2] = [[12, 15, 16], [13, 17, 14]];
+
+fn by_edges(obj: &str) -> String {
+    let faces = faces(obj);
+    let nodes: String = EDGES.iter().map(|&e| format!("e {} 0.5\n", edge(&faces, e))).collect();
+    format!("signed_curve\n{nodes}")
+}
+
+fn by_faces(obj: &str) -> String {
+    let faces = faces(obj);
+    let node = |f: &[u32; 3]| format!("f {} 0.5 0.25 0.25\n", faces.iter().position(|g| g == f).unwrap());
+    format!("signed_curve\n{}", FACES.iter().map(node).collect::<String>())
+}
+
+#[track_caller]
+fn assert_equal(folder: &Folder, a: &str, b: &str) {
+    let (a, b) = (folder.column(a, "distance"), folder.column(b, "distance"));
+    assert_eq!(a.len(), b.len());
+    for (v, (a, b)) in a.iter().zip(&b).enumerate() {
+        assert!((a - b).abs() < 1e-9, "vertex {v}: {a}, not {b}");
+    }
+}
+
+/// Unit squares in a row along x, each with vertices of its own, and the line x = 2 as corners of the third.
+fn loose_squares() -> String {
+    let (mut vertices, mut faces) = (String::new(), String::new());
+    for x in 0..6 {
+        let a = 4 * x + 1;
+        vertices += &format!("v {x} 0 0\nv {} 0 0\nv {} 1 0\nv {x} 1 0\n", x + 1, x + 1);
+        faces += &format!("f {a} {} {}\nf {a} {} {}\n", a + 1, a + 2, a + 2, a + 3);
+    }
+    format!("{vertices}{faces}l 9 12\n")
+}
+
+#[test]
+fn lines_of_the_mesh_stay_where_they_are_when_vertices_are_joined() {
+    let folder = Folder::new();
+    folder.write("loose.obj", &loose_squares());
+    folder.done("sdf loose.obj --weld -o out.csv");
+    // The vertices that are kept: four of the first square, then the two on the right of each.
+    let x = [0.0, 1.0, 1.0, 0.0].into_iter().chain((2..=6).flat_map(|x| [f64::from(x); 2]));
+    let distance = folder.column("out.csv", "distance");
+    assert_eq!(distance.len(), 14);
+    for (v, (d, x)) in distance.iter().zip(x).enumerate() {
+        assert!((d - (x - 2.0)).abs() < 1e-9, "vertex {v}: {d}, not {}", x - 2.0);
+    }
+    folder.done("winding loose.obj --weld --input-labels labels.csv");
+    let labels = folder.column("labels.csv", "label");
+    assert_eq!(labels, [[1.0; 4].as_slice(), &[0.0; 8]].concat());
+}
+
+#[test]
+fn loose_lines_are_joined_where_their_vertices_are() {
+    let folder = Folder::new();
+    // Two lines of two vertices each, which meet in (2, 1) by vertices of their own.
+    let mesh = loose_squares().replace("l 9 12\n", "l 9 12\nl 7 8\n");
+    folder.write("loose.obj", &mesh);
+    let facts = folder.done("inspect loose.obj --weld --json").text();
+    let facts: serde_json::Value = serde_json::from_str(&facts).unwrap();
+    assert_eq!(facts["curves"]["curves"].as_array().unwrap().len(), 1, "{}", facts["curves"]);
+    assert_eq!(facts["curves"]["curves"][0]["nodes"], 3);
+}
+
+#[test]
+fn numbers_count_faces_that_were_dropped() {
+    let folder = Folder::new();
+    folder.write("grid.obj", &grid_obj());
+    folder.write("flat.obj", &grid_behind("f 1 4 7")); // three vertices in a row
+    for (curve, of) in [("e.txt", by_edges as fn(&str) -> String), ("f.txt", by_faces)] {
+        folder.write(curve, &of(&grid_obj()));
+        folder.done(&format!("sdf grid.obj --curve {curve} -o whole.csv"));
+        folder.write(curve, &of(&grid_behind("f 1 4 7")));
+        folder.done(&format!("sdf flat.obj --drop-degenerate --curve {curve} -o out.csv"));
+        assert_equal(&folder, "out.csv", "whole.csv");
+        folder.done(&format!("sdf flat.obj --weld --drop-degenerate --curve {curve} -o out.csv"));
+        assert_equal(&folder, "out.csv", "whole.csv");
+    }
+}
+
+#[test]
+fn what_was_dropped_can_not_be_named() {
+    let folder = Folder::new();
+    folder.write("flat.obj", &grid_behind("f 1 4 7"));
+    folder.write("face.txt", "signed_curve\nv 15\nf 0 0.5 0.25 0.25\n");
+    folder.write("edge.txt", "signed_curve\nv 15\ne 2 0.5\n"); // from the third corner to the first
+    folder.write("point.txt", "unsigned_point\nf 0 0.5 0.25 0.25\n");
+    let sdf = "sdf flat.obj --drop-degenerate -o out.csv";
+    folder.refused(&format!("{sdf} --curve face.txt"), 3, &["face.txt", "curve 0, node 1", "0, 3"]);
+    folder.refused(&format!("{sdf} --curve edge.txt"), 3, &["edge.txt", "curve 0, node 1", "6"]);
+    folder.refused(&format!("{sdf} --points point.txt"), 3, &["point.txt", "point 0"]);
+}
+
+#[test]
+fn numbers_count_faces_that_are_broken() {
+    let folder = Folder::new();
+    folder.write("grid.obj", &grid_obj());
+    folder.write("f.txt", &by_faces(&grid_obj()));
+    folder.done("sdf grid.obj --curve f.txt -o whole.csv");
+    let broken = grid_behind("f 1 1 4");
+    folder.write("broken.obj", &broken);
+    folder.write("f.txt", &by_faces(&broken));
+    for repair in ["--drop-degenerate", "--weld"] {
+        folder.done(&format!("sdf broken.obj {repair} --curve f.txt -o out.csv"));
+        assert_equal(&folder, "out.csv", "whole.csv");
+    }
+    let sdf = "sdf broken.obj --drop-degenerate -o no.csv";
+    folder.write("on.txt", "signed_curve\nv 15\nf 0 0.5 0.25 0.25\n");
+    folder.refused(&format!("{sdf} --curve on.txt"), 3, &["on.txt", "face 0", "dropped"]);
+    folder.write("beyond.txt", "signed_curve\nv 15\nv 33\n");
+    folder.refused(&format!("{sdf} --curve beyond.txt"), 3, &["beyond.txt", "vertex 33", "the mesh has 33"]);
+    // Whether a side from a vertex to itself counts as an edge, nobody knows.
+    folder.write("e.txt", &by_edges(&broken));
+    folder.refused(&format!("{sdf} --curve e.txt"), 3, &["e.txt", "line 2", "unsure", "JSON"]);
+}
+
+#[test]
+fn faces_of_stl_files_keep_their_numbers() {
+    let folder = Folder::new();
+    let stl = |obj: &str| {
+        let place = |v: u32| format!("vertex {} {} 0\n", v / 3, v % 3);
+        let facet = |f: &[u32; 3]| {
+            format!("facet normal 0 0 1\nouter loop\n{}endloop\nendfacet\n", f.map(place).concat())
+        };
+        format!("solid s\n{}endsolid s\n", faces(obj).iter().map(facet).collect::<String>())
+    };
+    folder.write("grid.stl", &stl(&grid_obj()));
+    folder.write("f.txt", &by_faces(&grid_obj()));
+    folder.done("sdf grid.stl --curve f.txt -o whole.csv");
+    for face in ["f 1 1 4", "f 1 4 7"] {
+        folder.write("more.stl", &stl(&grid_behind(face)));
+        folder.write("f.txt", &by_faces(&grid_behind(face)));
+        folder.done("sdf more.stl --drop-degenerate --curve f.txt -o out.csv");
+        // The order of the vertices is that in which they are met: sorted, both are the same.
+        let sorted = |name: &str| {
+            let mut distance = folder.column(name, "distance");
+            distance.sort_by(f64::total_cmp);
+            distance
+        };
+        for (a, b) in sorted("out.csv").iter().zip(sorted("whole.csv")) {
+            assert!((a - b).abs() < 1e-9, "{face}: {a}, not {b}");
+        }
+    }
+}
