@@ -32,7 +32,8 @@ impl Hodge {
         }
         for h in 0..halfedges {
             let Some((other, same_way)) = triangulation.other(h) else { continue };
-            if h < other && h / 3 != other / 3 {
+            debug_assert_ne!(h / 3, other / 3, "flips leave no triangle glued to itself");
+            if h < other {
                 graph.pairs.push([h as u32 / 3, other as u32 / 3]);
                 matrix.off_diagonal.push(if same_way { inverse_star[h] } else { -inverse_star[h] });
             }
@@ -59,25 +60,12 @@ impl Hodge {
         let curl: Vec<f64> = form.chunks_exact(3).map(|sides| sides.iter().sum()).collect();
         let potential = self.factor.solve(&curl)?;
         let residual = self.factor.residual(&potential, &curl);
-        let mut harmonic = form.to_vec();
-        for h in 0..form.len() {
-            harmonic[h] = match triangulation.other(h) {
-                // Once a side, so that both triangles get the same digits.
-                Some((other, same_way)) if other < h => {
-                    if same_way {
-                        harmonic[other]
-                    } else {
-                        -harmonic[other]
-                    }
-                }
-                Some((other, same_way)) => {
-                    let beyond = potential[other / 3];
-                    form[h]
-                        - self.inverse_star[h] * (potential[h / 3] + if same_way { beyond } else { -beyond })
-                }
-                None => form[h] - self.inverse_star[h] * potential[h / 3],
-            };
-        }
+        let harmonic = triangulation.form(|h| {
+            let beyond = triangulation.other(h).map_or(0.0, |(other, same_way)| {
+                if same_way { potential[other / 3] } else { -potential[other / 3] }
+            });
+            form[h] - self.inverse_star[h] * (potential[h / 3] + beyond)
+        });
         Ok((harmonic, residual))
     }
 }

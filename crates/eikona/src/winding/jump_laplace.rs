@@ -22,7 +22,8 @@ impl JumpLaplace {
     }
 
     /// Factors the operator without the vertices that are excluded. Of every connected part that is left the first vertex is
-    /// held at zero; the part is singular otherwise, and its right-hand sides add up to zero.
+    /// held at zero; the part is singular otherwise, and its right-hand sides add up to zero. Deviation: the public program adds 1e-8 to the
+    /// whole diagonal, here and in the Hodge system, which moves its figures by 1e-6.
     pub fn factor(
         &self,
         triangulation: &Triangulation,
@@ -104,21 +105,10 @@ pub(crate) fn darboux_derivative(
     base: &[f64],
     differences: &[f64],
 ) -> Vec<f64> {
-    let mut form = vec![0.0; differences.len()];
-    for (h, [i, j]) in included(triangulation, excluded) {
-        form[h] = match triangulation.other(h) {
-            // Once a side, so that both triangles get the same digits.
-            Some((other, same_way)) if other < h => {
-                if same_way {
-                    form[other]
-                } else {
-                    -form[other]
-                }
-            }
-            _ => base[j] - base[i] + differences[h],
-        };
-    }
-    form
+    triangulation.form(|h| {
+        let [i, j] = [triangulation.origin(h), triangulation.tip(h)].map(|v| v as usize);
+        if excluded[i] || excluded[j] { 0.0 } else { base[j] - base[i] + differences[h] }
+    })
 }
 
 /// Differences along halfedges of values at corners.

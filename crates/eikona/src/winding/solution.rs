@@ -1,7 +1,7 @@
 //! What a solve gives.
 
-use crate::contour::{EmbeddedCurve, weights_in};
-use crate::geometry::{face_in, unit_of};
+use crate::contour::{EmbeddedCurve, areas_of_pieces, label_of_most, weights_in};
+use crate::geometry::unit_of;
 use crate::phases::Phases;
 use crate::winding::decomposition::Part;
 use crate::winding::loops::JumpLoop;
@@ -10,7 +10,6 @@ use eikona_mesh::{
     CornerField, Curve, Edge, EdgeField, Face, FaceField, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex,
 };
 use eikona_numeric::{Certificate, JumpStatistics};
-use std::collections::BTreeMap;
 
 /// The winding number of curves on a surface, and what follows from it. All fields are on [`mesh`](Winding::mesh).
 #[derive(Clone, Debug)]
@@ -257,23 +256,15 @@ impl Winding {
         if !self.is_cut() {
             return self.labels.clone();
         }
-        let pieces: Vec<(Face, Face)> = self.face_parent.iter().copied().zip(self.mesh.faces()).collect();
         // The pieces of a face follow each other.
         let unit = unit_of(&self.mesh);
-        let of_parents = pieces.chunk_by(|a, b| a.0 == b.0).map(|pieces| self.largest_label(pieces, unit));
-        of_parents.collect::<Vec<i32>>().into()
-    }
-
-    /// The label with the largest area among faces (the second of each pair).
-    fn largest_label(&self, pieces: &[(Face, Face)], unit: f64) -> i32 {
-        let area = |f: Face| face_in(&self.mesh, f, unit).area;
-        let has_area = pieces.iter().any(|p| area(p.1) > 0.0);
-        let mut covered: BTreeMap<i32, f64> = BTreeMap::new();
-        for &(_, f) in pieces {
-            *covered.entry(self.labels[f]).or_default() += if has_area { area(f) } else { 1.0 };
-        }
-        let larger = |a: &(i32, f64), b: &(i32, f64)| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0));
-        covered.into_iter().max_by(larger).map_or(0, |(label, _)| label)
+        let pieces: Vec<Face> = self.mesh.faces().collect();
+        let of_parents = pieces.chunk_by(|a, b| self.face_parent[a.index()] == self.face_parent[b.index()]);
+        let label = |pieces: &[Face]| {
+            let areas = areas_of_pieces(&self.mesh, unit, pieces).into_iter();
+            label_of_most(areas.zip(pieces.iter().map(|f| self.labels[*f]))).unwrap_or(0)
+        };
+        of_parents.map(label).collect::<Vec<i32>>().into()
     }
 }
 

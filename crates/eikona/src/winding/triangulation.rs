@@ -12,6 +12,7 @@ const NONE: u32 = u32::MAX;
 /// the first solve is not co-closed in the second.
 const BOUNDS: (f64, f64) = (1e-3, 1e3);
 /// The same for the sum of a side's two halfedges on Delaunay triangles, where it is negative on the boundary at most: less is changed.
+/// Deviation: the public program bounds each by itself there, too.
 const BOUNDS_OF_SUM: (f64, f64) = (1e-5, 2e3);
 
 /// Triangles glued along their sides. Halfedge `3 f + k` runs from corner `k` of triangle `f` to the next.
@@ -105,6 +106,19 @@ impl Triangulation {
     /// The Hodge star of a side: the sum of the weights of its halfedges.
     pub fn star(&self, h: usize) -> f64 {
         self.weight[h] + self.other(h).map_or(0.0, |(other, _)| self.weight[other])
+    }
+
+    /// A form along halfedges, from its values at one halfedge of each side, so that both triangles get the same digits.
+    pub fn form(&self, value: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut form = vec![0.0; self.weight.len()];
+        for h in 0..form.len() {
+            form[h] = match self.other(h) {
+                Some((other, true)) if other < h => form[other],
+                Some((other, false)) if other < h => -form[other],
+                _ => value(h),
+            };
+        }
+        form
     }
 
     /// Carries a form along halfedges, closed in all triangles that were flipped, from the mesh to these triangles.

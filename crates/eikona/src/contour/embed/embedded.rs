@@ -1,10 +1,10 @@
 //! A mesh cut along curves, and the way back to the mesh that it was cut from.
 
 use super::{EmbedError, Line, embed_lines};
-use crate::geometry::Triangle;
+use crate::geometry::{face_in, unit_of};
 use eikona_mesh::{
-    Curve, CurveKind, Edge, EdgeField, ElementId, Face, FaceField, Field, Located, SurfaceCurves,
-    SurfacePoint, TriangleMesh, Vertex, VertexField,
+    Curve, CurveKind, DisjointSets, Edge, EdgeField, ElementId, Face, FaceField, Field, Located,
+    SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, VertexField,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -171,19 +171,7 @@ impl Embedded {
         &self,
         labels: &FaceField<T>,
     ) -> Result<FaceField<T>, EmbedError> {
-        self.gather(labels, |pieces| {
-            let mut covered: BTreeMap<&T, f64> = BTreeMap::new();
-            for &(area, label) in pieces {
-                *covered.entry(label).or_default() += area;
-            }
-            let mut best = (f64::NEG_INFINITY, pieces[0].1);
-            for (label, area) in covered {
-                if area > best.0 {
-                    best = (area, label);
-                }
-            }
-            best.1.clone()
-        })
+        self.gather(labels, |pieces| label_of_most(pieces.iter().copied()).unwrap_or(pieces[0].1).clone())
     }
 
     /// One value for each face of the input from those of its pieces, with their areas (all 1 where all are 0).
@@ -193,6 +181,7 @@ impl Embedded {
         join: impl Fn(&[(f64, &T)]) -> T,
     ) -> Result<FaceField<T>, EmbedError> {
         check_length("faces", field, self.mesh.face_count())?;
+        let unit = unit_of(&self.mesh);
         let mut gathered = Vec::with_capacity(self.input.face_count());
         let mut first = 0;
         for pieces in self.face_parent.chunk_by(|a, b| a == b) {
@@ -200,14 +189,9 @@ impl Embedded {
             if let [value] = values {
                 gathered.push(value.clone());
             } else {
-                let area = |i: usize| Triangle::of_face(&self.mesh, Face((first + i) as u32)).area;
-                let mut weighted: Vec<(f64, &T)> =
-                    values.iter().enumerate().map(|(i, v)| (area(i), v)).collect();
-                let total: f64 = weighted.iter().map(|w| w.0).sum();
-                if !(total > 0.0 && total.is_finite()) {
-                    weighted.iter_mut().for_each(|w| w.0 = 1.0);
-                }
-                gathered.push(join(&weighted));
+                let pieces: Vec<Face> = (first..first + values.len()).map(|i| Face(i as u32)).collect();
+                let areas = areas_of_pieces(&self.mesh, unit, &pieces);
+                gathered.push(join(&areas.into_iter().zip(values).collect::<Vec<_>>()));
             }
             first += pieces.len();
         }
@@ -219,7 +203,7 @@ impl Embedded {
     /// Methods whose functions turn about the ends of an open curve leave those vertices out of their operators, and with them
     /// every edge between two of them. A curve of a single edge would so leave no trace at all; with vertices inside it,
     /// it leaves one. A piece is what hangs together through vertices of the curves; its edges count once, however often they are
-    /// walked. It is open if not as many steps arrive as leave at each of its vertices, those on the boundary of the mesh aside. Edges are cut into 2, 4 or 8 equal parts, and with them the faces there.
+    /// walked. Deviation: the public program bisects short closed pieces, too, which loses nothing but time. A piece is open if not as many steps arrive as leave at each of its vertices, those on the boundary of the mesh aside. Edges are cut into 2, 4 or 8 equal parts, and with them the faces there.
     ///
     /// # Errors
     /// [`EmbedError::Mesh`] if the result is too large.
@@ -297,9 +281,9 @@ pub(crate) fn parts_of_short_edges(
 ) -> BTreeMap<[Vertex; 2], usize> {
     let mut edges: BTreeSet<[Vertex; 2]> = BTreeSet::new();
     let mut leaving_less_arriving: BTreeMap<Vertex, i64> = BTreeMap::new();
-    let mut pieces = Pieces::default();
+    let mut pieces = DisjointSets::new(mesh.vertex_count());
     for ends in curves.iter().flat_map(|c| c.vertices.windows(2)) {
-        pieces.join(ends[0], ends[1]);
+        pieces.join(ends[0].0, ends[1].0);
         edges.insert(sorted(ends[0], ends[1]));
         *leaving_less_arriving.entry(ends[0]).or_default() += 1;
         *leaving_less_arriving.entry(ends[1]).or_default() -= 1;
@@ -309,23 +293,39 @@ pub(crate) fn parts_of_short_edges(
         let mut sides = corners.flat_map(|c| [c.halfedge(), c.halfedge().previous()]);
         sides.any(|h| mesh.edge_halfedges(mesh.edge(h)).len() == 1)
     };
-    let mut open: BTreeSet<Vertex> = BTreeSet::new();
+    let mut open: BTreeSet<u32> = BTreeSet::new();
     for (v, _) in leaving_less_arriving.into_iter().filter(|&(v, n)| n != 0 && !on_boundary(v)) {
-        open.insert(pieces.find(v));
+        open.insert(pieces.find(v.0));
     }
-    let mut edges_of: BTreeMap<Vertex, usize> = BTreeMap::new();
+    let mut edges_of: BTreeMap<u32, usize> = BTreeMap::new();
     for edge in &edges {
-        *edges_of.entry(pieces.find(edge[0])).or_default() += 1;
+        *edges_of.entry(pieces.find(edge[0].0)).or_default() += 1;
     }
     let mut parts = BTreeMap::new();
     for edge in edges {
-        let piece = pieces.find(edge[0]);
+        let piece = pieces.find(edge[0].0);
         let count = SHORT.div_ceil(edges_of[&piece]).next_power_of_two();
         if count > 1 && open.contains(&piece) {
             parts.insert(edge, count);
         }
     }
     parts
+}
+
+/// The areas of pieces of a face; all 1 where all are 0.
+pub(crate) fn areas_of_pieces(mesh: &TriangleMesh, unit: f64, pieces: &[Face]) -> Vec<f64> {
+    let areas: Vec<f64> = pieces.iter().map(|f| face_in(mesh, *f, unit).area).collect();
+    if areas.iter().any(|area| *area > 0.0) { areas } else { vec![1.0; areas.len()] }
+}
+
+/// The label that covers most, of labels that cover the same area the smallest.
+pub(crate) fn label_of_most<T: Copy + Ord>(pieces: impl Iterator<Item = (f64, T)>) -> Option<T> {
+    let mut covered: BTreeMap<T, f64> = BTreeMap::new();
+    for (area, label) in pieces {
+        *covered.entry(label).or_default() += area;
+    }
+    let most = covered.into_iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+    most.map(|(label, _)| label)
 }
 
 /// The weights that a place gives to the corners of a face in which it lies.
@@ -355,30 +355,4 @@ fn check_length<I: ElementId, T>(
 
 fn sorted(a: Vertex, b: Vertex) -> [Vertex; 2] {
     [a.min(b), a.max(b)]
-}
-
-/// Disjoint sets of vertices, each known by one of them.
-#[derive(Default)]
-struct Pieces {
-    parent: BTreeMap<Vertex, Vertex>,
-}
-
-impl Pieces {
-    fn find(&mut self, v: Vertex) -> Vertex {
-        let mut root = v;
-        while let Some(&up) = self.parent.get(&root) {
-            root = up;
-        }
-        let mut at = v;
-        while at != root {
-            at = self.parent.insert(at, root).unwrap_or(root);
-        }
-        root
-    }
-    fn join(&mut self, a: Vertex, b: Vertex) {
-        let (a, b) = (self.find(a), self.find(b));
-        if a != b {
-            self.parent.insert(a, b);
-        }
-    }
 }
