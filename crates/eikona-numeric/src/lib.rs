@@ -23,7 +23,8 @@ mod symbolic;
 pub use cholesky::{Cholesky, SymmetricMatrix};
 pub use error::NumericError;
 pub use flow::{
-    Certificate, FlowError, JumpMethod, JumpOptions, JumpSolution, JumpStatistics, JumpTerm, minimise_jumps,
+    Certificate, Contradiction, FlowError, JumpMethod, JumpOptions, JumpSolution, JumpStatistics, JumpTerm,
+    minimise_jumps,
 };
 pub use graph::Graph;
 pub use ordering::{Ordering, nested_dissection_order};

@@ -5,7 +5,9 @@ mod jump_instances;
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT};
-use eikona_numeric::{FlowError, JumpMethod, JumpOptions, JumpSolution, JumpTerm, minimise_jumps};
+use eikona_numeric::{
+    Contradiction, FlowError, JumpMethod, JumpOptions, JumpSolution, JumpTerm, minimise_jumps,
+};
 use jump_instances::*;
 
 const METHODS: [JumpMethod; 2] = [JumpMethod::NetworkSimplex, JumpMethod::PrimalDual];
@@ -213,28 +215,65 @@ fn contradicting_limits_are_named() {
         terms[2].shift = -0.5;
         terms.push(term(5, 2, 0.0, 1.0, Some(1.0)));
         terms.push(term(0, 2, 0.0, 1.0, None));
-        match minimise_jumps(6, &terms, &with(method)) {
-            Err(FlowError::Infeasible { terms, excess }) => {
-                let mut terms = terms;
-                terms.sort_unstable();
-                assert_eq!(terms, [0, 1, 2, 3, 4]);
-                assert!((excess - 0.5).abs() < 1e-15);
-            }
-            other => panic!("{other:?}"),
-        }
+        let [mut cycle] = contradictions(6, &terms, &with(method)).try_into().unwrap();
+        cycle.terms.sort_unstable();
+        assert_eq!(cycle.terms, [0, 1, 2, 3, 4]);
+        assert!((cycle.excess - 0.5).abs() < 1e-15);
         // More than all limits together.
         terms[2].shift = 5.25;
-        let error = minimise_jumps(6, &terms, &with(method)).unwrap_err();
-        assert!(
-            matches!(&error, FlowError::Infeasible { terms, excess } if terms.len() == 5 && *excess == 0.25)
-        );
+        let [cycle] = contradictions(6, &terms, &with(method)).try_into().unwrap();
+        assert_eq!((cycle.terms.len(), cycle.excess), (5, 0.25));
         // Just enough.
         terms[2].shift = 5.0;
         let jumps = solved(&(6, terms), &with(method)).jumps;
         assert_eq!(jumps[..5], [1.0; 5]);
     }
-    let alone = minimise_jumps(1, &[term(0, 0, 2.0, 1.0, Some(1.0))], &JumpOptions::default());
-    assert_eq!(alone, Err(FlowError::Infeasible { terms: vec![0], excess: 1.0 }));
+    let loops: Vec<_> = [0.5, 2.0, -3.0].map(|shift| term(0, 0, shift, 1.0, Some(1.0))).into();
+    let named = |e, excess| Contradiction { terms: vec![e], excess };
+    assert_eq!(contradictions(1, &loops, &JumpOptions::default()), [named(1, 1.0), named(2, 3.0)]);
+}
+
+fn contradictions(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Vec<Contradiction> {
+    match minimise_jumps(nodes, terms, options) {
+        Err(FlowError::Infeasible { cycles, .. }) => cycles,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Rings of 3 to 12 boxed terms, joined by free ones; of three in turn the limits of two contradict each other.
+#[test]
+fn all_contradictions_are_named_at_once() {
+    const RINGS: u32 = 2000;
+    let (mut terms, mut wanted) = (Vec::new(), Vec::new());
+    let mut nodes = 0;
+    for ring in 0..RINGS {
+        let length = 3 + ring % 10;
+        let shift = [0.0, -0.5, f64::from(length) + 0.25][ring as usize % 3];
+        if ring % 3 > 0 {
+            wanted.push((terms.len()..terms.len() + length as usize).collect::<Vec<_>>());
+        }
+        let at = |k: u32| nodes + k % length;
+        terms.extend((0..length).map(|k| {
+            let shift = if k == 0 { shift } else { 0.0 };
+            term(at(k), at(k + 1), shift, 1.0, Some(1.0))
+        }));
+        nodes += length;
+    }
+    // Behind the rings, so that their terms keep their numbers.
+    terms.extend((1..nodes).map(|v| term(v - 1, v, 0.0, 1.0, None)));
+    let error = minimise_jumps(nodes as usize, &terms, &JumpOptions::default()).unwrap_err();
+    let FlowError::Infeasible { cycles, work } = &error else { panic!("{error}") };
+    let mut found: Vec<_> = cycles.iter().map(|cycle| cycle.terms.clone()).collect();
+    found.iter_mut().for_each(|terms| terms.sort_unstable());
+    found.sort();
+    assert_eq!(found, wanted);
+    // Each ring is walked some times, not once for every other.
+    assert!(*work < 100 * terms.len() as u64, "{work}");
+    assert!(error.to_string().len() < 200, "{error}");
+
+    let options = JumpOptions { work_limit: 10_000, ..JumpOptions::default() };
+    let error = minimise_jumps(nodes as usize, &terms, &options).unwrap_err();
+    assert_eq!(error, FlowError::WorkLimit { work: 10_000 });
 }
 
 #[test]
@@ -254,12 +293,15 @@ fn boxes_everywhere() {
         for term in terms.iter_mut().filter(|t| t.key % 48 < 3) {
             term.shift -= 0.6;
         }
-        let error = minimise_jumps(nodes, &terms, &JumpOptions::default()).unwrap_err();
-        let FlowError::Infeasible { terms: cycle, excess } = error else { panic!("{error:?}") };
-        // The terms named are a cycle: every node is met twice.
-        let mut ends: Vec<u32> = cycle.iter().flat_map(|&e| [terms[e].from, terms[e].to]).collect();
-        ends.sort_unstable();
-        assert!(excess > 0.0 && ends.chunks(2).all(|pair| pair[0] == pair[1]));
+        let mut met = vec![false; nodes];
+        for Contradiction { terms: cycle, excess } in contradictions(nodes, &terms, &JumpOptions::default()) {
+            // The terms named are a cycle: every node is met twice. No other cycle meets it.
+            let mut ends: Vec<u32> = cycle.iter().flat_map(|&e| [terms[e].from, terms[e].to]).collect();
+            ends.sort_unstable();
+            assert!(excess > 0.0 && ends.chunks(2).all(|pair| pair[0] == pair[1]));
+            ends.dedup();
+            assert!(ends.iter().all(|&v| !std::mem::replace(&mut met[v as usize], true)));
+        }
     }
 }
 

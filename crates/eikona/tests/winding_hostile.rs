@@ -27,7 +27,11 @@ fn solve(mesh: &TriangleMesh, curves: Vec<Curve>) -> Winding {
 
 /// With the short pieces of the curve as they are.
 fn solve_uncut(mesh: &TriangleMesh, curves: Vec<Curve>) -> Winding {
-    let options = WindingOptions { split_short: false, diagnosis: Diagnosis::Always, ..Default::default() };
+    solve_uncut_with(mesh, curves, Diagnosis::Always)
+}
+
+fn solve_uncut_with(mesh: &TriangleMesh, curves: Vec<Curve>, diagnosis: Diagnosis) -> Winding {
+    let options = WindingOptions { split_short: false, diagnosis, ..Default::default() };
     solve_with(mesh, curves, &options).unwrap()
 }
 
@@ -167,9 +171,11 @@ fn a_million_walks_of_an_edge_are_the_most() {
     let w = solve(&mesh, around(MOST));
     assert!(mesh.faces().all(|f| w.labels[f] == if f == Face(0) { MOST as i32 } else { 0 }));
     let error = solve_with(&mesh, around(MOST + 1), &WindingOptions::default()).unwrap_err();
-    let WindingError::Multiplicity { edge, most } = error else { panic!("{error}") };
+    let WindingError::Multiplicity { edge, vertices, most } = error else { panic!("{error}") };
     assert_eq!((edge, most), (mesh.face_edges(Face(0))[0], MOST as i32));
-    assert!(error.to_string().contains(&format!("edge {}", edge.index())), "{error}");
+    assert_eq!(vertices, mesh.edge_vertices(edge));
+    let named = format!("the edge from vertex {} to {}", vertices[0].index(), vertices[1].index());
+    assert!(error.to_string().contains(&named), "{error}");
     // A single edge, which ends on both sides; short pieces are split.
     let [a, b] = mesh.edge_vertices(edge);
     let copies = |count| vec![Curve::signed([a, b]); count];
@@ -221,7 +227,55 @@ fn limits_that_contradict_each_other_are_dropped_with_a_warning() {
             let w = solve(&torus, curves);
             assert!(w.report.largest_nonbounding > 0.5 * copies as f64);
             assert_eq!(warned(&w, "ring of faces"), copies == 20, "{copies}: {:?}", w.report.warnings);
+            assert_eq!(w.report.program.as_ref().unwrap().freed > 0, copies == 20);
             assert_eq!(w.endpoints.len(), 2);
+        }
+    }
+}
+
+/// Every ring of faces around the tube hangs on the next by edges of the curve alone, two of five the wrong way round.
+#[test]
+fn rings_that_contradict_each_other_are_freed_in_few_attempts() {
+    let (rings, around) = (400, 4);
+    let torus = shapes::torus(1.0, 0.4, rings, around).unwrap();
+    let step = |e| {
+        let [a, b] = torus.edge_vertices(e);
+        let [i, j] = [a, b].map(|v| v.index() / around);
+        let first = if (i + 1) % rings == j { i } else { j };
+        let reversed = first * 7 % 5 < 2;
+        let nodes = if (first == i) != reversed { [a, b] } else { [b, a] };
+        (i != j).then(|| Curve::signed(nodes))
+    };
+    let w = solve_uncut_with(&torus, torus.edges().filter_map(step).collect(), Diagnosis::Never);
+    let program = w.report.program.as_ref().unwrap();
+    assert!((2..=5).contains(&program.attempts), "{program:?}");
+    assert!(program.certificate.gap.abs() < 1e-9, "{program:?}");
+    let outside = torus.edges().filter(|&e| {
+        let along = w.nonbounding[e] * f64::from(w.jump[e].signum());
+        w.jump[e] != 0 && !(-1e-9..=f64::from(w.jump[e].abs()) + 1e-9).contains(&along)
+    });
+    let outside = outside.count();
+    assert!(outside > 100 && program.freed >= outside, "{outside} of {program:?}");
+    assert!(warned(&w, &format!("{} edges of the curve are all that joins", program.freed)));
+}
+
+/// Costs are in the unit of the mesh, bounds for the lengths that were taken and for the true ones are told apart.
+#[test]
+fn the_certificate_is_about_the_cost() {
+    let torus = shapes::torus(1.0, 0.4, 30, 14).unwrap();
+    let around = Curve::signed((0..=14).map(|j| Vertex(3 * 14 + j % 14)));
+    let broken = Curve::signed((1..9).map(|j| Vertex(9 * 14 + j % 14)));
+    for size in [1e-6, 0.3, 1.0, 5e4] {
+        let positions = torus.positions().iter().map(|p| p.map(|x| x * size)).collect();
+        let mesh = torus.with_positions(positions).unwrap();
+        for curves in [vec![around.clone()], vec![around.clone(), broken.clone()]] {
+            let program = solve(&mesh, curves).report.program.unwrap();
+            let (cost, certificate) = (program.objective, program.certificate);
+            assert!(cost > 1e-3 * size);
+            assert!(certificate.primal > cost && certificate.primal < cost * (1.0 + 1e-4), "{program:?}");
+            assert!((certificate.primal - certificate.dual).abs() < 1e-9 * cost, "{program:?}");
+            assert!(program.lower_bound < cost && program.lower_bound > cost * (1.0 - 1e-4), "{program:?}");
+            assert_eq!((program.freed, program.attempts), (0, 1));
         }
     }
 }

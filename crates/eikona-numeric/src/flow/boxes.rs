@@ -1,12 +1,17 @@
 //! Whether potentials can keep all limits, and which do.
 
-use super::error::FlowError;
+use super::error::{Contradiction, FlowError};
 use super::network::{Arc, Incidence, NONE, Network};
 
-/// Lowers potentials until every boxed jump lies within its limits, to a tolerance.
+/// Lowers potentials until every boxed jump lies within its limits, to a tolerance, and adds to `work`. Returns cycles of terms whose
+/// limits contradict each other; none if the limits are kept.
 ///
 /// A limit bounds a difference of two potentials, so this is a shortest path problem (Bellman and Ford) on the boxed terms only;
-/// a negative cycle of it is a cycle of terms whose limits contradict each other.
+/// a negative cycle of it is a contradiction. A part that boxed terms join is given up when it shows cycles, while the others go on:
+/// one call names all parts that can not be kept.
+///
+/// # Errors
+/// [`FlowError::WorkLimit`].
 ///
 /// # Cost
 /// O(boxed terms) when few are violated; O(nodes x terms) of the boxed part at worst.
@@ -14,30 +19,35 @@ pub(super) fn keep_limits(
     network: &Network,
     potentials: &mut [f64],
     tolerance: f64,
-) -> Result<(), FlowError> {
+    work_limit: u64,
+    work: &mut u64,
+) -> Result<Vec<Contradiction>, FlowError> {
     let arcs = &network.arcs;
     let boxed = || arcs.iter().enumerate().filter(|(_, arc)| arc.is_boxed()).map(|(a, arc)| (a as u32, arc));
     if boxed().all(|(_, arc)| within(arc, arc.jump(potentials), tolerance)) {
-        return Ok(());
+        return Ok(Vec::new());
     }
     let incidence = Incidence::of(network.nodes(), boxed());
-    // The arc that bounds a node's potential now.
-    let mut bound_by = vec![NONE; network.nodes()];
-    let mut queue: Vec<u32> =
-        (0..network.nodes() as u32).filter(|&v| !incidence.at(v as usize).is_empty()).collect();
-    let members = queue.len();
+    let mut search = Search::new(network, &incidence);
+    let mut found = Vec::new();
+    let members = search.members.len();
+    let mut queue = search.members.clone();
     let mut queued = vec![false; network.nodes()];
     let mut lowered = 0;
     let mut next = Vec::new();
     for round in 0..=members {
         for &v in &queue {
             queued[v as usize] = false;
+            if search.given_up[v as usize] {
+                continue;
+            }
+            *work += incidence.at(v as usize).len() as u64;
             for &a in incidence.at(v as usize) {
                 let arc = &arcs[a as usize];
                 let (w, bound) = bound(arc, v, potentials);
                 if potentials[w as usize] > bound + tolerance {
                     potentials[w as usize] = bound;
-                    bound_by[w as usize] = a;
+                    search.bound_by[w as usize] = a;
                     lowered += 1;
                     if !queued[w as usize] {
                         queued[w as usize] = true;
@@ -49,17 +59,19 @@ pub(super) fn keep_limits(
         std::mem::swap(&mut queue, &mut next);
         next.clear();
         if queue.is_empty() {
-            return Ok(());
+            return Ok(found);
         }
         if lowered >= members || round == members {
             lowered = 0;
-            if let Some(error) = contradiction(network, &bound_by) {
-                return Err(error);
-            }
+            *work += members as u64;
+            search.contradictions(&mut found);
+        }
+        if *work > work_limit {
+            return Err(FlowError::WorkLimit { work: work_limit });
         }
     }
-    // Only rounding can bring us here: a cycle that contradicts itself by about the tolerance.
-    Ok(())
+    // Of what is not given up only rounding can bring us here: a cycle that contradicts itself by about the tolerance.
+    Ok(found)
 }
 
 fn within(arc: &Arc, jump: f64, tolerance: f64) -> bool {
@@ -75,35 +87,72 @@ fn bound(arc: &Arc, v: u32, potentials: &[f64]) -> (u32, f64) {
     }
 }
 
-/// A cycle among the arcs that bound the potentials.
-fn contradiction(network: &Network, bound_by: &[u32]) -> Option<FlowError> {
-    const NEW: u32 = 0;
-    let mut seen = vec![NEW; bound_by.len()];
-    for start in 0..bound_by.len() as u32 {
-        let mut v = start;
-        while seen[v as usize] == NEW && bound_by[v as usize] != NONE {
-            seen[v as usize] = start + 1;
-            v = network.across(bound_by[v as usize], v);
+/// What bounds the potentials, looked through for cycles.
+struct Search<'a> {
+    network: &'a Network,
+    incidence: &'a Incidence,
+    /// Nodes at which boxed arcs end.
+    members: Vec<u32>,
+    /// The arc that bounds a node's potential now.
+    bound_by: Vec<u32>,
+    /// The last walk that came by.
+    seen: Vec<u32>,
+    given_up: Vec<bool>,
+}
+
+impl<'a> Search<'a> {
+    fn new(network: &'a Network, incidence: &'a Incidence) -> Self {
+        let n = network.nodes();
+        let members = (0..n as u32).filter(|&v| !incidence.at(v as usize).is_empty()).collect();
+        let (bound_by, seen) = (vec![NONE; n], vec![NONE; n]);
+        Search { network, incidence, members, bound_by, seen, given_up: vec![false; n] }
+    }
+
+    /// Adds the cycles among the arcs that bound the potentials, and gives up the parts in which they lie. One arc bounds a node, so no
+    /// two cycles have a node in common.
+    fn contradictions(&mut self, found: &mut Vec<Contradiction>) {
+        for &v in &self.members {
+            self.seen[v as usize] = NONE;
         }
-        if bound_by[v as usize] == NONE || seen[v as usize] != start + 1 {
-            continue;
+        let mut on_cycles = Vec::new();
+        for &start in &self.members {
+            let mut v = start;
+            while self.seen[v as usize] == NONE
+                && self.bound_by[v as usize] != NONE
+                && !self.given_up[v as usize]
+            {
+                self.seen[v as usize] = start;
+                v = self.network.across(self.bound_by[v as usize], v);
+            }
+            if self.seen[v as usize] == start {
+                let cycle = self.cycle(v);
+                if cycle.excess > 0.0 {
+                    found.push(cycle);
+                    on_cycles.push(v);
+                }
+            }
         }
-        // Round once more, adding up.
-        let (first, mut total, mut terms) = (v, 0.0, Vec::new());
+        while let Some(v) = on_cycles.pop() {
+            if !std::mem::replace(&mut self.given_up[v as usize], true) {
+                on_cycles.extend(self.incidence.at(v as usize).iter().map(|&a| self.network.across(a, v)));
+            }
+        }
+    }
+
+    /// The cycle of binding arcs through a node.
+    fn cycle(&self, first: u32) -> Contradiction {
+        let (mut v, mut total, mut terms) = (first, 0.0, Vec::new());
         loop {
-            let a = bound_by[v as usize] as usize;
-            let arc = &network.arcs[a];
+            let a = self.bound_by[v as usize];
+            let arc = &self.network.arcs[a as usize];
             total += if arc.to == v { arc.shift } else { arc.limit - arc.shift };
-            terms.push(network.terms[a] as usize);
-            v = network.across(a as u32, v);
+            terms.push(self.network.terms[a as usize] as usize);
+            v = arc.across(v);
             if v == first {
                 break;
             }
         }
-        if total < 0.0 {
-            terms.reverse();
-            return Some(FlowError::Infeasible { terms, excess: -total });
-        }
+        terms.reverse();
+        Contradiction { terms, excess: -total }
     }
-    None
 }

@@ -2,6 +2,15 @@
 
 use thiserror::Error;
 
+/// Boxed terms that form a cycle, around which the jumps can not all lie within their limits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contradiction {
+    /// The terms of the cycle, in its order.
+    pub terms: Vec<usize>,
+    /// By how much the jumps around the cycle exceed what the limits allow.
+    pub excess: f64,
+}
+
 /// Why jumps could not be minimised. Terms are named by their index in the caller's list.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -46,14 +55,14 @@ pub enum FlowError {
         /// What was given.
         perturbation: f64,
     },
-    /// No potentials keep all limits: the jumps of these boxed terms, which form a cycle, can not all lie within them. Raise a
-    /// limit, or make one of the terms free (`limit: None`).
-    #[error("no potentials keep the limits of the terms {terms:?}, which form a cycle: {excess} too much")]
+    /// No potentials keep all limits. Raise a limit of each cycle, or make one of its terms free (`limit: None`).
+    #[error("no potentials keep all limits: {}", several(cycles))]
     Infeasible {
-        /// The terms of the cycle, in its order.
-        terms: Vec<usize>,
-        /// By how much the jumps around the cycle exceed what the limits allow.
-        excess: f64,
+        /// At least one cycle in each part that boxed terms join and in which limits contradict each other; no two have a node in
+        /// common. Where these are mended, others may show.
+        cycles: Vec<Contradiction>,
+        /// Steps taken until they were found.
+        work: u64,
     },
     /// The work limit was reached first. Raise [`JumpOptions::work_limit`](super::JumpOptions::work_limit).
     #[error("not solved within {work} steps; raise the work limit")]
@@ -79,4 +88,24 @@ pub enum FlowError {
         /// Number of terms.
         terms: usize,
     },
+}
+
+/// The first of some cycles in words; a cycle may have any number of terms.
+fn several(cycles: &[Contradiction]) -> String {
+    const MOST: usize = 8;
+    let Some(first) = cycles.first() else { return "their terms are not known".into() };
+    let terms: Vec<String> = first.terms.iter().take(MOST).map(|e| e.to_string()).collect();
+    let more = match first.terms.len().saturating_sub(MOST) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let others = match cycles.len() - 1 {
+        0 => String::new(),
+        others => format!("; so do {others} more"),
+    };
+    format!(
+        "the terms {}{more} form a cycle that jumps by {} too much{others}",
+        terms.join(", "),
+        first.excess
+    )
 }

@@ -8,7 +8,7 @@
 use super::State;
 use super::Statistics;
 use super::maximum_flow::{Half, Halves, MaximumFlow};
-use super::network::Network;
+use super::network::{Incidence, Network};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -197,29 +197,22 @@ impl<'a> Levels<'a> {
     }
 }
 
+/// Both directions of every arc, and where that from its `from` stands.
 fn halves(network: &Network) -> (Halves, Vec<u32>) {
-    let n = network.nodes();
-    let mut start = vec![0u32; n + 1];
-    for arc in &network.arcs {
-        start[arc.from as usize + 1] += 1;
-        start[arc.to as usize + 1] += 1;
+    let arcs = &network.arcs;
+    let Incidence { start, arcs: order } =
+        Incidence::of(network.nodes(), arcs.iter().enumerate().map(|(a, arc)| (a as u32, arc)));
+    let mut places = vec![[0u32; 2]; arcs.len()];
+    for v in 0..network.nodes() as u32 {
+        for h in start[v as usize]..start[v as usize + 1] {
+            let a = order[h as usize] as usize;
+            places[a][usize::from(arcs[a].from != v)] = h;
+        }
     }
-    for v in 0..n {
-        start[v + 1] += start[v];
+    let mut list = vec![Half { head: 0, mate: 0, room: 0.0 }; order.len()];
+    for (arc, &[forward, backward]) in arcs.iter().zip(&places) {
+        list[forward as usize] = Half { head: arc.to, mate: backward, room: 0.0 };
+        list[backward as usize] = Half { head: arc.from, mate: forward, room: 0.0 };
     }
-    let mut next = start.clone();
-    let empty = Half { head: 0, mate: 0, room: 0.0 };
-    let mut list = vec![empty; 2 * network.arcs.len()];
-    let mut forward = Vec::with_capacity(network.arcs.len());
-    let mut slot = |v: u32| {
-        next[v as usize] += 1;
-        next[v as usize] - 1
-    };
-    for arc in &network.arcs {
-        let (h, mate) = (slot(arc.from), slot(arc.to));
-        list[h as usize] = Half { head: arc.to, mate, ..empty };
-        list[mate as usize] = Half { head: arc.from, mate: h, ..empty };
-        forward.push(h);
-    }
-    (Halves { start, list }, forward)
+    (Halves { start, list }, places.iter().map(|place| place[0]).collect())
 }

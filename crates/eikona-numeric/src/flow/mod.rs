@@ -19,7 +19,7 @@ mod simplex;
 mod tree;
 
 pub use certificate::Certificate;
-pub use error::FlowError;
+pub use error::{Contradiction, FlowError};
 
 use network::Network;
 
@@ -144,7 +144,8 @@ const ACCEPTED_GAP: f64 = 1e-6;
 ///
 /// # Errors
 /// A [`FlowError`] that names the term: indices out of range, numbers that are not finite, negative weights, limits that are not
-/// positive or contradict each other; [`FlowError::WorkLimit`] if `options.work_limit` does not suffice.
+/// positive; [`FlowError::Infeasible`] with cycles of terms whose limits contradict each other; [`FlowError::WorkLimit`] if
+/// `options.work_limit` does not suffice.
 ///
 /// # Cost
 /// On graphs dual to a triangulated torus, one thread of a shared machine (`examples/jumps.rs`):
@@ -188,13 +189,18 @@ pub fn minimise_jumps(
     let network = Network::new(nodes, terms, &weights);
     let mut start = network.forest_potentials();
     let tolerance = tolerance(&network, &start);
-    boxes::keep_limits(&network, &mut start, 1e-3 * tolerance)?;
+    let mut work = 0;
+    let mut cycles = contradicting_loops(terms);
+    cycles.extend(boxes::keep_limits(&network, &mut start, 1e-3 * tolerance, options.work_limit, &mut work)?);
+    if !cycles.is_empty() {
+        return Err(FlowError::Infeasible { cycles, work });
+    }
     let few = || different_jumps(&network, &start, tolerance) <= FEW_SIZES;
     let first = options.method.unwrap_or_else(|| match few() {
         true => JumpMethod::PrimalDual,
         false => JumpMethod::NetworkSimplex,
     });
-    let mut statistics = Statistics { method: first, pivots: 0, levels: 0, work: 0 };
+    let mut statistics = Statistics { method: first, pivots: 0, levels: 0, work };
     let mut found = None;
     if first == JumpMethod::PrimalDual {
         let patience = PATIENCE * (nodes + terms.len()) as u64;
@@ -275,12 +281,18 @@ fn check(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Result<(), 
         if limit <= 0.0 {
             return Err(FlowError::NonPositiveLimit { term: e, limit });
         }
-        let outside = (-term.shift).max(term.shift - limit);
-        if term.limit.is_some() && term.from == term.to && outside > 0.0 {
-            return Err(FlowError::Infeasible { terms: vec![e], excess: outside });
-        }
     }
     Ok(())
+}
+
+/// Boxed terms that join a node to itself, so that their jump is their shift, and this is outside of their limits.
+fn contradicting_loops(terms: &[JumpTerm]) -> Vec<Contradiction> {
+    let outside = |(e, term): (usize, &JumpTerm)| {
+        let limit = term.limit.filter(|_| term.from == term.to)?;
+        let excess = (-term.shift).max(term.shift - limit);
+        (excess > 0.0).then(|| Contradiction { terms: vec![e], excess })
+    };
+    terms.iter().enumerate().filter_map(outside).collect()
 }
 
 /// How many different sizes the jumps have; stops counting at `FEW_SIZES + 1`.

@@ -25,6 +25,11 @@ impl Arc {
     pub(super) fn jump(&self, potentials: &[f64]) -> f64 {
         self.shift + potentials[self.from as usize] - potentials[self.to as usize]
     }
+    /// The other end.
+    #[inline]
+    pub(super) fn across(&self, node: u32) -> u32 {
+        if self.from == node { self.to } else { self.from }
+    }
 }
 
 /// Terms that bind two nodes, with a spanning forest of them. Nodes are numbered in preorder of the forest, so that parents come before
@@ -72,22 +77,13 @@ impl Network {
             arc.to = number[arc.to as usize];
         }
         // Arcs in the order of their first node.
-        let mut start = vec![0u32; nodes + 1];
-        for arc in &arcs {
-            start[arc.from.min(arc.to) as usize + 1] += 1;
-        }
-        for v in 0..nodes {
-            start[v + 1] += start[v];
-        }
+        let firsts = arcs.iter().enumerate().map(|(a, arc)| (arc.from.min(arc.to), a as u32));
+        let (_, order) = by_node(nodes, firsts);
+        let sorted = order.iter().map(|&a| arcs[a as usize]).collect();
+        let sorted_terms = order.iter().map(|&a| term_of[a as usize]).collect();
         let mut place = vec![0u32; arcs.len()];
-        let mut sorted = arcs.clone();
-        let mut sorted_terms = term_of.clone();
-        for (a, arc) in arcs.iter().enumerate() {
-            let slot = &mut start[arc.from.min(arc.to) as usize];
-            place[a] = *slot;
-            sorted[*slot as usize] = *arc;
-            sorted_terms[*slot as usize] = term_of[a];
-            *slot += 1;
+        for (k, a) in order.iter().enumerate() {
+            place[*a as usize] = k as u32;
         }
         let forest = forest.iter().map(|&a| if a == NONE { NONE } else { place[a as usize] }).collect();
         Network { arcs: sorted, terms: sorted_terms, callers, forest, scale }
@@ -100,8 +96,7 @@ impl Network {
     /// The other end of an arc.
     #[inline]
     pub(super) fn across(&self, arc: u32, node: u32) -> u32 {
-        let arc = &self.arcs[arc as usize];
-        if arc.from == node { arc.to } else { arc.from }
+        self.arcs[arc as usize].across(node)
     }
 
     /// Potentials without jumps on the forest; 0 at its roots.
@@ -137,31 +132,35 @@ impl Network {
     }
 }
 
+/// Things sorted by their node, in their order at each: where those of each node start, and the things.
+fn by_node(nodes: usize, things: impl Iterator<Item = (u32, u32)> + Clone) -> (Vec<u32>, Vec<u32>) {
+    let mut start = vec![0u32; nodes + 1];
+    for (v, _) in things.clone() {
+        start[v as usize + 1] += 1;
+    }
+    for v in 0..nodes {
+        start[v + 1] += start[v];
+    }
+    let mut next = start.clone();
+    let mut sorted = vec![0u32; start[nodes] as usize];
+    for (v, thing) in things {
+        let slot = &mut next[v as usize];
+        sorted[*slot as usize] = thing;
+        *slot += 1;
+    }
+    (start, sorted)
+}
+
 /// For each node the arcs that end there.
 pub(super) struct Incidence {
-    start: Vec<u32>,
-    arcs: Vec<u32>,
+    pub(super) start: Vec<u32>,
+    pub(super) arcs: Vec<u32>,
 }
 
 impl Incidence {
     pub(super) fn of<'a>(nodes: usize, arcs: impl Iterator<Item = (u32, &'a Arc)> + Clone) -> Incidence {
-        let mut start = vec![0u32; nodes + 1];
-        for (_, arc) in arcs.clone() {
-            start[arc.from as usize + 1] += 1;
-            start[arc.to as usize + 1] += 1;
-        }
-        for v in 0..nodes {
-            start[v + 1] += start[v];
-        }
-        let mut next = start.clone();
-        let mut list = vec![0u32; start[nodes] as usize];
-        for (a, arc) in arcs {
-            for v in [arc.from, arc.to] {
-                list[next[v as usize] as usize] = a;
-                next[v as usize] += 1;
-            }
-        }
-        Incidence { start, arcs: list }
+        let (start, arcs) = by_node(nodes, arcs.flat_map(|(a, arc)| [(arc.from, a), (arc.to, a)]));
+        Incidence { start, arcs }
     }
     #[inline]
     pub(super) fn at(&self, node: usize) -> &[u32] {
@@ -208,7 +207,7 @@ fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
             forest.push(a);
             for &a in incidence.at(v as usize) {
                 let arc = &arcs[a as usize];
-                let w = if arc.from == v { arc.to } else { arc.from };
+                let w = arc.across(v);
                 if !reached[w as usize] {
                     let key = if arc.is_boxed() { 0 } else { distance[w as usize] as usize + 1 };
                     waiting[key].push_back((a, w));
@@ -227,10 +226,7 @@ fn in_preorder(arcs: &[Arc], order: &[u32], forest: &[u32]) -> (Vec<u32>, Vec<u3
     for (k, v) in order.iter().enumerate() {
         place[*v as usize] = k as u32;
     }
-    let parent = |k: usize| {
-        let arc = &arcs[forest[k] as usize];
-        place[if arc.from == order[k] { arc.to } else { arc.from } as usize] as usize
-    };
+    let parent = |k: usize| place[arcs[forest[k] as usize].across(order[k]) as usize] as usize;
     let mut size = vec![1u32; n];
     for k in (0..n).rev().filter(|&k| forest[k] != NONE) {
         size[parent(k)] += size[k];
@@ -265,8 +261,7 @@ fn distance_to_boxed(nodes: usize, arcs: &[Arc], incidence: &Incidence) -> Vec<u
     while let Some(&v) = queue.get(at) {
         at += 1;
         for &a in incidence.at(v as usize) {
-            let arc = &arcs[a as usize];
-            let w = if arc.from == v { arc.to } else { arc.from };
+            let w = arcs[a as usize].across(v);
             if distance[w as usize] == NONE {
                 distance[w as usize] = distance[v as usize] + 1;
                 queue.push(w);

@@ -5,7 +5,7 @@
 //! is a jump may enter. The leaving arc is the last that blocks, seen from the apex along the cycle (Cunningham 1976): the forest
 //! stays strongly feasible and no basis occurs twice.
 
-use super::error::FlowError;
+use super::error::{Contradiction, FlowError};
 use super::network::{NONE, Network};
 use super::tree::Tree;
 use super::{State, Statistics};
@@ -111,7 +111,10 @@ impl<'a> Simplex<'a> {
     ) -> Result<bool, FlowError> {
         loop {
             let Some(arc) = self.price(work) else { return Ok(true) };
-            self.pivot(arc, work)?;
+            if let Err(contradiction) = self.pivot(arc, work) {
+                let work = statistics.work + *work;
+                return Err(FlowError::Infeasible { cycles: vec![contradiction], work });
+            }
             statistics.pivots += 1;
             if statistics.work + *work > work_limit {
                 return Ok(false);
@@ -168,7 +171,7 @@ impl<'a> Simplex<'a> {
     }
 
     /// Sends as much flow as fits around the cycle that an arc closes, and exchanges it for the arc that blocks.
-    fn pivot(&mut self, entering: usize, work: &mut u64) -> Result<(), FlowError> {
+    fn pivot(&mut self, entering: usize, work: &mut u64) -> Result<(), Contradiction> {
         let arc = self.arcs[entering];
         let jump = arc.shift + self.tree.potential(arc.from) - self.tree.potential(arc.to);
         let more = jump > 0.0;
@@ -232,7 +235,7 @@ impl<'a> Simplex<'a> {
     }
 
     /// The cycle that an arc closes, as a contradiction of limits.
-    fn contradiction(&self, entering: usize, tail: u32, head: u32, apex: u32, excess: f64) -> FlowError {
+    fn contradiction(&self, entering: usize, tail: u32, head: u32, apex: u32, excess: f64) -> Contradiction {
         let mut cycle = vec![entering];
         for mut v in [tail, head] {
             while v != apex {
@@ -243,7 +246,7 @@ impl<'a> Simplex<'a> {
         let boxed: Vec<usize> =
             (0..self.network.arcs.len()).filter(|&a| self.network.arcs[a].is_boxed()).collect();
         let arc_of = |a: usize| a.checked_sub(self.network.arcs.len()).map_or(a, |above| boxed[above]);
-        FlowError::Infeasible {
+        Contradiction {
             terms: cycle.into_iter().map(|a| self.network.terms[arc_of(a)] as usize).collect(),
             excess,
         }

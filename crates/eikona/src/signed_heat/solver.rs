@@ -282,21 +282,26 @@ impl Solver {
 
     /// `has_source`: for each component, whether it has a curve or point.
     fn warn_unreached(&self, values: &[f64], has_source: &[bool], warnings: &mut Vec<String>) {
-        let mut faces = vec![0usize; self.integration.component_count()];
-        for corners in self.mesh.triangles() {
-            let v = corners[0] as usize;
+        // How many, and the first.
+        let mut faces = vec![(0usize, Face(0)); self.integration.component_count()];
+        for f in self.mesh.faces() {
+            let v = self.mesh.face_vertices(f)[0].index();
             if let (true, Some(c)) = (values[v].is_nan(), self.integration.component_of_vertex()[v]) {
-                faces[c as usize] += 1;
+                let (count, first) = &mut faces[c as usize];
+                *first = if *count == 0 { f } else { *first };
+                *count += 1;
             }
         }
-        for (component, &count) in faces.iter().enumerate().filter(|(_, count)| **count > 0) {
+        for (component, &(count, first)) in faces.iter().enumerate().filter(|(_, (count, _))| *count > 0) {
             let why = if has_source[component] {
                 "has curves or points, but their normals cancel"
             } else {
                 "is reached by no curve or point"
             };
             let faces = counted(count, "face", "faces");
-            warnings.push(format!("component {component} ({faces}) {why}; its distance is NaN"));
+            warnings.push(format!(
+                "component {component} ({faces}, the first is {first}) {why}; its distance is NaN"
+            ));
         }
     }
 

@@ -69,7 +69,8 @@ impl Chain {
             steps.push(step(jump));
         }
         if let Some(edge) = mesh.edges().find(|e| chain.jump[e.index()].abs() > MOST_COPIES) {
-            return Err(WindingError::Multiplicity { edge, most: MOST_COPIES });
+            let vertices = mesh.edge_vertices(edge);
+            return Err(WindingError::Multiplicity { edge, vertices, most: MOST_COPIES });
         }
         let mut touched: Vec<Edge> = steps.iter().filter(|s| s.jump != 0).map(|s| s.edge).collect();
         touched.sort_unstable();

@@ -68,7 +68,7 @@ mod triangulation;
 mod walks;
 
 pub use decomposition::Part;
-pub use error::WindingError;
+pub use error::{UnsolvedProgram, WindingError};
 pub use loops::JumpLoop;
 pub use options::{Completion, Diagnosis, Reference, WindingOptions};
 pub use orientation::{MOST_STRETCHES, Orientation};

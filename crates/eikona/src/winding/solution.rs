@@ -88,15 +88,39 @@ pub struct WindingReport {
     pub warnings: Vec<String>,
 }
 
-/// How the linear program was solved, and how well.
+/// How the linear program was solved, and how well. Costs are lengths in the unit of the mesh.
+///
+/// Deviation: of several shortest loops always the same one is found, as lengths are taken up to 1e-4 longer, each by a little more or
+/// less. So the program that is solved is not quite that of eq. 11. [`certificate`](ProgramReport::certificate) proves the answer
+/// optimal for the lengths that were taken; that it is nearly optimal for the true ones is what
+/// [`lower_bound`](ProgramReport::lower_bound) says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramReport {
-    /// The cost of the nonbounding part: lengths, those along the curve times epsilon.
+    /// The cost of the nonbounding part by true lengths, those along the curve times epsilon.
     pub objective: f64,
-    /// Value, bound and gap, computed from the answer alone.
+    /// No nonbounding part costs less by true lengths; at most 1e-4 of it below the objective.
+    pub lower_bound: f64,
+    /// Value, bound and gap of the program that was solved, computed from the answer alone. Its value is the objective for the lengths
+    /// that were taken, at most 1e-4 larger than for true ones.
     pub certificate: Certificate,
-    /// Method and work.
+    /// Method and work; the work is that of all attempts.
     pub statistics: JumpStatistics,
+    /// How often the program was tried: once, and again after each time that limits had to be raised or dropped.
+    pub attempts: usize,
+    /// At how many edges of the curve the limit of the jump was raised or dropped, since no jumps keep all of them: there the
+    /// nonbounding part need not lie between nothing and the curve.
+    pub freed: usize,
+}
+
+impl ProgramReport {
+    /// With costs in another unit.
+    pub(crate) fn in_unit(mut self, unit: f64) -> ProgramReport {
+        let Certificate { primal, dual, .. } = &mut self.certificate;
+        for cost in [&mut self.objective, &mut self.lower_bound, primal, dual] {
+            *cost *= unit;
+        }
+        self
+    }
 }
 
 impl Winding {

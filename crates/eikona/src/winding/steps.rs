@@ -115,7 +115,7 @@ impl Solver {
                 *value = harmonic.in_faces[corner] + part.shift_of_face[corner / 3];
             }
             (nonbounding, freed) = (part.jump, part.freed);
-            program = Some(ProgramReport { objective: self.unit * part.report.objective, ..part.report });
+            program = Some(part.report.in_unit(self.unit));
             phases.end("linear program");
 
             let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
