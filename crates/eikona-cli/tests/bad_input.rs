@@ -38,7 +38,7 @@ fn a_component_without_a_source_is_nan_with_a_warning() {
         let distance = folder.column("out.csv", "distance");
         assert_line_distance(&distance);
         assert!(distance[33..].iter().all(|d| d.is_nan()));
-        assert!(outcome.stderr.contains("component 1 (2 faces)"), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains("component 1 (2 faces, the first is face 40)"), "{}", outcome.stderr);
     }
     let strict = folder.run("sdf mesh.obj --curve line.json -o out.csv --strict");
     assert_eq!(strict.code, Some(4));
