@@ -1,5 +1,7 @@
 //! Numbers on the command line: what is out of range is refused before any work, with the range.
 
+use std::ops::RangeInclusive;
+
 fn number(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
     text.trim()
         .parse()
@@ -26,6 +28,12 @@ pub fn zero_or_more(text: &str) -> Result<f64, String> {
 /// A part of a whole.
 pub fn share(text: &str) -> Result<f64, String> {
     number(text, |x| (0.0..=1.0).contains(&x), "a share from 0 to 1")
+}
+
+/// A number of a range of the library.
+pub fn within(text: &str, range: &RangeInclusive<f64>) -> Result<f64, String> {
+    let expected = format!("a number from {} to {}", brief(*range.start()), brief(*range.end()));
+    number(text, |x| range.contains(&x), &expected)
 }
 
 /// As short as it is exact: "1e-9", "0.5", "1".
@@ -63,6 +71,8 @@ mod tests {
         for bad in ["", "x", "nan", "inf", "-inf"] {
             assert!(finite(bad).is_err() && above_zero(bad).is_err() && zero_or_more(bad).is_err(), "{bad}");
         }
+        assert_eq!((within("1e-9", &(1e-9..=1.0)), within("1", &(1e-9..=1.0))), (Ok(1e-9), Ok(1.0)));
+        assert_eq!(within("9e-10", &(1e-9..=1.0)), Err("a number from 1e-9 to 1 is expected".into()));
         assert!(above_zero("0").is_err() && zero_or_more("-1").is_err() && share("1.01").is_err());
     }
 

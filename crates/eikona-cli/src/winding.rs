@@ -3,14 +3,14 @@
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::make::curve_format;
-use crate::number::above_zero;
+use crate::number::within;
 use crate::picture::{PictureArguments, check_picture_path};
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source};
 use crate::winding_file::{Formats, write_outputs};
 use clap::{Args, ValueEnum};
 use eikona::winding::{
-    Completion, Diagnosis, Orientation, Reference, Winding, WindingOptions, surface_winding_number,
+    Completion, Diagnosis, EPSILONS, Orientation, Reference, Winding, WindingOptions, surface_winding_number,
 };
 use eikona_mesh::{Face, SurfaceCurves};
 use serde_json::json;
@@ -24,6 +24,9 @@ use std::path::{Path, PathBuf};
 
 Where curves cross faces the mesh is cut along them; the output is the cut mesh, with the field `parent`. Labels for the faces of
 your own mesh: --input-labels.")]
+// Curves without two sides bound nothing: what asks for them is refused, and need not be offered.
+#[command(mut_arg("points", |arg| arg.hide(true)), mut_arg("unsigned", |arg| arg.hide(true)))]
+#[command(mut_arg("curve", |arg| arg.help(CURVE_HELP)))]
 pub struct WindingArguments {
     #[command(flatten)]
     pub mesh: MeshArguments,
@@ -37,6 +40,9 @@ pub struct WindingArguments {
     pub picture: PictureArguments,
 }
 
+const CURVE_HELP: &str = "A file of curves: JSON of eikona, OBJ with `l` lines, or the text formats of signed-heat-demo and SWN; may be \
+repeated. Without it, the `l` lines of the mesh's own OBJ file are taken";
+
 /// How the winding number is computed.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Method")]
@@ -44,8 +50,8 @@ pub struct MethodArguments {
     /// Take the nonbounding part off everywhere (full), or only along the curve, as the authors' program does
     #[arg(long, value_enum, default_value = "full")]
     pub completion: CompletionName,
-    /// Cost of a nonbounding loop along the curve, as a share of its cost elsewhere
-    #[arg(long, value_name = "SHARE", default_value = "0.01", allow_hyphen_values = true, value_parser = above_zero)]
+    /// Cost of a nonbounding loop along the curve, as a share of its cost elsewhere: from 1e-9 to 1
+    #[arg(long, value_name = "SHARE", default_value = "0.01", allow_hyphen_values = true, value_parser = parse_epsilon)]
     pub epsilon: f64,
     /// The face (numbered from 0) whose label is 0. Without it: the label that covers most of the area is 0
     #[arg(long, value_name = "FACE")]
@@ -127,6 +133,10 @@ impl OutputArguments {
         [&self.bounding, &self.nonbounding, &self.bounding_part, &self.nonbounding_part]
             .map(|path| path.as_deref())
     }
+}
+
+fn parse_epsilon(text: &str) -> Result<f64, String> {
+    within(text, &EPSILONS)
 }
 
 /// Runs the verb. Gives the exit code.
