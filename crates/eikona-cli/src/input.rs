@@ -78,6 +78,8 @@ pub struct MeshInput {
     pub mesh: TriangleMesh,
     /// What goes into output files.
     surface: Surface,
+    /// The face of the file that each triangle is a part of, in their order. `None` if triangles have the numbers of faces.
+    parts_of: Option<Vec<Face>>,
     /// The mesh that curve files number: that of the file before it was repaired. `None` when it is `mesh`.
     of_file: Option<MeshOfFile>,
     /// From the vertices of that mesh to those of `mesh`, where they were joined.
@@ -135,6 +137,7 @@ impl MeshInput {
         let mut repairs: Vec<Value> = Vec::new();
 
         let mut polygons = None;
+        let mut parts_of: Vec<Face> = (0..file.mesh.face_count() as u32).map(Face).collect();
         // Whether numbers of the file are no longer those of the mesh.
         let mut renumbered = false;
         if arguments.drop_degenerate {
@@ -148,6 +151,7 @@ impl MeshInput {
                 repairs.push(
                     json!({"repair": "drop broken faces", "dropped_faces": ids(faces.iter().map(|f| f.0))}),
                 );
+                keep(&mut parts_of, &dropped.maps);
                 polygons = Some(dropped.mesh);
                 renumbered = true;
             }
@@ -173,6 +177,7 @@ impl MeshInput {
                 "dropped_faces": ids(welded.maps.dropped_faces().iter().map(|f| f.0)),
                 "vertex_map": if from == to { Value::Null } else { json!(vertex_map) },
             }));
+            keep(&mut parts_of, &welded.maps);
             if !is_stl {
                 renumbered |= from != to || lost > 0;
                 joined = Some(welded.maps);
@@ -184,7 +189,8 @@ impl MeshInput {
             polygons = Some(welded.mesh);
         }
         let surface = polygons.as_ref().unwrap_or(&file.mesh);
-        let (mut mesh, _) = session.phase("triangulate", || triangulate(surface))?;
+        let (mut mesh, polygon_of) = session.phase("triangulate", || triangulate(surface))?;
+        parts_of = polygon_of.iter().map(|f| parts_of[f.index()]).collect();
         if !surface.is_triangular() {
             session.note(&format!(
                 "{} polygons were cut into {} triangles, each from its first corner",
@@ -199,6 +205,7 @@ impl MeshInput {
             if !faces.is_empty() {
                 session.note(&format!("dropped {} triangles without area", faces.len()));
                 repairs.push(json!({"repair": "drop degenerate faces", "dropped_faces": ids(faces.iter().map(|f| f.0))}));
+                keep(&mut parts_of, &dropped.maps);
                 mesh = dropped.mesh;
                 kept_polygons = false;
                 renumbered = true;
@@ -219,7 +226,10 @@ impl MeshInput {
         };
         let of_file = renumbered.then(|| MeshOfFile::new(joined_stl.as_ref().unwrap_or(&file.mesh)));
         let of_file = of_file.transpose().map_err(|e| invalid(&path, e, all))?;
-        Ok(MeshInput { path, file, mesh, surface, of_file, joined })
+        let same = parts_of.len() == file.mesh.face_count()
+            && parts_of.iter().enumerate().all(|(triangle, f)| f.index() == triangle);
+        let parts_of = (!same).then_some(parts_of);
+        Ok(MeshInput { path, file, mesh, surface, parts_of, of_file, joined })
     }
 
     /// Refuses a mesh on which there is nothing to measure.
@@ -247,6 +257,34 @@ impl MeshInput {
     /// Whether the faces of output files that can hold polygons are those of the input file, one by one.
     pub fn writes_faces_of_file(&self) -> bool {
         matches!(self.surface, Surface::File)
+    }
+
+    /// Whether the triangles are the faces of the file, with the same numbers.
+    pub fn has_faces_of_file(&self) -> bool {
+        self.parts_of.is_none()
+    }
+
+    /// The face of the file that a triangle is, or is a part of.
+    pub fn face_of_file(&self, triangle: Face) -> Face {
+        self.parts_of.as_ref().map_or(triangle, |parts_of| parts_of[triangle.index()])
+    }
+
+    /// The first triangle of a face of the file.
+    pub fn triangle_of(&self, face: Face) -> Result<Face, String> {
+        let faces = self.file.mesh.face_count();
+        if face.index() >= faces {
+            let face = face.index();
+            return Err(format!(
+                "face {face} does not exist: the mesh has {faces} faces, numbered from 0 to {}",
+                faces.saturating_sub(1)
+            ));
+        }
+        let Some(parts_of) = &self.parts_of else { return Ok(face) };
+        let first = parts_of.partition_point(|f| f.0 < face.0);
+        if parts_of.get(first) == Some(&face) {
+            return Ok(Face(first as u32));
+        }
+        Err(format!("{face} was dropped as it has no area or too few corners; name another one"))
     }
 
     /// Values given at the vertices of the file, at the vertices of the mesh. Where vertices were joined the first one counts.
@@ -323,6 +361,12 @@ impl MeshInput {
             SurfacePoint::Face { vertices, bary } => SurfacePoint::Face { vertices: vertices.map(new), bary },
         }
     }
+}
+
+/// Leaves out what stands for faces that a repair has dropped.
+fn keep<T>(of_faces: &mut Vec<T>, maps: &IndexMaps) {
+    let mut new = maps.faces.as_slice().iter();
+    of_faces.retain(|_| new.next().is_some_and(Option::is_some));
 }
 
 /// The polygons, broken ones too, by the vertices that theirs were joined to.

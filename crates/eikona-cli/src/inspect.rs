@@ -2,6 +2,7 @@
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
+use crate::number::rounded;
 use crate::session::{General, Session, check_outputs, print_bytes};
 use crate::source::{SourceArguments, files_read, read_source, warn_of_sides};
 use clap::Args;
@@ -172,13 +173,9 @@ fn mesh_text(input: &MeshInput, topology: &Topology, quality: &Quality) -> Strin
     }
     if let Some([low, high]) = quality.bounding_box {
         let size = [0, 1, 2].map(|k| high[k] - low[k]);
-        let _ = writeln!(
-            text,
-            "  box          {:.6} x {:.6} x {:.6}, from ({:.6}, {:.6}, {:.6})",
-            size[0], size[1], size[2], low[0], low[1], low[2]
-        );
+        let _ = writeln!(text, "  box          {}, from ({})", together(size, " x "), together(low, ", "));
     }
-    let _ = writeln!(text, "  area         {:.6}", quality.area);
+    let _ = writeln!(text, "  area         {}", rounded(quality.area, 6, quality.area));
     if let Some(l) = quality.edge_length {
         let _ = writeln!(text, "  edges        {:.3e} to {:.3e}, mean {:.3e}", l.min, l.max, l.mean);
     }
@@ -187,7 +184,9 @@ fn mesh_text(input: &MeshInput, topology: &Topology, quality: &Quality) -> Strin
     {
         let _ = writeln!(
             text,
-            "  angles       {min:.3}° to {max:.3}°; in 99 % of the faces the smallest is above {percentile:.3}°"
+            "  angles       {}° to {max:.3}°; in 99 % of the faces the smallest is above {}°",
+            rounded(min, 3, min),
+            rounded(percentile, 3, percentile)
         );
     }
     if let Some(a) = quality.aspect_ratio {
@@ -199,6 +198,12 @@ fn mesh_text(input: &MeshInput, topology: &Topology, quality: &Quality) -> Strin
         let _ = writeln!(text, "  fields       {}", names.join(", "));
     }
     text
+}
+
+/// Numbers that belong together.
+fn together(numbers: [f64; 3], between: &str) -> String {
+    let largest = numbers.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    numbers.map(|x| rounded(x, 6, largest)).join(between)
 }
 
 fn surface_words(topology: &Topology) -> String {
@@ -287,12 +292,13 @@ fn faults_json(kinds: &[Kind], all: bool) -> Value {
 
 fn curves_text(curves: &SurfaceCurves, report: &CurveReport, all: bool) -> String {
     let mut text = String::new();
+    let length = |x: f64| rounded(x, 6, x);
     let _ = writeln!(
         text,
-        "curves: {} with {} segments, length {:.6}; {} isolated points",
+        "curves: {} with {} segments, length {}; {} isolated points",
         curves.curves.len(),
         curves.segment_count(),
-        report.length(),
+        length(report.length()),
         curves.points.len()
     );
     let shown = if all { usize::MAX } else { SHOWN };
@@ -301,9 +307,9 @@ fn curves_text(curves: &SurfaceCurves, report: &CurveReport, all: bool) -> Strin
         let closed = if facts.closed { "closed" } else { "open" };
         let _ = writeln!(
             text,
-            "  curve {i}: {kind}, {closed}, {} nodes, length {:.6}",
+            "  curve {i}: {kind}, {closed}, {} nodes, length {}",
             curve.nodes.len(),
-            facts.length
+            length(facts.length)
         );
     }
     if curves.curves.len() > shown {
@@ -314,8 +320,9 @@ fn curves_text(curves: &SurfaceCurves, report: &CurveReport, all: bool) -> Strin
         let largest = gaps.iter().fold(0.0f64, |a, b| a.max(*b));
         let _ = writeln!(
             text,
-            "  {} open ends; from each the nearest other one is at most {largest:.6} away",
-            report.open_ends.len()
+            "  {} open ends; from each the nearest other one is at most {} away",
+            report.open_ends.len(),
+            length(largest)
         );
     }
     for (kind, words) in [
@@ -325,14 +332,13 @@ fn curves_text(curves: &SurfaceCurves, report: &CurveReport, all: bool) -> Strin
     ] {
         let found: Vec<_> = report.meetings.iter().filter(|m| m.kind == kind).collect();
         if let Some(first) = found.first() {
-            let [x, y, z] = first.position;
-            let _ = writeln!(text, "  {} {words}, the first at ({x:.6}, {y:.6}, {z:.6})", found.len());
+            let place = together(first.position, ", ");
+            let _ = writeln!(text, "  {} {words}, the first at ({place})", found.len());
         }
     }
     if !report.doubled.is_empty() {
-        let length: f64 = report.doubled.iter().map(|d| d.length).sum();
-        let _ =
-            writeln!(text, "  {} pieces are covered twice, {length:.6} long together", report.doubled.len());
+        let sum = length(report.doubled.iter().map(|d| d.length).sum());
+        let _ = writeln!(text, "  {} pieces are covered twice, {sum} long together", report.doubled.len());
     }
     text
 }

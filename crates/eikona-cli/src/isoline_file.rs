@@ -1,7 +1,7 @@
 //! Isolines as a file: polylines for other programs, or curves that go straight back in.
 
 use crate::exit::Failure;
-use crate::number::{above_zero, finite};
+use crate::number::{above_zero, brief, finite};
 use crate::session::Session;
 use clap::Args;
 use eikona::contour::{
@@ -79,8 +79,8 @@ pub fn check_flat_for_svg(arguments: &IsolineArguments, mesh: &TriangleMesh) -> 
     Err(Failure::Usage(format!(
         "{}: SVG holds lines in the plane of x and y only, but z of the mesh runs from {} to {}; write .obj, .ply or .json instead",
         path.display(),
-        low[2],
-        high[2]
+        brief(low[2]),
+        brief(high[2])
     )))
 }
 

@@ -2,7 +2,7 @@
 
 use crate::exit::Failure;
 use crate::input::parse_format;
-use crate::number::{finite, share, zero_or_more};
+use crate::number::{brief, finite, share, zero_or_more};
 use crate::session::{General, Session, check_outputs, print_bytes};
 use clap::Args;
 use eikona::contour::{DEFAULT_TOLERANCE, Wave, polylines, trace_polyline, wavy_plane_cut};
@@ -485,10 +485,11 @@ fn cut_mesh(mesh: &TriangleMesh, cut: &Cut) -> Result<Vec<eikona_mesh::Curve>, F
     let curves = wavy_plane_cut(mesh, point, normal, cut.wave)?;
     if curves.is_empty() {
         return Err(Failure::Usage(format!(
-            "--cut: the plane {}={at} does not meet the mesh, which lies between {} and {}",
+            "--cut: the plane {}={} does not meet the mesh, which lies between {} and {}",
             ["x", "y", "z"][axis],
-            low[axis],
-            high[axis]
+            brief(at),
+            brief(low[axis]),
+            brief(high[axis])
         )));
     }
     Ok(curves)

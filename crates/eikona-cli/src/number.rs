@@ -1,5 +1,7 @@
 //! Numbers on the command line: what is out of range is refused before any work, with the range.
 
+use std::ops::RangeInclusive;
+
 fn number(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
     text.trim()
         .parse()
@@ -28,6 +30,33 @@ pub fn share(text: &str) -> Result<f64, String> {
     number(text, |x| (0.0..=1.0).contains(&x), "a share from 0 to 1")
 }
 
+/// A number of a range of the library.
+pub fn within(text: &str, range: &RangeInclusive<f64>) -> Result<f64, String> {
+    let expected = format!("a number from {} to {}", brief(*range.start()), brief(*range.end()));
+    number(text, |x| range.contains(&x), &expected)
+}
+
+/// As short as it is exact: "1e-9", "0.5", "1".
+pub fn brief(x: f64) -> String {
+    let text = format!("{x:?}");
+    text.strip_suffix(".0").unwrap_or(&text).to_string()
+}
+
+/// A number among others of which the largest has this size: with so many digits behind the point if these show it, else with an
+/// exponent.
+pub fn rounded(x: f64, digits: usize, size: f64) -> String {
+    const LARGE: f64 = 1e9;
+    /// Digits that are shown at least.
+    const FIGURES: i32 = 3;
+    let small = 10f64.powi(FIGURES - 1 - digits as i32);
+    let size = size.abs();
+    if size == 0.0 || (small..LARGE).contains(&size) {
+        format!("{x:.digits$}")
+    } else {
+        format!("{x:.digits$e}")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -42,6 +71,20 @@ mod tests {
         for bad in ["", "x", "nan", "inf", "-inf"] {
             assert!(finite(bad).is_err() && above_zero(bad).is_err() && zero_or_more(bad).is_err(), "{bad}");
         }
+        assert_eq!((within("1e-9", &(1e-9..=1.0)), within("1", &(1e-9..=1.0))), (Ok(1e-9), Ok(1.0)));
+        assert_eq!(within("9e-10", &(1e-9..=1.0)), Err("a number from 1e-9 to 1 is expected".into()));
         assert!(above_zero("0").is_err() && zero_or_more("-1").is_err() && share("1.01").is_err());
+    }
+
+    #[test]
+    fn small_and_large_numbers_have_an_exponent() {
+        let own = |x: f64| rounded(x, 6, x);
+        assert_eq!(
+            [own(0.0), own(1.5), own(-1e-4), own(5e8)],
+            ["0.000000", "1.500000", "-0.000100", "500000000.000000"]
+        );
+        assert_eq!([own(9e-5), own(-1e-20), own(1e9)], ["9.000000e-5", "-1.000000e-20", "1.000000e9"]);
+        assert_eq!([rounded(1e-9, 3, 1.0), rounded(1e-9, 3, 2e-9)], ["0.000", "1.000e-9"]);
+        assert_eq!([brief(1e-20), brief(2.0), brief(0.25)], ["1e-20", "2", "0.25"]);
     }
 }

@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 
 /// Arguments of `eikona render`.
 #[derive(Args, Clone, Debug)]
+// Always refused, so not offered.
+#[command(mut_arg("flip", |arg| arg.hide(true)), mut_arg("unsigned", |arg| arg.hide(true)))]
 #[command(after_help = "Example (the first two lines make the files):
   eikona make torus -o torus.ply
   eikona sdf torus.ply --points 0 -o distance.ply

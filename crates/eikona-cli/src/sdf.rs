@@ -4,6 +4,7 @@ use crate::exit::Failure;
 use crate::field_file::{FieldFormat, field_format, output_fields};
 use crate::input::{MeshArguments, MeshInput};
 use crate::isoline_file::{IsolineArguments, check_flat_for_svg, check_isoline_path, output_isolines};
+use crate::number::{brief, rounded};
 use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source, warn_of_sides};
@@ -286,8 +287,11 @@ fn solve(
         .map(|(key, value)| (key.to_string(), value)),
     );
     if let Some([low, high]) = range {
+        let size = high.abs().max(low.abs());
         session.note(&format!(
-            "distance from {low:.6} to {high:.6} at {} vertices, to {} segments and {} points",
+            "distance from {} to {} at {} vertices, to {} segments and {} points",
+            rounded(low, 6, size),
+            rounded(high, 6, size),
             input.mesh.vertex_count() - undefined,
             report.source_segments,
             report.source_points
@@ -295,7 +299,10 @@ fn solve(
     }
     session.detail(&format!(
         "diffusion time {:.3e} = {} h² with h = {:.3e} ({})",
-        report.time.time, report.time.coefficient, report.time.edge_spacing, report.time.reason
+        report.time.time,
+        brief(report.time.coefficient),
+        report.time.edge_spacing,
+        report.time.reason
     ));
     session.detail(&format!(
         "residuals {:.1e} (diffusion) and {:.1e} (integration); factors of {:.1} MB",

@@ -186,10 +186,11 @@ impl Session {
                 self.output(last.kind, &path, text.into_bytes())?;
             }
         }
-        publish_files(std::mem::take(&mut self.staged)).map_err(Failure::writing)?;
+        // First, since files that are not published yet go away if this fails.
         if let Some(bytes) = self.stdout.take() {
             print_bytes(&bytes)?;
         }
+        publish_files(std::mem::take(&mut self.staged)).map_err(Failure::writing)?;
         self.progress = Progress::default(); // the line goes away before the last words
         if self.general.quiet < 2 {
             self.count_the_rest();

@@ -3,14 +3,14 @@
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::make::curve_format;
-use crate::number::above_zero;
+use crate::number::within;
 use crate::picture::{PictureArguments, check_picture_path};
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source};
 use crate::winding_file::{Formats, write_outputs};
 use clap::{Args, ValueEnum};
 use eikona::winding::{
-    Completion, Diagnosis, Orientation, Reference, Winding, WindingOptions, surface_winding_number,
+    Completion, Diagnosis, EPSILONS, Orientation, Reference, Winding, WindingOptions, surface_winding_number,
 };
 use eikona_mesh::{Face, SurfaceCurves};
 use serde_json::json;
@@ -23,7 +23,11 @@ use std::path::{Path, PathBuf};
   eikona winding torus.ply --curve cut.json -o labels.ply --render labels.png
 
 Where curves cross faces the mesh is cut along them; the output is the cut mesh, with the field `parent`. Labels for the faces of
-your own mesh: --input-labels.")]
+your own mesh: --input-labels. Faces have the numbers of your file, from 0, also where polygons are cut into triangles and faces are
+dropped.")]
+// Curves without two sides bound nothing: what asks for them is refused, and need not be offered.
+#[command(mut_arg("points", |arg| arg.hide(true)), mut_arg("unsigned", |arg| arg.hide(true)))]
+#[command(mut_arg("curve", |arg| arg.help(CURVE_HELP)))]
 pub struct WindingArguments {
     #[command(flatten)]
     pub mesh: MeshArguments,
@@ -37,6 +41,9 @@ pub struct WindingArguments {
     pub picture: PictureArguments,
 }
 
+const CURVE_HELP: &str = "A file of curves: JSON of eikona, OBJ with `l` lines, or the text formats of signed-heat-demo and SWN; may be \
+repeated. Without it, the `l` lines of the mesh's own OBJ file are taken";
+
 /// How the winding number is computed.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Method")]
@@ -44,10 +51,11 @@ pub struct MethodArguments {
     /// Take the nonbounding part off everywhere (full), or only along the curve, as the authors' program does
     #[arg(long, value_enum, default_value = "full")]
     pub completion: CompletionName,
-    /// Cost of a nonbounding loop along the curve, as a share of its cost elsewhere
-    #[arg(long, value_name = "SHARE", default_value = "0.01", allow_hyphen_values = true, value_parser = above_zero)]
+    /// Cost of a nonbounding loop along the curve, as a share of its cost elsewhere: from 1e-9 to 1
+    #[arg(long, value_name = "SHARE", default_value = "0.01", allow_hyphen_values = true, value_parser = parse_epsilon)]
     pub epsilon: f64,
-    /// The face (numbered from 0) whose label is 0. Without it: the label that covers most of the area is 0
+    /// The face of the file (numbered from 0; of a polygon its first triangle) whose label is 0. Without it: the label that covers
+    /// most of the area is 0
     #[arg(long, value_name = "FACE")]
     pub reference: Option<u32>,
     /// Leave open pieces of the curve with fewer than 8 edges as they are. Without it they are bisected, as short pieces have
@@ -86,7 +94,7 @@ pub enum CompletionName {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Outputs")]
 pub struct OutputArguments {
-    /// The mesh with `label`, `margin` and `parent` (the face of the input) at its faces (.ply, .vtp); with the winding number at its corners as homogeneous texture
+    /// The mesh with `label`, `margin` and `parent` (the face of your file) at its faces (.ply, .vtp); with the winding number at its corners as homogeneous texture
     /// coordinates u/v (.obj); cut open between regions, with colours and `label` at its vertices (.glb, .gltf); label, margin and
     /// parent of each face (.csv); or the labels alone (.npy)
     #[arg(short, long, value_name = "OUT")]
@@ -95,7 +103,8 @@ pub struct OutputArguments {
     /// .gltf), with the colours of the regions (these, .obj, .off), or bare (.stl)
     #[arg(long, value_name = "OUT")]
     pub split: Option<PathBuf>,
-    /// A label for each face (triangle) of the input, where it was cut that of the larger part (.npy, .csv)
+    /// A label for each face of your file: where it was cut, that of the larger part; where it was dropped, none (.csv: nothing
+    /// behind the comma; .npy, int32: -2147483648)
     #[arg(long, value_name = "OUT")]
     pub input_labels: Option<PathBuf>,
     /// The completed boundary of the regions, as lines of an OBJ file
@@ -129,6 +138,10 @@ impl OutputArguments {
     }
 }
 
+fn parse_epsilon(text: &str) -> Result<f64, String> {
+    within(text, &EPSILONS)
+}
+
 /// Runs the verb. Gives the exit code.
 pub fn run(arguments: &WindingArguments, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("winding", general);
@@ -141,8 +154,9 @@ pub fn run(arguments: &WindingArguments, general: &General) -> Result<u8, Failur
             "there is no curve; give --curve FILE (or `l` lines in the OBJ file of the mesh)".into(),
         ));
     }
+    let reference = reference(&arguments.method, &input)?;
     let (curves, _) = read_source(source, &input, &mut session)?;
-    let winding = solve(arguments, &input, &curves, &mut session)?;
+    let winding = solve(arguments, (&input, reference), &curves, &mut session)?;
     write_outputs(arguments, &formats, &winding, (&input, &curves), &mut session)?;
     session.finish()
 }
@@ -189,9 +203,15 @@ fn check_arguments(arguments: &WindingArguments, general: &General) -> Result<Fo
     Formats::of(outputs)
 }
 
+fn reference(method: &MethodArguments, input: &MeshInput) -> Result<Reference, Failure> {
+    let Some(face) = method.reference else { return Ok(Reference::LargestArea) };
+    let triangle = input.triangle_of(Face(face));
+    triangle.map(Reference::Face).map_err(|e| Failure::Usage(format!("--reference {face}: {e}")))
+}
+
 fn solve(
     arguments: &WindingArguments,
-    input: &MeshInput,
+    (input, reference): (&MeshInput, Reference),
     curves: &SurfaceCurves,
     session: &mut Session,
 ) -> Result<Winding, Failure> {
@@ -202,7 +222,7 @@ fn solve(
             CompletionName::Curve => Completion::Curve,
         },
         epsilon: method.epsilon,
-        reference: method.reference.map_or(Reference::LargestArea, |face| Reference::Face(Face(face))),
+        reference,
         split_short: !method.keep_short,
         intrinsic_delaunay: method.delaunay,
         diagnosis: match method.diagnose {
@@ -214,6 +234,14 @@ fn solve(
     };
     let winding = session.unmeasured("solve", || surface_winding_number(&input.mesh, curves, &options))?;
     let report = &winding.report;
+    if let (Some(path), None) = (&arguments.outputs.suggested, &report.orientation) {
+        let mut reasons = report.warnings.iter().filter(|w| w.starts_with("the orientation"));
+        return Err(Failure::Failed(format!(
+            "{}: no curve can be suggested{}; leave --suggested out",
+            path.display(),
+            reasons.next().map_or(String::new(), |reason| format!(", as {reason}"))
+        )));
+    }
     session.report.phases_of("solve", &report.phases);
     report.warnings.iter().for_each(|warning| session.warn(warning));
     let mut regions: Vec<i32> = winding.labels.as_slice().to_vec();
@@ -242,12 +270,24 @@ fn solve(
     let loops =
         |n: usize, one: &str, many: &str| if n == 1 { format!("1 {one}") } else { format!("{n} {many}") };
     session.note(&format!(
-        "labels {regions:?}; {} regions, {} nothing; the curve has {} inside the surface",
+        "{}; {} regions, {} nothing; the curve has {} inside the surface",
+        shown_labels(&regions),
         loops(bounding, "completed loop bounds", "completed loops bound"),
         loops(nonbounding, "bounds", "bound"),
         loops(winding.endpoints.len(), "open end", "open ends"),
     ));
     Ok(winding)
+}
+
+/// These labels, which are sorted, one by one if they are few.
+fn shown_labels(regions: &[i32]) -> String {
+    const FEW: usize = 10;
+    match regions {
+        [low, .., high] if regions.len() > FEW => {
+            format!("{} labels from {low} to {high}", regions.len())
+        }
+        _ => format!("labels {regions:?}"),
+    }
 }
 
 fn orientation_json(orientation: &Orientation) -> serde_json::Value {

@@ -8,10 +8,12 @@ use crate::picture::{Drawing, draw};
 use crate::session::Session;
 use crate::winding::{OutputArguments, WindingArguments};
 use eikona::contour::{obj_lines, polylines};
+use eikona::geometry::vector::{cross, norm, sub};
 use eikona::winding::{JumpLoop, Winding};
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
-use eikona_mesh::{Curve, CurveFile, FileError, SurfaceCurves, TriangleMesh};
+use eikona_mesh::{Curve, CurveFile, Face, FileError, SurfaceCurves, TriangleMesh};
 use eikona_render::{ColorMap, Levels, label_color};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -95,35 +97,56 @@ pub fn write_outputs(
 ) -> Result<(), Failure> {
     let outputs = &arguments.outputs;
     if let (Some(path), Some(format)) = (&outputs.output, formats.output) {
+        let same_faces = !winding.is_cut() && input.has_faces_of_file();
+        if let (MainFormat::Table(_), None, false) = (format, &outputs.split, same_faces) {
+            session.warn(format!(
+                "{}: this is about the {} faces of a mesh that is in no file: yours, of {} faces, {}; give -o OUT.ply for labels \
+                 and mesh together, or --input-labels for labels of your faces",
+                path.display(),
+                winding.mesh.face_count(),
+                input.file.mesh.face_count(),
+                if winding.is_cut() { "was cut for the curves" } else { "was triangulated or repaired" }
+            ));
+        }
         match format {
-            MainFormat::Faces => write_faces(path, winding, session)?,
+            MainFormat::Faces => write_faces(path, winding, input, session)?,
             MainFormat::Corners => write_corners(path, winding, session)?,
-            MainFormat::Split(format) => write_split("regions", path, format, winding, session)?,
+            MainFormat::Split(format) => write_split("regions", path, format, (winding, input), session)?,
             MainFormat::Table(TableFormat::Npy) => {
                 session.output("regions", path, npy_of_labels(winding.labels.as_slice()))?;
             }
             MainFormat::Table(TableFormat::Csv) => {
-                session.output("regions", path, csv_of_regions(winding).into_bytes())?;
+                session.output("regions", path, csv_of_regions(winding, input).into_bytes())?;
             }
         }
     }
     if let (Some(path), Some(format)) = (&outputs.split, formats.split) {
-        write_split("split mesh", path, format, winding, session)?;
+        write_split("split mesh", path, format, (winding, input), session)?;
     }
     if let (Some(path), Some(format)) = (&outputs.input_labels, formats.input_labels) {
-        if !input.file.mesh.is_triangular() {
+        let labels = labels_of_file(winding, input);
+        if let Some(first) = labels.iter().position(Option::is_none) {
+            let faces = match labels.iter().filter(|label| label.is_none()).count() {
+                1 => "1 face was".to_string(),
+                dropped => format!("{dropped} faces were"),
+            };
+            let instead = match format {
+                TableFormat::Npy => format!("{NO_LABEL} stands in its place"),
+                TableFormat::Csv => "its place is left empty".into(),
+            };
             session.warn(format!(
-                "{}: the polygons of the input were cut into triangles; there is a label for each triangle",
+                "{}: {faces} dropped, the first is face {first}: such a face has no label, {instead}",
                 path.display()
             ));
         }
-        let labels = winding.input_labels();
         let bytes = match format {
-            TableFormat::Npy => npy_of_labels(labels.as_slice()),
+            TableFormat::Npy => {
+                npy_of_labels(&labels.iter().map(|label| label.unwrap_or(NO_LABEL)).collect::<Vec<_>>())
+            }
             TableFormat::Csv => {
                 let mut text = String::from("face,label\n");
-                for (f, label) in labels.iter() {
-                    let _ = writeln!(text, "{},{label}", f.index());
+                for (f, label) in labels.iter().enumerate() {
+                    let _ = writeln!(text, "{f},{}", label.map_or(String::new(), |label| label.to_string()));
                 }
                 text.into_bytes()
             }
@@ -202,23 +225,71 @@ fn levels_between_whole_numbers(values: &[f64]) -> Option<Levels> {
     Some(Levels::Values(units.flat_map(|n| (1..10).map(move |i| n as f64 + 0.1 * f64::from(i))).collect()))
 }
 
-fn as_numbers(winding: &Winding) -> [Vec<f64>; 2] {
-    let labels = winding.labels.as_slice().iter().map(|&l| f64::from(l)).collect();
-    [labels, winding.face_parent.iter().map(|f| f.index() as f64).collect()]
+/// Stands for the label of a face that was dropped, where labels are whole numbers: the least int32, which no label comes near.
+const NO_LABEL: i32 = i32::MIN;
+
+/// The label of each face of the file: the one that covers most of it, of labels that cover the same area the smallest. `None` if the
+/// face was dropped.
+fn labels_of_file(winding: &Winding, input: &MeshInput) -> Vec<Option<i32>> {
+    let of_triangles = winding.input_labels();
+    if input.has_faces_of_file() {
+        return of_triangles.as_slice().iter().copied().map(Some).collect();
+    }
+    let mut labels = vec![None; input.file.mesh.face_count()];
+    let parts: Vec<(Face, Face)> = parents(winding, input).zip(winding.mesh.faces()).collect();
+    // In this unit squares of lengths are numbers, however large or small the mesh is; and nothing is rounded.
+    let largest = winding.mesh.positions().iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
+    let unit = largest.log2().floor().exp2();
+    // The parts of a face follow each other.
+    for parts in parts.chunk_by(|a, b| a.0 == b.0) {
+        labels[parts[0].0.index()] = largest_label(winding, parts, unit);
+    }
+    labels
 }
 
-fn csv_of_regions(winding: &Winding) -> String {
+/// The face of the file that each face lies in.
+fn parents(winding: &Winding, input: &MeshInput) -> impl Iterator<Item = Face> {
+    winding.face_parent.iter().map(|&triangle| input.face_of_file(triangle))
+}
+
+/// The label with the largest area among faces (the second of each pair); where none has an area, that of the most faces.
+fn largest_label(winding: &Winding, parts: &[(Face, Face)], unit: f64) -> Option<i32> {
+    let area = |f: Face| {
+        let [a, b, c] = winding.mesh.face_positions(f).map(|p| p.map(|x| x / unit));
+        norm(cross(sub(b, a), sub(c, a)))
+    };
+    let has_area = parts.iter().any(|p| area(p.1) > 0.0);
+    let mut covered: BTreeMap<i32, f64> = BTreeMap::new();
+    for &(_, f) in parts {
+        *covered.entry(winding.labels[f]).or_default() += if has_area { area(f) } else { 1.0 };
+    }
+    let larger = |a: &(i32, f64), b: &(i32, f64)| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0));
+    covered.into_iter().max_by(larger).map(|(label, _)| label)
+}
+
+/// Labels and parents of the faces.
+fn as_numbers(winding: &Winding, input: &MeshInput) -> [Vec<f64>; 2] {
+    let labels = winding.labels.as_slice().iter().map(|&l| f64::from(l)).collect();
+    [labels, parents(winding, input).map(|f| f.index() as f64).collect()]
+}
+
+fn csv_of_regions(winding: &Winding, input: &MeshInput) -> String {
     let mut text = String::from("label,margin,parent\n");
     for ((label, margin), parent) in
-        winding.labels.as_slice().iter().zip(winding.margin.as_slice()).zip(&winding.face_parent)
+        winding.labels.as_slice().iter().zip(winding.margin.as_slice()).zip(parents(winding, input))
     {
         let _ = writeln!(text, "{label},{margin},{}", parent.index());
     }
     text
 }
 
-fn write_faces(path: &Path, winding: &Winding, session: &mut Session) -> Result<(), Failure> {
-    let [labels, parents] = as_numbers(winding);
+fn write_faces(
+    path: &Path,
+    winding: &Winding,
+    input: &MeshInput,
+    session: &mut Session,
+) -> Result<(), Failure> {
+    let [labels, parents] = as_numbers(winding, input);
     let margin = winding.margin.as_slice();
     let mut out = MeshOut::from(&winding.mesh);
     out.face_scalars = vec![("label", &labels), ("margin", margin), ("parent", &parents)];
@@ -238,11 +309,11 @@ fn write_split(
     kind: &'static str,
     path: &Path,
     format: MeshFormat,
-    winding: &Winding,
+    (winding, input): (&Winding, &MeshInput),
     session: &mut Session,
 ) -> Result<(), Failure> {
     let split = winding.split().map_err(|e| Failure::Failed(format!("{}: {e}", path.display())))?;
-    let [labels, parents] = as_numbers(winding);
+    let [labels, parents] = as_numbers(winding, input);
     let at_vertices = labels_at_vertices(&split.mesh, winding);
     let colours: Vec<[u8; 3]> = at_vertices.iter().map(|&label| label_color(i64::from(label))).collect();
     let at_vertices: Vec<f64> = at_vertices.into_iter().map(f64::from).collect();

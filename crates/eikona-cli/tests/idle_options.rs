@@ -11,16 +11,6 @@ fn grid() -> Folder {
     folder
 }
 
-/// Runs it, expects this warning, and that `--strict` fails.
-#[track_caller]
-fn warned(folder: &Folder, command: &str, words: &[&str]) {
-    let outcome = folder.run(&format!("{command} --strict"));
-    assert_eq!(outcome.code, Some(4), "eikona {command}\n{}", outcome.stderr);
-    for word in words {
-        assert!(outcome.stderr.contains(word), "eikona {command}: no {word:?} in\n{}", outcome.stderr);
-    }
-}
-
 #[test]
 fn an_output_is_no_other_output_and_no_input() {
     let folder = grid();
@@ -80,7 +70,7 @@ fn curves_that_points_leave_out_are_counted() {
     folder.write("both.json", &LINE.replace(r#""curves":"#, &format!(r#"{points},"curves":"#)));
     folder.write("points.json", &format!(r#"{{"eikona":"curves","version":1,{points}}}"#));
     let words = ["both.json has 1 curve, which --points leaves out", "--curve both.json takes both"];
-    warned(&folder, "sdf grid.obj --points both.json -o out.csv", &words);
+    folder.warned("sdf grid.obj --points both.json -o out.csv", &words);
     folder.done("sdf grid.obj --points points.json -o out.csv --strict");
     folder.done("sdf grid.obj --curve both.json -o out.csv --strict");
 }
@@ -95,10 +85,9 @@ fn lines_of_the_mesh_are_taken_if_nothing_else_is_given() {
     for verb in ["sdf", "winding", "inspect", "render"] {
         let help = folder.done(&format!("{verb} --help")).text();
         let words: Vec<&str> = help.split_whitespace().collect();
-        assert!(
-            words.join(" ").contains("Without it and --points, the `l` lines of the mesh"),
-            "{verb}: {help}"
-        );
+        let without = if verb == "winding" { "Without it" } else { "Without it and --points" };
+        let sentence = format!("{without}, the `l` lines of the mesh");
+        assert!(words.join(" ").contains(&sentence), "{verb}: {help}");
     }
 }
 
@@ -143,16 +132,16 @@ fn options_of_outputs_that_are_not_written_are_refused() {
         let words = [flag, "--field none"];
         folder.refused(&format!("render none.obj -o o.png --field none {flags}"), 2, &words);
         let words = [flag, "no field"];
-        warned(&folder, &format!("render grid.obj -o o.png --size 64x48 {flags}"), &words);
+        folder.warned(&format!("render grid.obj -o o.png --size 64x48 {flags}"), &words);
     }
     folder.done("render grid.obj -o o.png --size 64x48 --isolines 0 --no-bar --strict");
     let words = ["--map", "no field"];
-    warned(&folder, "render grid.obj -o o.png --size 64x48 --map gray", &words);
+    folder.warned("render grid.obj -o o.png --size 64x48 --map gray", &words);
     let words = ["--confidence", "-o OUT.ply"];
     folder.refused("sdf none.obj --points 0 --render o.png --confidence", 2, &words);
     folder.done("winding grid.obj --curve line.json -o l.ply -q");
     let words = ["--spacing", "label", "one value for each face"];
-    warned(&folder, "render l.ply -o o.png --size 64x48 --field label --spacing 1", &words);
+    folder.warned("render l.ply -o o.png --size 64x48 --field label --spacing 1", &words);
 }
 
 #[test]
@@ -167,12 +156,12 @@ fn options_about_sides_need_a_curve_that_has_them() {
         let words = [flag, "--points", "--curve FILE"];
         folder.refused(&format!("sdf none.obj --points 0 -o o.csv {flags}"), 2, &words);
         if flag == "--level-sets" {
-            warned(&folder, &format!("sdf own.obj -o o.csv {flags}"), &[flag, "only points"]);
+            folder.warned(&format!("sdf own.obj -o o.csv {flags}"), &[flag, "only points"]);
             continue;
         }
-        warned(&folder, &format!("sdf own.obj -o o.csv {flags}"), &[flag, "no effect", "signed"]);
+        folder.warned(&format!("sdf own.obj -o o.csv {flags}"), &[flag, "no effect", "signed"]);
         let unsigned = format!("sdf grid.obj --curve unsigned.json -o o.csv {flags}");
-        warned(&folder, &unsigned, &[flag, "no effect", "signed"]);
+        folder.warned(&unsigned, &[flag, "no effect", "signed"]);
         folder.done(&format!("sdf grid.obj --curve line.json -o o.csv {flags} --strict"));
         if flag != "--unsigned" {
             let words = [flag, "--unsigned"];
@@ -182,9 +171,29 @@ fn options_about_sides_need_a_curve_that_has_them() {
     for flag in ["--flip", "--unsigned"] {
         folder.refused(&format!("render grid.obj --curve line.json -o o.png {flag}"), 2, &[flag, "sides"]);
         folder.refused(&format!("inspect grid.obj --points 0 {flag}"), 2, &[flag, "--points"]);
-        warned(&folder, &format!("inspect grid.obj {flag}"), &[flag, "no effect"]);
+        folder.warned(&format!("inspect grid.obj {flag}"), &[flag, "no effect"]);
     }
     folder.done("sdf grid.obj --points 0 -o o.csv --strict");
+}
+
+#[test]
+fn what_is_always_refused_is_not_offered() {
+    let folder = grid();
+    for (verb, offered, refused) in [
+        ("sdf", &["--curve", "--points", "--unsigned", "--flip"][..], &[][..]),
+        ("winding", &["--curve", "--flip"], &["--points", "--unsigned"]),
+        ("render", &["--curve", "--points"], &["--unsigned", "--flip"]),
+    ] {
+        for help in ["--help", "-h"] {
+            let help = folder.done(&format!("{verb} {help}")).text();
+            assert!(offered.iter().all(|flag| help.contains(flag)), "{verb}: {help}");
+            assert!(!refused.iter().any(|flag| help.contains(flag)), "{verb}: {help}");
+        }
+    }
+    // They are told apart from what does not exist.
+    for flags in ["--points 0", "--unsigned"] {
+        folder.refused(&format!("winding grid.obj --curve line.json -o o.ply {flags}"), 2, &["oriented"]);
+    }
 }
 
 #[test]
@@ -216,4 +225,18 @@ fn the_weight_of_soft_level_sets_has_a_range() {
         let words = [weight, "from 1e-9 to 1e12"];
         folder.refused(&format!("sdf none.obj --points 0 -o o.csv --level-sets soft={weight}"), 2, &words);
     }
+}
+
+#[test]
+fn the_cost_of_loops_along_the_curve_has_a_range() {
+    let folder = grid();
+    let winding = "--curve line.json -o o.ply --epsilon";
+    for epsilon in ["1e-20", "9e-10", "1.1", "0", "-1", "nan", "inf", "x"] {
+        folder.refused(&format!("winding none.obj {winding} {epsilon}"), 2, &[epsilon, "from 1e-9 to 1 is"]);
+    }
+    for epsilon in ["1e-9", "1"] {
+        folder.done(&format!("winding grid.obj {winding} {epsilon}"));
+    }
+    let help = folder.done("winding --help").text();
+    assert!(help.split_whitespace().collect::<Vec<_>>().join(" ").contains("from 1e-9 to 1"), "{help}");
 }

@@ -176,3 +176,93 @@ fn faces_of_stl_files_keep_their_numbers() {
         }
     }
 }
+
+/// Six unit squares in a row along x, as polygons behind these faces; the vertex `2 x + y + 1` lies at (x, y).
+fn squares_behind(faces: &str) -> String {
+    let vertices: String = (0..14).map(|v| format!("v {} {} 0\n", v / 2, v % 2)).collect();
+    let square = |x: i32| format!("f {} {} {} {}\n", 2 * x + 1, 2 * x + 3, 2 * x + 4, 2 * x + 2);
+    vertices + faces + &(0..6).map(square).collect::<String>()
+}
+
+const AT_2: &str = r#"{"eikona":"curves","version":1,"curves":[{"nodes":[{"vertex":4},{"vertex":5}]}]}"#;
+
+#[test]
+fn winding_numbers_are_of_polygons_not_of_their_triangles() {
+    let folder = Folder::new();
+    folder.write("row.obj", &squares_behind(""));
+    folder.write("line.json", AT_2);
+    let winding = "winding row.obj --curve line.json";
+    for (reference, left, right) in [("", 1, 0), ("--reference 1", 0, -1), ("--reference 3", 1, 0)] {
+        let command = format!("{winding} {reference} --strict");
+        folder.done(&format!("{command} --input-labels in.npy"));
+        assert_eq!(folder.npy("in.npy"), [left, left, right, right, right, right], "{reference}");
+        folder.done(&format!("{command} --input-labels in.csv"));
+        assert_eq!(folder.column("in.csv", "label")[1..3], [f64::from(left), f64::from(right)]);
+    }
+    for face in [6, 11] {
+        let words = ["--reference", &format!("face {face} does not exist"), "6 faces, numbered from 0 to 5"];
+        folder.refused(&format!("{winding} --reference {face} -o o.ply"), 2, &words);
+    }
+    // Of the third square 0.7 lie on the left, but less than half of its first triangle.
+    folder.write("across.obj", "v 2.7 0 0\nv 2.7 1 0\nl 1 2\n");
+    folder.done("winding row.obj --curve across.obj --input-labels in.npy");
+    assert_eq!(folder.npy("in.npy"), [1, 1, 1, 0, 0, 0]);
+    for curve in ["line.json", "across.obj"] {
+        for name in ["out.csv", "out.ply", "out.vtp"] {
+            folder.done(&format!("winding row.obj --curve {curve} -o {name}"));
+            assert_parents(&folder, name, 0);
+        }
+        folder.done(&format!("winding row.obj --curve {curve} --split out.ply"));
+        assert_parents(&folder, "out.ply", 0);
+    }
+}
+
+/// Each square has parts, whose parent is its number, counted from this one.
+#[track_caller]
+fn assert_parents(folder: &Folder, name: &str, first: u32) {
+    if name.ends_with(".csv") {
+        let mut parents = folder.column(name, "parent");
+        parents.dedup();
+        assert_eq!(parents, (first..first + 6).map(f64::from).collect::<Vec<_>>(), "{name}");
+        return;
+    }
+    let file = eikona_mesh::io::read_mesh(folder.0.join(name)).unwrap();
+    let parents = &file.face_scalars.iter().find(|s| s.0 == "parent").unwrap().1;
+    assert!(parents.len() >= 12);
+    for (corners, parent) in file.mesh.faces().zip(parents) {
+        let middle = corners.iter().map(|&v| file.mesh.positions[v as usize][0]).sum::<f64>() / 3.0;
+        assert_eq!(middle.floor() + f64::from(first), *parent, "{name}");
+    }
+}
+
+#[test]
+fn winding_numbers_count_faces_that_were_dropped() {
+    let folder = Folder::new();
+    // One that names a vertex twice, and one without area.
+    folder.write("row.obj", &squares_behind("f 1 1 3\nf 1 3 5\n"));
+    folder.write("line.json", AT_2);
+    let winding = "winding row.obj --drop-degenerate --curve line.json";
+    folder.done(&format!("{winding} --weld --reference 4 --input-labels in.npy"));
+    assert_eq!(folder.npy("in.npy")[1..5], [i32::MIN, 1, 1, 0]);
+    for (reference, left, right) in [("", 1, 0), ("--reference 3", 0, -1), ("--reference 4", 1, 0)] {
+        let dropped = "2 faces were dropped, the first is face 0";
+        let words = ["in.npy", dropped, "no label, -2147483648 stands in its place"];
+        folder.warned(&format!("{winding} {reference} --input-labels in.npy"), &words);
+        let labels = folder.npy("in.npy");
+        assert_eq!(labels, [i32::MIN, i32::MIN, left, left, right, right, right, right], "{reference}");
+        let words = ["in.csv", dropped, "no label, its place is left empty"];
+        folder.warned(&format!("{winding} {reference} --input-labels in.csv"), &words);
+        let rows: String = (2..8).map(|f| format!("{f},{}\n", if f < 4 { left } else { right })).collect();
+        assert_eq!(folder.read("in.csv"), format!("face,label\n0,\n1,\n{rows}"));
+    }
+    for face in [0, 1] {
+        let words = [&format!("--reference {face}: face {face} was dropped"), "name another one"];
+        folder.refused(&format!("{winding} --reference {face} -o o.ply"), 2, &words);
+    }
+    folder.refused(&format!("{winding} --reference 8 -o o.ply"), 2, &["8 faces, numbered from 0 to 7"]);
+    for name in ["out.csv", "out.ply"] {
+        folder.done(&format!("{winding} -o {name}"));
+        assert_parents(&folder, name, 2);
+    }
+    assert!(folder.done("winding --help").text().contains("-2147483648"));
+}

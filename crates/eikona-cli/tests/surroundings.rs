@@ -2,7 +2,7 @@
 
 mod run;
 
-use run::{Folder, data, png_size};
+use run::{Folder, data, grid_obj, png_size};
 
 /// The lines of a help text that are commands.
 fn examples(help: &str) -> Vec<String> {
@@ -217,6 +217,69 @@ fn the_benchmark_measures_winding_numbers() {
             assert!(run["phases"].as_array().unwrap().len() > 5);
         }
     }
+}
+
+#[test]
+fn the_benchmark_of_winding_numbers_says_what_it_measures() {
+    let folder = Folder::new();
+    folder.refused("bench winding --faces 300 --threads 4", 2, &["--threads 4", "one thread"]);
+    folder.done("bench winding --faces 300 --threads 1");
+    let measured = "bench winding --in-this-process --faces 300";
+    folder.refused(measured, 2, &["--curve closed or --curve broken"]);
+    folder.refused(&format!("{measured},400 --curve closed"), 2, &["one size"]);
+    for curve in ["closed", "broken"] {
+        let run = folder.done(&format!("{measured} --curve {curve}")).text();
+        let run: serde_json::Value = serde_json::from_str(&run).unwrap();
+        assert_eq!((run["curve"].as_str(), run["endpoints"] == 0), (Some(curve), curve == "closed"));
+    }
+}
+
+#[test]
+fn numbers_of_small_meshes_are_shown() {
+    let folder = Folder::new();
+    let small = |line: &str| match line.strip_prefix("v ") {
+        Some(numbers) => {
+            let numbers = numbers.split(' ').map(|x| format!("{:e}", 1e-9 * x.parse::<f64>().unwrap()));
+            format!("v {}\n", numbers.collect::<Vec<_>>().join(" "))
+        }
+        None => format!("{line}\n"),
+    };
+    let mesh: String = (grid_obj() + "l 16 17 18\n").lines().map(small).collect();
+    folder.write("small.obj", &mesh);
+    let text = folder.done("inspect small.obj").text();
+    for words in [
+        "1.000000e-8 x 2.000000e-9 x 0.000000e0, from (0.000000, 0.000000, 0.000000)",
+        "area         2.000000e-17",
+        "segments, length 2.000000e-9",
+        "nodes, length 2.000000e-9",
+        "the nearest other one is at most 2.000000e-9 away",
+    ] {
+        assert!(text.contains(words), "no {words:?} in\n{text}");
+    }
+    let outcome = folder.done("sdf small.obj -o out.csv");
+    assert!(outcome.stderr.contains("distance from -5.000000e-9 to 5.000000e-9"), "{}", outcome.stderr);
+    let words = ["z=1e-20 does not meet", "between 0 and 0"];
+    folder.refused("make grid nx=2 ny=2 -o g.obj --cut axis=z,at=1e-20 --curve-out c.json", 2, &words);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_leaves_no_files() {
+    use std::process::{Command, Stdio};
+    let folder = Folder::new();
+    folder.write("grid.obj", &grid_obj());
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let words = "sdf grid.obj --points 0 -o - --out-format csv --isolines i.obj --report r.json";
+    let output = Command::new(env!("CARGO_BIN_EXE_eikona"))
+        .args(words.split(' '))
+        .current_dir(&folder.0)
+        .stdout(Stdio::from(full))
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("the standard output can not be written"), "{stderr}");
+    assert_eq!(folder.files(), ["grid.obj"]);
 }
 
 #[test]

@@ -37,18 +37,6 @@ fn expected(mesh: &TriangleMesh) -> Vec<f64> {
     mesh.faces().map(|f| if middle(f) < 4.5 { 1.0 } else { 0.0 }).collect()
 }
 
-/// The numbers of an int32 file of numpy.
-fn npy(folder: &Folder, name: &str) -> Vec<i32> {
-    let bytes = folder.bytes(name);
-    assert!(bytes.starts_with(b"\x93NUMPY\x01\x00"));
-    let head = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
-    assert_eq!(head % 64, 0);
-    let numbers: Vec<i32> = bytes[head..].as_chunks::<4>().0.iter().map(|b| i32::from_le_bytes(*b)).collect();
-    let header = format!("{{'descr': '<i4', 'fortran_order': False, 'shape': ({},), }}", numbers.len());
-    assert_eq!(String::from_utf8_lossy(&bytes[10..head]).trim_end(), header);
-    numbers
-}
-
 /// Two pieces of equal label each, which share no vertex.
 fn assert_split(mesh: &TriangleMesh) {
     let labels = expected(mesh);
@@ -94,7 +82,7 @@ fn tables_have_the_same_labels() {
         assert_eq!(folder.column("out.csv", column), scalar(&file.face_scalars, column));
     }
     assert_eq!(folder.column("out.csv", "margin").len(), file.mesh.face_count());
-    let labels: Vec<f64> = npy(&folder, "out.npy").into_iter().map(f64::from).collect();
+    let labels: Vec<f64> = folder.npy("out.npy").into_iter().map(f64::from).collect();
     assert_eq!(labels, scalar(&file.face_scalars, "label"));
 }
 
@@ -203,7 +191,7 @@ fn faces_of_the_input_get_the_label_of_their_larger_part() {
     let folder = across();
     folder.done(&format!("{SOLVE} --input-labels in.npy"));
     folder.done(&format!("{SOLVE} --input-labels in.csv"));
-    let labels = npy(&folder, "in.npy");
+    let labels = folder.npy("in.npy");
     // The squares at x from 4 to 5 are cut: three quarters of the face above the diagonal are on the left, one of that below it.
     let wanted: Vec<i32> = (0..40).map(|f| i32::from(f < 16 || (f < 20 && f % 2 == 1))).collect();
     assert_eq!(labels, wanted);
@@ -212,7 +200,7 @@ fn faces_of_the_input_get_the_label_of_their_larger_part() {
     assert_eq!(folder.column("in.csv", "face"), (0..40).map(f64::from).collect::<Vec<_>>());
     // The reversed curve has its left on the other side.
     folder.done(&format!("{SOLVE} --flip --input-labels flip.npy"));
-    assert_eq!(npy(&folder, "flip.npy"), wanted.iter().map(|l| -l).collect::<Vec<_>>());
+    assert_eq!(folder.npy("flip.npy"), wanted.iter().map(|l| -l).collect::<Vec<_>>());
 }
 
 #[test]
@@ -259,13 +247,33 @@ fn names_that_stand_for_no_format_are_refused_with_those_that_do() {
 }
 
 #[test]
-fn polygons_are_told_to_be_cut_into_triangles() {
+fn tables_about_a_mesh_that_is_in_no_file_are_warned_of() {
     let folder = across();
-    folder.write("quads.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nf 1 2 5 4\nf 2 3 6 5\n");
-    folder.write("cut.obj", "v 0.7 0 0\nv 0.7 1 0\nl 1 2\n");
-    let outcome = folder.done("winding quads.obj --curve cut.obj --input-labels in.npy");
-    assert!(outcome.stderr.contains("each triangle"), "{}", outcome.stderr);
-    assert_eq!(npy(&folder, "in.npy"), [0, 1, 0, 0]);
+    folder.write("quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nl 1 2 3 4 1\n");
+    for name in ["out.npy", "out.csv"] {
+        let words = [name, "mesh that is in no file", "of 40 faces, was cut", "-o OUT.ply", "--input-labels"];
+        folder.warned(&format!("winding grid.obj --curve across.obj -o {name}"), &words);
+        // With the mesh beside it, and where the mesh is the user's own.
+        folder.done(&format!("winding grid.obj --curve across.obj -o {name} --split s.ply --strict"));
+        folder.done(&format!("winding grid.obj --curve line.json -o {name} --strict"));
+        let words = [name, "2 faces", "of 1 faces, was triangulated", "--input-labels"];
+        folder.warned(&format!("winding quad.obj -o {name}"), &words);
+    }
+}
+
+#[test]
+fn many_labels_are_counted() {
+    let folder = across();
+    for (lines, words) in [(9, "labels [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];"), (12, "13 labels from 0 to 12;")] {
+        let line = |i: i32| format!("v {0} 0 0\nv {0} 2 0\n", 0.3 * f64::from(i));
+        let ends: String = (1..=lines).map(line).collect();
+        let segments: String = (1..=lines).map(|i| format!("l {} {}\n", 2 * i - 1, 2 * i)).collect();
+        folder.write("lines.obj", &(ends + &segments));
+        let outcome = folder.done("winding grid.obj --curve lines.obj --report r.json");
+        assert!(outcome.stderr.contains(words), "{}", outcome.stderr);
+        let all: Vec<i32> = (0..=lines).collect();
+        assert_eq!(folder.json("r.json")["result"]["labels"], serde_json::json!(all));
+    }
 }
 
 #[test]
@@ -290,7 +298,7 @@ fn curves_of_the_shared_data_are_written_in_every_format() {
         let (glb, _) = read(&folder, "out.glb");
         assert_eq!(glb.mesh.vertex_count(), cut.vertex_count());
         let input = read_mesh(&mesh).unwrap();
-        assert_eq!(npy(&folder, "in.npy").len(), input.mesh.face_count());
+        assert_eq!(folder.npy("in.npy").len(), input.mesh.face_count());
         ran += 1;
     }
     println!("{ran} files ran");
@@ -345,4 +353,27 @@ fn reversed_pieces_are_turned_over_in_the_suggested_curve() {
     assert!(orientation["energy_saved"].as_f64().unwrap() > 0.1);
     folder.refused("winding s.ply --curve c.json --suggested x.ply", 2, &["json"]);
     folder.refused("winding s.ply --curve c.json --suggested x.json --diagnose never", 2, &["--diagnose"]);
+}
+
+#[test]
+fn a_suggestion_that_can_not_be_made_is_a_failure() {
+    let folder = Folder::new();
+    // More pieces of one edge than are weighed against each other.
+    let (n, vertex) = (103, |i: usize, j: usize| 104 * i + j + 1);
+    let mut text = String::new();
+    for i in 0..=n {
+        (0..=n).for_each(|j| text += &format!("v {i} {j} 0\n"));
+    }
+    for i in 0..n {
+        for j in 0..n {
+            let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
+            text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+            if i % 2 == 1 && j % 2 == 1 && i + 1 < n && j + 1 < n {
+                text += &format!("l {a} {d}\n");
+            }
+        }
+    }
+    folder.write("pieces.obj", &text);
+    let words = ["better.json", "it has 2601 stretches, at most 2000", "leave --suggested out"];
+    folder.refused("winding pieces.obj --keep-short -o o.ply --suggested better.json", 1, &words);
 }

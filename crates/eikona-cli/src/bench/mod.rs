@@ -99,5 +99,8 @@ fn print_json(
 }
 
 fn megabytes(bytes: Option<u64>) -> String {
-    bytes.map_or("?".to_string(), |b| format!("{:.0} MB", b as f64 / 1e6))
+    bytes.map_or("?".to_string(), |b| match b as f64 / 1e6 {
+        few if few < 10.0 => format!("{few:.2} MB"),
+        many => format!("{many:.0} MB"),
+    })
 }

@@ -83,8 +83,20 @@ fn name(value: impl ValueEnum) -> String {
 
 /// Runs the verb. Gives the exit code.
 pub fn run(arguments: &WindingBench, general: &General) -> Result<u8, Failure> {
-    if let (Some(&faces), true) = (arguments.faces.first(), arguments.in_this_process) {
-        return printed(&measure(arguments.shape, arguments.curve, faces)?);
+    if let Some(threads) = general.threads.filter(|threads| *threads > 1) {
+        return Err(Failure::Usage(format!(
+            "--threads {threads}: winding numbers are computed on one thread; leave it out"
+        )));
+    }
+    if arguments.in_this_process {
+        return match (arguments.faces.as_slice(), arguments.curve) {
+            (&[faces], state @ (State::Closed | State::Broken)) => {
+                printed(&measure(arguments.shape, state, faces)?)
+            }
+            _ => Err(Failure::Usage(
+                "--in-this-process measures one size and one state; give --faces N and --curve closed or --curve broken".into(),
+            )),
+        };
     }
     let mut session = Session::new("bench", general);
     session.check_report()?;

@@ -51,6 +51,19 @@ impl Folder {
         lines.map(|l| l.split(',').nth(place).unwrap().parse().unwrap()).collect()
     }
 
+    /// The numbers of an int32 file of numpy.
+    pub fn npy(&self, name: &str) -> Vec<i32> {
+        let bytes = self.bytes(name);
+        assert!(bytes.starts_with(b"\x93NUMPY\x01\x00"));
+        let head = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+        assert_eq!(head % 64, 0);
+        let numbers: Vec<i32> =
+            bytes[head..].as_chunks::<4>().0.iter().map(|b| i32::from_le_bytes(*b)).collect();
+        let header = format!("{{'descr': '<i4', 'fortran_order': False, 'shape': ({},), }}", numbers.len());
+        assert_eq!(String::from_utf8_lossy(&bytes[10..head]).trim_end(), header);
+        numbers
+    }
+
     /// Runs `eikona` with these words, split at spaces.
     pub fn run(&self, command: &str) -> Outcome {
         self.run_words(command.split_whitespace(), &[])
@@ -81,6 +94,16 @@ impl Folder {
         let outcome = self.run(command);
         assert_eq!(outcome.code, Some(0), "eikona {command}\n{}", outcome.stderr);
         outcome
+    }
+
+    /// Runs it, expects these words in a warning, and that `--strict` fails.
+    #[track_caller]
+    pub fn warned(&self, command: &str, words: &[&str]) {
+        let outcome = self.run(&format!("{command} --strict"));
+        assert_eq!(outcome.code, Some(4), "eikona {command}\n{}", outcome.stderr);
+        for word in words {
+            assert!(outcome.stderr.contains(word), "eikona {command}: no {word:?} in\n{}", outcome.stderr);
+        }
     }
 
     /// Runs it and expects this exit code, these words in the message, and no file that was not there before.

@@ -70,7 +70,7 @@ mod walks;
 pub use decomposition::Part;
 pub use error::{UnsolvedProgram, WindingError};
 pub use loops::JumpLoop;
-pub use options::{Completion, Diagnosis, Reference, WindingOptions};
+pub use options::{Completion, Diagnosis, EPSILONS, Reference, WindingOptions};
 pub use orientation::{MOST_STRETCHES, Orientation};
 pub use solution::{ProgramReport, Winding, WindingReport};
 pub use solver::Solver;

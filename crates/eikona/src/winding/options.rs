@@ -37,6 +37,9 @@ pub enum Diagnosis {
     Never,
 }
 
+/// Values of [`WindingOptions::epsilon`] that are accepted.
+pub const EPSILONS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
+
 /// Choices of a solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindingOptions {

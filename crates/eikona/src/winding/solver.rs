@@ -13,7 +13,7 @@ use crate::winding::notes::{
     Names, note_chain, note_freed, note_not_fans, note_uncertain, note_without_value,
 };
 use crate::winding::operators::Operators;
-use crate::winding::options::{Diagnosis, Reference, WindingOptions};
+use crate::winding::options::{Diagnosis, EPSILONS, Reference, WindingOptions};
 use crate::winding::orientation::{MOST_AT_ALL, MOST_STRETCHES, Orientation, Stretches, changed_area};
 use crate::winding::solution::{Parents, Winding, WindingReport};
 use crate::winding::steps::Found;
@@ -268,7 +268,7 @@ impl Solver {
             return Err(WindingError::Unsigned { curve });
         }
         let epsilon = options.epsilon;
-        if !(1e-9..=1.0).contains(&epsilon) {
+        if !EPSILONS.contains(&epsilon) {
             let bound = "a number from 1e-9 to 1 is needed";
             return Err(WindingError::Option { name: "epsilon", value: epsilon, bound });
         }
