@@ -236,9 +236,11 @@ pub fn minimise_jumps(
     if c.gap.is_nan() || worst > ACCEPTED_GAP {
         return Err(FlowError::Uncertified { gap: c.gap, worst });
     }
+    let objective: f64 = terms.iter().zip(&jumps).map(|(term, jump)| term.weight * jump.abs()).sum();
     Ok(JumpSolution {
-        objective: terms.iter().zip(&jumps).map(|(term, jump)| term.weight * jump.abs()).sum(),
-        lower_bound: certificate::lower_bound(terms, &flow, options.perturbation),
+        objective,
+        // Above it by rounding only.
+        lower_bound: certificate::lower_bound(terms, &flow, options.perturbation).min(objective),
         potentials,
         jumps,
         flow,

@@ -25,8 +25,8 @@ struct Side {
 
 impl SideOfSegments {
     /// On a mesh of `consistent` winding left is left. Else carries the side from the first segment of each curve to its last,
-    /// from face to face around the nodes; where no chain of faces joins two segments, so that their normals lie on one
-    /// side. A warning tells of a closed curve that comes back reversed.
+    /// from face to face around the nodes; along edges of three or more faces, and on from there, by normals. Left stays left where two
+    /// consecutive segments see no chain of faces between them. A warning tells of a closed curve that comes back reversed.
     pub fn of(
         mesh: &TriangleMesh,
         consistent: bool,
@@ -252,7 +252,7 @@ impl<'a> Fans<'a> {
             let seam = Seam::of(mesh, edge, segment);
             let wanted = before.map(|b| b.normal(mesh)).or(up).unwrap_or_default();
             let (found, is_told) = seam.up(wanted);
-            if !is_told {
+            if !is_told && before.is_none() {
                 warnings.push(format!(
                     "curve {} begins along an edge of three or more faces whose windings do not agree on its left; tell it by `up`",
                     segment.curve
@@ -264,10 +264,9 @@ impl<'a> Fans<'a> {
             None => up.map_or(1.0, |up| seen_from(mesh, face, up)),
             Some(before) => match before.up {
                 Some(up) => seen_from(mesh, face, up),
-                None => match self.relative_winding(before.face, face, segment.ends[0]) {
-                    Some(turn) => before.upside * turn,
-                    None => seen_from(mesh, face, before.normal(mesh)),
-                },
+                None => {
+                    before.upside * self.relative_winding(before.face, face, segment.ends[0]).unwrap_or(1.0)
+                }
             },
         };
         Side { face, upside, up: None }
