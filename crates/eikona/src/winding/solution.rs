@@ -23,12 +23,14 @@ pub struct Winding {
     pub face_parent: Vec<Face>,
     /// The winding number `w` at each corner; it jumps across the curve, and is smooth elsewhere. One constant a
     /// component is arbitrary: [`shift`](Winding::shift) fixes it. NaN at endpoints of the curve, around which it depends on the
-    /// direction: see [`value_at`](Winding::value_at); and at vertices of the completed curve whose faces are more than one fan.
+    /// direction: see [`value_at`](Winding::value_at); and at vertices of the completed curve whose faces are more than one fan (jumps
+    /// below 0.01 fade out towards them instead).
     pub values: CornerField<f64>,
     /// The whole number of each face: how often the curve winds around it. 1 higher on the left of the curve than on its right. Faces that
     /// have no value at any corner are labelled like the nearest one that has.
     pub labels: FaceField<i32>,
-    /// How certain each label is: 0.5 where the value is a whole number, 0 where it lies halfway between two, and where there is none.
+    /// How certain each label is: 0.5 where the value is a whole number, 0 where it lies halfway between two, and in faces
+    /// without any value.
     pub margin: FaceField<f64>,
     /// For each component what makes its values whole numbers where the curve is whole: `label = round(w + shift)`, of the mean over
     /// the corners of a face.

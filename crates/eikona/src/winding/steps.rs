@@ -33,6 +33,10 @@ pub(super) struct Found {
 /// A harmonic form below this (jumps are whole numbers) is rounding: every part of the curve bounds.
 const NO_HARMONIC_PART: f64 = 1e-9;
 
+/// Where the faces at a vertex are several fans jumps below this fade out towards it: better than no value, on meshes full of such
+/// vertices.
+const FADES: f64 = 0.01;
+
 /// Operators, and the factor of the Laplacian: those that the solver keeps, or own ones.
 struct Prepared<'a> {
     on: Kept<'a, Operators>,
@@ -177,8 +181,8 @@ impl Solver {
     }
 
     /// Reduced coordinates of the curve without its nonbounding part (algorithm 8, with the running sum that it leaves out). The
-    /// curve still ends where it did, as what was taken off is closed. Where it comes to vertices of several fans these are left out
-    /// too.
+    /// curve still ends where it did, as what was taken off is closed. Where more than a trace of it comes to vertices of several fans
+    /// these are left out too.
     fn corrected(
         &self,
         before: &mut Coordinates,
@@ -199,7 +203,12 @@ impl Solver {
             }
             mesh.vertices().filter(|v| !touched[v.index()]).for_each(clear);
         } else {
-            for v in not_fans {
+            let jumps = |v: &Vertex| {
+                let corners = mesh.vertex_corners(*v).iter();
+                let mut sides = corners.flat_map(|c| [c.halfedge(), c.halfedge().previous()]);
+                sides.any(|h| rest[mesh.edge(h).index()].abs() > FADES)
+            };
+            for v in not_fans.into_iter().filter(jumps) {
                 if !std::mem::replace(&mut excluded[v.index()], true) {
                     before.not_fans.push(v);
                     leaves_out_more = true;
