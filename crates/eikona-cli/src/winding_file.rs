@@ -8,12 +8,10 @@ use crate::picture::{Drawing, draw};
 use crate::session::Session;
 use crate::winding::{OutputArguments, WindingArguments};
 use eikona::contour::{obj_lines, polylines};
-use eikona::geometry::vector::{cross, norm, sub};
 use eikona::winding::{JumpLoop, Winding};
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
 use eikona_mesh::{Curve, CurveFile, Face, FileError, SurfaceCurves, TriangleMesh};
 use eikona_render::{ColorMap, Levels, label_color};
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -235,36 +233,12 @@ fn labels_of_file(winding: &Winding, input: &MeshInput) -> Vec<Option<i32>> {
     if input.has_faces_of_file() {
         return of_triangles.as_slice().iter().copied().map(Some).collect();
     }
-    let mut labels = vec![None; input.file.mesh.face_count()];
-    let parts: Vec<(Face, Face)> = parents(winding, input).zip(winding.mesh.faces()).collect();
-    // In this unit squares of lengths are numbers, however large or small the mesh is; and nothing is rounded.
-    let largest = winding.mesh.positions().iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
-    let unit = largest.log2().floor().exp2();
-    // The parts of a face follow each other.
-    for parts in parts.chunk_by(|a, b| a.0 == b.0) {
-        labels[parts[0].0.index()] = largest_label(winding, parts, unit);
-    }
-    labels
+    winding.labels_of_groups(input.file.mesh.face_count(), |triangle| input.face_of_file(triangle).index())
 }
 
 /// The face of the file that each face lies in.
 fn parents(winding: &Winding, input: &MeshInput) -> impl Iterator<Item = Face> {
     winding.face_parent.iter().map(|&triangle| input.face_of_file(triangle))
-}
-
-/// The label with the largest area among faces (the second of each pair); where none has an area, that of the most faces.
-fn largest_label(winding: &Winding, parts: &[(Face, Face)], unit: f64) -> Option<i32> {
-    let area = |f: Face| {
-        let [a, b, c] = winding.mesh.face_positions(f).map(|p| p.map(|x| x / unit));
-        norm(cross(sub(b, a), sub(c, a)))
-    };
-    let has_area = parts.iter().any(|p| area(p.1) > 0.0);
-    let mut covered: BTreeMap<i32, f64> = BTreeMap::new();
-    for &(_, f) in parts {
-        *covered.entry(winding.labels[f]).or_default() += if has_area { area(f) } else { 1.0 };
-    }
-    let larger = |a: &(i32, f64), b: &(i32, f64)| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0));
-    covered.into_iter().max_by(larger).map(|(label, _)| label)
 }
 
 /// Labels and parents of the faces.

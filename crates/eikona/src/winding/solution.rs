@@ -282,15 +282,41 @@ impl Winding {
         if !self.is_cut() {
             return self.labels.clone();
         }
-        // The pieces of a face follow each other.
+        let count = self.face_parent.last().map_or(0, |last| last.index() + 1);
+        let labels = self.labels_of_groups(count, |face| face.index());
+        labels.into_iter().map(|label| label.unwrap_or(0)).collect::<Vec<i32>>().into()
+    }
+
+    /// The label of so many groups of input faces, polygons that were triangulated for instance: by the rule of
+    /// [`input_labels`](Winding::input_labels). `None` for a group of no face.
+    ///
+    /// # Cost
+    /// O(F log F).
+    ///
+    /// # Panics
+    /// If a face is of none of the groups.
+    ///
+    /// ```
+    /// use eikona::mesh::{Curve, SurfaceCurves, Vertex, shapes};
+    /// use eikona::winding::{WindingOptions, surface_winding_number};
+    /// // Squares, cut into triangles 2 n and 2 n + 1.
+    /// let grid = shapes::grid(4, 1, 4.0, 1.0, shapes::Diagonal::Uniform)?;
+    /// let line = Curve::signed([2, 3].map(Vertex));
+    /// let winding = surface_winding_number(&grid, &SurfaceCurves::from_curve(line), &WindingOptions::default())?;
+    /// assert_eq!(winding.labels_of_groups(5, |face| face.index() / 2), [Some(1), Some(0), Some(0), Some(0), None]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn labels_of_groups(&self, groups: usize, group_of: impl Fn(Face) -> usize) -> Vec<Option<i32>> {
+        let group = |f: &Face| group_of(self.face_parent[f.index()]);
+        let mut faces: Vec<Face> = self.mesh.faces().collect();
+        faces.sort_by_key(group);
         let unit = unit_of(&self.mesh);
-        let pieces: Vec<Face> = self.mesh.faces().collect();
-        let of_parents = pieces.chunk_by(|a, b| self.face_parent[a.index()] == self.face_parent[b.index()]);
-        let label = |pieces: &[Face]| {
+        let mut labels = vec![None; groups];
+        for pieces in faces.chunk_by(|a, b| group(a) == group(b)) {
             let areas = areas_of_pieces(&self.mesh, unit, pieces).into_iter();
-            label_of_most(areas.zip(pieces.iter().map(|f| self.labels[*f]))).unwrap_or(0)
-        };
-        of_parents.map(label).collect::<Vec<i32>>().into()
+            labels[group(&pieces[0])] = label_of_most(areas.zip(pieces.iter().map(|f| self.labels[*f])));
+        }
+        labels
     }
 }
 
