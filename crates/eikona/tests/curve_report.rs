@@ -147,3 +147,25 @@ fn curves_of_the_data_folder_are_reported() {
     }
     println!("reports on {run} files");
 }
+
+/// A curve that passes a vertex of 20,000 faces 20,000 times, on a fan wound alike and on one with a face turned over.
+#[test]
+fn a_hub_that_is_passed_often_takes_no_time() {
+    let n = 20_000u32;
+    let rim = |i: u32| {
+        let angle = std::f64::consts::TAU * f64::from(i) / f64::from(n);
+        [angle.cos(), angle.sin(), 0.0]
+    };
+    let positions: Vec<[f64; 3]> = std::iter::once([0.0; 3]).chain((0..n).map(rim)).collect();
+    for turned in [n, 7] {
+        let face = |i: u32| {
+            let (a, b) = (1 + i, 1 + (i + 1) % n);
+            if i == turned { [0, b, a] } else { [0, a, b] }
+        };
+        let fan = TriangleMesh::new(positions.clone(), (0..n).map(face).collect()).unwrap();
+        let there_and_back = (0..n).flat_map(|i| [0, 1 + i * 7919 % n]).chain([0]);
+        let found = report(&fan, vec![Curve::signed(there_and_back.map(Vertex))]);
+        assert!(found.curves[0].closed && !found.curves[0].one_sided);
+        assert!(found.truncated && found.doubled.iter().all(|d| !d.same_direction));
+    }
+}
