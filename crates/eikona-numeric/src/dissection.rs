@@ -124,7 +124,10 @@ impl<'a> Dissection<'a> {
                 if self.cut(piece, halves).is_some() && self.cover.len() < fewest {
                     chosen = halves;
                 } else {
+                    // In places of its own the piece has its planes elsewhere.
                     self.place_anew(piece);
+                    let planes = Bounds::of(piece).planes(piece.len());
+                    chosen = planes.into_iter().flatten().find(|plane| plane.0 == chosen.0)?;
                 }
             }
             middle = self.cut(piece, chosen)?;

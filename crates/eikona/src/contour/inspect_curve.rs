@@ -110,8 +110,7 @@ impl CurveReport {
         let mut report = CurveReport::default();
         let mut hosted = Vec::new();
         let mut nodes = Vec::new();
-        // Where all faces are wound alike no curve is one-sided.
-        let mut fans = (!winding_is_consistent(mesh)).then(|| Fans::new(mesh));
+        let mut fans = Fans::new(mesh, winding_is_consistent(mesh));
         for (c, curve) in curves.curves.iter().enumerate() {
             let located = curve.nodes.iter().enumerate();
             let located = located.map(|(n, p)| p.locate(mesh).map_err(|e| e.at(c, n)));
@@ -133,7 +132,7 @@ impl CurveReport {
                     nodes.push(meeting::Visit { segment: SegmentId { curve: c, node }, place: *place, end });
                 }
             }
-            let one_sided = fans.as_mut().is_some_and(|fans| one_sided(mesh, fans, &facts, &hosted[first..]));
+            let one_sided = one_sided(mesh, &mut fans, &facts, &hosted[first..]);
             report.curves.push(CurveFacts { one_sided, ..facts });
         }
         let positions: Vec<[f64; 3]> = report.open_ends.iter().map(|e| e.position).collect();

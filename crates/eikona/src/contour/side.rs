@@ -1,6 +1,6 @@
 //! Which side of a curve is left: faces wound alike, and segments that see which way the face beside them is wound.
 
-use crate::geometry::vector::{cross, dot, sub};
+use crate::geometry::vector::{cross, dot, normalize, sub};
 use crate::geometry::winding_is_consistent;
 use crate::wording::counted;
 use eikona_mesh::{
@@ -35,21 +35,7 @@ impl SideOfSegments {
         warnings: &mut Vec<String>,
     ) -> SideOfSegments {
         let mut sides: Vec<Side> = Vec::with_capacity(segments.len());
-        if consistent {
-            for (i, segment) in segments.iter().enumerate() {
-                let face = host_face(mesh, segment);
-                let first = i == 0 || segments[i - 1].curve != segment.curve;
-                let upside = if first {
-                    let up = input.curves[segment.curve].up;
-                    up.map_or(1.0, |up| seen_from(mesh, face, up))
-                } else {
-                    sides[i - 1].upside
-                };
-                sides.push(Side { face, upside, up: None });
-            }
-            return SideOfSegments { sides };
-        }
-        let mut fans = Fans::new(mesh);
+        let mut fans = Fans::new(mesh, consistent);
         let mut first = 0;
         for (i, segment) in segments.iter().enumerate() {
             let before =
@@ -108,13 +94,7 @@ fn host_face(mesh: &TriangleMesh, segment: &Segment) -> Face {
 }
 
 fn unit(a: [f64; 3]) -> [f64; 3] {
-    let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    if largest == 0.0 {
-        return a;
-    }
-    let a = a.map(|x| x / largest);
-    let length = dot(a, a).sqrt();
-    a.map(|x| x / length)
+    normalize(a).unwrap_or_default()
 }
 
 fn face_normal(mesh: &TriangleMesh, face: Face) -> [f64; 3] {
@@ -201,22 +181,25 @@ const SQUARE: f64 = 1e-6;
 /// Whether faces at one place are wound alike, seen by way of the faces there.
 pub(crate) struct Fans<'a> {
     mesh: &'a TriangleMesh,
+    /// All are.
+    consistent: bool,
     /// The faces around vertices that were asked for, in increasing order: each with its fan and whether it is wound as the first face
     /// of that.
     around: HashMap<Vertex, Vec<(Face, u32, bool)>>,
 }
 
 impl<'a> Fans<'a> {
-    pub fn new(mesh: &'a TriangleMesh) -> Self {
-        Fans { mesh, around: HashMap::new() }
+    pub fn new(mesh: &'a TriangleMesh, consistent: bool) -> Self {
+        Fans { mesh, consistent, around: HashMap::new() }
     }
 
-    /// +1 when two faces at a place have the same winding, -1 when opposite, `None` when no chain of faces around it joins them.
+    /// +1 when two faces at a place have the same winding, -1 when opposite, `None` when no chain of faces around it joins them (and the
+    /// winding of the mesh is not consistent).
     ///
     /// # Cost
     /// O(d log d) for the first pair at a vertex of d faces, then O(log d).
     pub fn relative_winding(&mut self, from: Face, to: Face, at: Located) -> Option<f64> {
-        if from == to {
+        if from == to || self.consistent {
             return Some(1.0);
         }
         let mesh = self.mesh;
