@@ -94,6 +94,7 @@ const SOFT_WEIGHT: f64 = 100.0;
 
 fn parse_level_sets(text: &str) -> Result<LevelSets, String> {
     match text {
+        "auto" => Ok(LevelSets::Automatic),
         "zero" => Ok(LevelSets::Zero),
         "free" => Ok(LevelSets::Free),
         "per-component" => Ok(LevelSets::PerComponent),
@@ -236,7 +237,7 @@ fn solve(
 ) -> Result<Solution, Failure> {
     let method = &arguments.method;
     let solver_options = SolverOptions {
-        time: method.time.for_source(source),
+        time: method.time.for_source(&input.mesh, source),
         threads: session.threads(),
         memory_limit: method.memory_limit,
     };
@@ -321,9 +322,12 @@ fn record_options(
 ) {
     let time = match solver.time {
         DiffusionTime::Coefficient(c) => json!(c),
-        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps => json!("auto"),
+        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps | DiffusionTime::AutomaticForRoughGaps => {
+            json!("auto")
+        }
     };
     let (level_sets, weight) = match solve.level_sets {
+        LevelSets::Automatic => ("auto", Value::Null),
         LevelSets::Free => ("free", Value::Null),
         LevelSets::Zero => ("zero", Value::Null),
         LevelSets::PerComponent => ("per-component", Value::Null),

@@ -176,7 +176,9 @@ fn measure(case: &Case, arguments: &SdfBench, general: &General) -> Result<Run, 
 /// This program again, for one size.
 fn for_one_size(faces: usize, arguments: &SdfBench) -> Result<Command, Failure> {
     let time = match arguments.time {
-        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps => "auto".to_string(),
+        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps | DiffusionTime::AutomaticForRoughGaps => {
+            "auto".to_string()
+        }
         DiffusionTime::Coefficient(c) => c.to_string(),
     };
     let mut command = this_program()?;
@@ -239,7 +241,9 @@ fn run_peer(folder: &Path, faces: usize, ours: &Run, arguments: &SdfBench) -> Re
     // The other program has no automatic time; the paper's is its default.
     let time = match arguments.time {
         DiffusionTime::Coefficient(c) => c,
-        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps => 1.0,
+        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps | DiffusionTime::AutomaticForRoughGaps => {
+            1.0
+        }
     };
     let mut command = Command::new(&arguments.python);
     command.args(["-c", include_str!("peer_potpourri3d.py")]).arg(folder);

@@ -4,6 +4,7 @@
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
 use crate::operators::{CotanLaplacian, divergence};
+use crate::signed_heat::automatic::ChosenLevelSets;
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::options::LevelSets;
 use crate::signed_heat::source::Source;
@@ -77,6 +78,8 @@ pub(crate) struct Integrated {
     pub constraint_violation: Option<f64>,
     /// For the user, if level sets could not be held.
     pub warning: Option<String>,
+    /// The level sets and why.
+    pub chosen: ChosenLevelSets,
 }
 
 impl PreparedIntegration {
@@ -271,11 +274,13 @@ impl Integration {
         // Deviation: eq. 13 is printed without the minus, see `divergence`.
         let mut b = divergence(mesh, triangles, field);
         b.iter_mut().for_each(|x| *x = -*x);
-        let mut result = match level_sets {
-            LevelSets::Free => self.free(mesh, &b, source)?,
-            LevelSets::Zero => self.constrained(mesh, triangles, &b, source, false)?,
-            LevelSets::PerComponent => self.constrained(mesh, triangles, &b, source, true)?,
-            LevelSets::Soft(weight) => self.soft(mesh, triangles, &b, source, weight)?,
+        let mut result = match self.holds(level_sets) {
+            Some(holds) => {
+                let chosen = ChosenLevelSets::given(level_sets);
+                Integrated { chosen, ..self.constrained(mesh, triangles, &b, source, &holds)? }
+            }
+            None if level_sets == LevelSets::Free => self.free(mesh, &b, source)?,
+            None => self.automatic(mesh, triangles, &b, source)?,
         };
         let mut component_reached = vec![false; self.component_count];
         for (corners, _) in mesh.triangles().iter().zip(reached).filter(|(_, r)| **r) {
@@ -302,7 +307,13 @@ impl Integration {
         let (mut values, residual) = self.fit(b)?;
         let shift = self.mean_at_source(mesh, &values, source);
         self.subtract(&mut values, &shift);
-        Ok(Integrated { values, residual, constraint_violation: None, warning: None })
+        Ok(Integrated {
+            values,
+            residual,
+            constraint_violation: None,
+            warning: None,
+            chosen: ChosenLevelSets::given(LevelSets::Free),
+        })
     }
 
     /// For each component the mean of a function along its curves, by length, if there are signed ones; else its minimum, so
@@ -354,16 +365,22 @@ impl Integration {
         }
     }
 
-    /// In components with unsigned sources only, values below zero are errors of discretisation: they become zero.
-    ///
-    /// Deviation: the paper leaves them, and shifts the whole surface at once, where here each component is shifted for itself.
-    pub(super) fn clamp_unsigned(&self, mesh: &TriangleMesh, source: &Source, values: &mut [f64]) {
+    /// For each component: whether it has a signed curve.
+    pub(super) fn has_signed(&self, mesh: &TriangleMesh, source: &Source) -> Vec<bool> {
         let mut signed = vec![false; self.component_count];
         for (segment, kind) in source.segments.iter().zip(&source.kinds) {
             if let (CurveKind::Signed, Some(c)) = (kind, self.component_of(mesh, segment.ends[0])) {
                 signed[c] = true;
             }
         }
+        signed
+    }
+
+    /// In components with unsigned sources only, values below zero are errors of discretisation: they become zero.
+    ///
+    /// Deviation: the paper leaves them, and shifts the whole surface at once, where here each component is shifted for itself.
+    pub(super) fn clamp_unsigned(&self, mesh: &TriangleMesh, source: &Source, values: &mut [f64]) {
+        let signed = self.has_signed(mesh, source);
         for (value, component) in values.iter_mut().zip(&self.component_of_vertex) {
             if component.is_some_and(|c| !signed[c as usize]) {
                 *value = value.max(0.0);

@@ -10,8 +10,10 @@
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
 use crate::operators::CotanLaplacian;
+use crate::signed_heat::automatic::ChosenLevelSets;
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::integration::{Ground, Integrated, Integration, at_vertex, grounded_matrix};
+use crate::signed_heat::options::LevelSets;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{DisjointSets, Located, Segment, SegmentHost, TriangleMesh};
 use eikona_numeric::{Cholesky, NumericError, Ordering, Symbolic, SymmetricMatrix};
@@ -20,6 +22,17 @@ use std::sync::Arc;
 
 /// An isolated point weighs as much as a curve of this share of the surface's size.
 const POINT_LENGTH: f64 = 0.01;
+
+/// How the curves and points of one connected component of the mesh are held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Hold {
+    /// At zero: exactly at vertices and isolated points, along curves inside edges and faces to the square of the edge length.
+    Zero,
+    /// The same, but each connected piece of the curves at a level of its own, which comes out of the fit.
+    OwnLevels,
+    /// Near zero: the penalty is half this weight times the integral of the square along the curves. One over length.
+    Softly(f64),
+}
 
 /// A place whose value is constrained: a combination of vertex values.
 ///
@@ -30,12 +43,12 @@ const POINT_LENGTH: f64 = 0.01;
 /// exact rows leave the function no freedom there: unless the curve happens to be an isoline of a function that is linear in
 /// every face, the distance is flat along the whole strip of crossed faces, and off by the width of the strip
 /// (test `zero_does_not_lock_on_a_polyline`).
-struct Row {
-    place: Place,
-    weight: f64,
+pub(super) struct Row {
+    pub place: Place,
+    pub weight: f64,
     exact: bool,
     /// The connected piece of the curves that it belongs to.
-    group: u32,
+    pub group: u32,
     /// The unknown that the value is held to; zero if there is none.
     level: Option<u32>,
 }
@@ -56,7 +69,7 @@ impl Row {
 
 /// A point as a combination of the vertices of its face.
 #[derive(Clone, Copy)]
-struct Place {
+pub(super) struct Place {
     weights: [(u32, f64); 3],
     count: usize,
 }
@@ -73,7 +86,7 @@ impl Place {
     fn weights(&self) -> &[(u32, f64)] {
         &self.weights[..self.count]
     }
-    fn value(&self, phi: &[f64]) -> f64 {
+    pub fn value(&self, phi: &[f64]) -> f64 {
         self.weights().iter().map(|&(v, w)| w * phi[v as usize]).sum()
     }
     fn some_vertex(&self) -> usize {
@@ -95,8 +108,23 @@ const CONSTRAINT_ITERATIONS: usize = 50;
 const CONSTRAINT_MISSED: f64 = 1e-8;
 
 impl Integration {
-    /// The fit among the functions that are constant along the curves: zero on all, or at a free level on each connected
-    /// piece.
+    /// The same way to hold for all components; `None` for [`LevelSets::Free`] and [`LevelSets::Automatic`].
+    ///
+    /// Deviation: the penalty of section 7.1 is an integral along the curves here, so that resolution does not matter; and
+    /// the text prints `C - lambda A^T A`, but the penalty must be added.
+    pub fn holds(&self, level_sets: LevelSets) -> Option<Vec<Hold>> {
+        let all = |hold| Some(vec![hold; self.component_count]);
+        match level_sets {
+            LevelSets::Automatic | LevelSets::Free => None,
+            LevelSets::Zero => all(Hold::Zero),
+            LevelSets::PerComponent => all(Hold::OwnLevels),
+            LevelSets::Soft(weight) => {
+                Some(self.size_of_component.iter().map(|size| Hold::Softly(weight / size)).collect())
+            }
+        }
+    }
+
+    /// The fit with the curves of each component held in its own way.
     ///
     /// Augmented Lagrangian: the rows `A` of the constraints touch only vertices of one face each, so `C + A^T W A` has the
     /// pattern of `C`; its factor costs one numeric factorisation with the kept analysis, needs no grounding where there is a
@@ -110,17 +138,12 @@ impl Integration {
         triangles: &[Triangle],
         b: &[f64],
         source: &Source,
-        free_levels: bool,
+        holds: &[Hold],
     ) -> Result<Integrated, SignedHeatError> {
-        let (mut rows, mut groups) = self.rows(mesh, triangles, source);
-        let mut levels = Vec::new();
-        if free_levels {
-            groups = without_single_rows(&mut rows, groups);
-            levels = self.free_levels(&mut rows, groups);
-        }
+        let (mut rows, groups) = self.rows(mesh, triangles, source, holds);
+        let levels = self.free_levels(&mut rows, groups, holds);
         let at_vertex = |fault| at_vertex(at_piece(fault, &rows));
-        let (symbolic, matrix) =
-            self.held(mesh, &rows, levels.iter().flatten().count()).map_err(at_vertex)?;
+        let (symbolic, matrix) = self.held(mesh, &rows, levels).map_err(at_vertex)?;
         self.memory.check(symbolic.predicted_bytes::<f64>())?;
         let factor = Cholesky::new(symbolic, &matrix).map_err(at_vertex)?;
         let mut rhs = b.to_vec();
@@ -157,16 +180,7 @@ impl Integration {
         for (m, row) in multipliers.iter_mut().zip(&rows) {
             *m += row.weight * row.miss(&x);
         }
-        if !free_levels {
-            let mut exact = vec![false; self.component_count];
-            for row in rows.iter().filter(|row| row.exact) {
-                if let Some(c) = self.component_of_vertex[row.place.some_vertex()] {
-                    exact[c as usize] = true;
-                }
-            }
-            let held: Vec<(Place, f64)> = rows.iter().map(|row| (row.place, row.weight)).collect();
-            self.subtract_mean(&held, &exact, &mut x);
-        }
+        self.subtract_mean(&rows, holds, &mut x);
         let violation = Some(largest_miss(&rows, &x));
         let residual = self.multiplier_residual(&x, b, &rows, &multipliers);
         let missed = largest(&misses_of(&x));
@@ -175,9 +189,17 @@ impl Integration {
             format!("level sets are held but for {missed:.1e}: the constraints are nearly dependent; give fewer nodes where curves crowd")
         });
         x.truncate(b.len());
-        let mut result = Integrated { values: x, residual, constraint_violation: violation, warning };
-        if free_levels {
-            let shift = self.mean_at_source(mesh, &result.values, source);
+        let mut result = Integrated {
+            values: x,
+            residual,
+            constraint_violation: violation,
+            warning,
+            chosen: ChosenLevelSets::given(LevelSets::Zero),
+        };
+        if holds.contains(&Hold::OwnLevels) {
+            let mut shift = self.mean_at_source(mesh, &result.values, source);
+            let zeroed = shift.iter_mut().zip(holds).filter(|(_, hold)| **hold != Hold::OwnLevels);
+            zeroed.for_each(|(shift, _)| *shift = 0.0);
             self.subtract(&mut result.values, &shift);
         }
         self.clamp_unsigned(mesh, source, &mut result.values);
@@ -233,21 +255,27 @@ impl Integration {
         Ok((symbolic, matrix))
     }
 
-    /// Subtracts from a fit that rows hold by weight their weighted mean in each component (but those where `skip` is true). It is
+    /// Subtracts from a fit its mean over the rows, by weight, in each component that weights alone hold at zero. The mean is
     /// zero but for rounding, since the right-hand side sums to zero there; a small weight would leave the constant to that.
-    fn subtract_mean(&self, held: &[(Place, f64)], skip: &[bool], values: &mut [f64]) {
+    fn subtract_mean(&self, rows: &[Row], holds: &[Hold], values: &mut [f64]) {
         let mut sums = vec![[0.0; 2]; self.component_count];
-        for (place, weight) in held {
-            if let Some(c) = self.component_of_vertex[place.some_vertex()] {
-                sums[c as usize][0] += weight * place.value(values);
-                sums[c as usize][1] += weight;
+        let mut exact: Vec<bool> = holds.iter().map(|hold| *hold == Hold::OwnLevels).collect();
+        for row in rows {
+            if let Some(c) = self.component_of_row(row) {
+                exact[c] |= row.exact;
+                sums[c][0] += row.weight * row.place.value(values);
+                sums[c][1] += row.weight;
             }
         }
-        let mean = |([sum, weight], skip): (&[f64; 2], &bool)| {
-            if *weight > 0.0 && !skip { sum / weight } else { 0.0 }
+        let mean = |([sum, weight], exact): (&[f64; 2], bool)| {
+            if *weight > 0.0 && !exact { sum / weight } else { 0.0 }
         };
-        let shift: Vec<f64> = sums.iter().zip(skip).map(mean).collect();
+        let shift: Vec<f64> = sums.iter().zip(exact).map(mean).collect();
         self.subtract(values, &shift);
+    }
+
+    pub(super) fn component_of_row(&self, row: &Row) -> Option<usize> {
+        self.component_of_vertex[row.place.some_vertex()].map(|c| c as usize)
     }
 
     /// The order of elimination of the vertices with each level behind the last vertex that it meets.
@@ -275,40 +303,52 @@ impl Integration {
         order
     }
 
-    /// Gives the rows of each group a level. The first group in each component stays at zero, since only differences are
-    /// determined. Returns the unknown of each group.
-    fn free_levels(&self, rows: &mut [Row], groups: usize) -> Vec<Option<u32>> {
+    /// Gives the rows of each group a level in the components where pieces have their own; of these, rows that are alone in their group
+    /// are dropped, since at a level of their own they say nothing. The first group in each component stays at zero, since only
+    /// differences are determined. Returns the number of levels; their unknowns follow those of the vertices.
+    fn free_levels(&self, rows: &mut Vec<Row>, groups: usize, holds: &[Hold]) -> usize {
+        let mut size = vec![0usize; groups];
+        rows.iter().for_each(|row| size[row.group as usize] += 1);
+        let own_levels = |row: &Row| self.component_of_row(row).is_some_and(|c| holds[c] == Hold::OwnLevels);
+        rows.retain(|row| size[row.group as usize] > 1 || !own_levels(row));
         let mut has_first = vec![false; self.component_count];
         let mut seen = vec![false; groups];
         let mut levels = vec![None; groups];
-        let mut next = self.component_of_vertex.len() as u32;
-        for row in rows {
+        let first = self.component_of_vertex.len() as u32;
+        let mut next = first;
+        for row in rows.iter_mut().filter(|row| own_levels(row)) {
             let group = row.group as usize;
             if !std::mem::replace(&mut seen[group], true)
-                && let Some(c) = self.component_of_vertex[row.place.some_vertex()]
-                && std::mem::replace(&mut has_first[c as usize], true)
+                && let Some(c) = self.component_of_row(row)
+                && std::mem::replace(&mut has_first[c], true)
             {
                 levels[group] = Some(next);
                 next += 1;
             }
             row.level = levels[group];
         }
-        levels
+        (next - first) as usize
     }
 
-    /// How well the constrained fit satisfies its equations, relative to the right-hand side.
-    fn multiplier_residual(&self, x: &[f64], b: &[f64], rows: &[Row], multipliers: &[f64]) -> f64 {
+    /// The Laplacian of vertex values; zero at vertices without faces.
+    pub(super) fn applied(&self, x: &[f64]) -> Vec<f64> {
         let c = &self.laplacian;
-        let mut error: Vec<f64> = x
+        let mut product: Vec<f64> = x
             .iter()
             .zip(&c.matrix.diagonal)
             .zip(&self.component_of_vertex)
             .map(|((x, d), component)| if component.is_some() { x * d } else { 0.0 })
             .collect();
         for ([i, j], value) in c.graph.pairs.iter().zip(&c.matrix.off_diagonal) {
-            error[*i as usize] += value * x[*j as usize];
-            error[*j as usize] += value * x[*i as usize];
+            product[*i as usize] += value * x[*j as usize];
+            product[*j as usize] += value * x[*i as usize];
         }
+        product
+    }
+
+    /// How well the constrained fit satisfies its equations, relative to the right-hand side.
+    fn multiplier_residual(&self, x: &[f64], b: &[f64], rows: &[Row], multipliers: &[f64]) -> f64 {
+        let mut error = self.applied(x);
         for (row, m) in rows.iter().zip(multipliers) {
             for &(v, w) in row.place.weights() {
                 error[v as usize] += w * m;
@@ -319,57 +359,14 @@ impl Integration {
         if scale > 0.0 { worst / scale } else { worst }
     }
 
-    /// The penalty of section 7.1, as an integral along the curves so that resolution does not matter.
-    ///
-    /// Deviation: the text prints `C - lambda A^T A`; the penalty must be added.
-    pub fn soft(
+    /// One row for each node of the curves and each point, with the connected piece that it belongs to.
+    pub(super) fn rows(
         &self,
         mesh: &TriangleMesh,
         triangles: &[Triangle],
-        b: &[f64],
         source: &Source,
-        weight: f64,
-    ) -> Result<Integrated, SignedHeatError> {
-        let (rows, _) = self.rows(mesh, triangles, source);
-        let mut matrix = grounded_matrix(&self.laplacian, self.ungrounded_by(&rows).iter());
-        let mut held: Vec<(Place, f64)> = Vec::new();
-        let mut penalise = |point: Located, weight: f64| {
-            let place = Place::of(mesh, point);
-            add_outer_product(&mut matrix, &self.laplacian, mesh, &place, weight);
-            held.push((place, weight));
-        };
-        // Every segment once, so that doubling it changes nothing.
-        let mut seen = HashSet::new();
-        for segment in &source.segments {
-            let Some(c) = self.component_of(mesh, segment.ends[0]) else { continue };
-            let mut keys = segment.ends.map(|end| end.key());
-            keys.sort_unstable();
-            if !seen.insert(keys) {
-                continue;
-            }
-            let [p, q] = segment.ends.map(|p| p.position(mesh));
-            let w = weight * distance(p, q) / self.size_of_component[c];
-            // Simpson's rule, exact for the square of a linear function.
-            penalise(segment.ends[0], w / 6.0);
-            penalise(segment.ends[1], w / 6.0);
-            penalise(middle(mesh, segment), w * 4.0 / 6.0);
-        }
-        for point in source.points.iter().filter(|p| self.component_of(mesh, **p).is_some()) {
-            penalise(*point, weight * POINT_LENGTH);
-        }
-        self.memory.check(self.factor.symbolic().predicted_bytes::<f64>())?;
-        let factor = Cholesky::new(self.factor.symbolic().clone(), &matrix).map_err(at_vertex)?;
-        let mut values = factor.solve(b).map_err(at_vertex)?;
-        self.subtract_mean(&held, &vec![false; self.component_count], &mut values);
-        let residual = factor.residual(&values, b);
-        let violation = Some(largest_miss(&rows, &values));
-        let mut result = Integrated { values, residual, constraint_violation: violation, warning: None };
-        self.clamp_unsigned(mesh, source, &mut result.values);
-        Ok(result)
-    }
-
-    /// One row for each node of the curves and each point, with the connected piece that it belongs to.
-    fn rows(&self, mesh: &TriangleMesh, triangles: &[Triangle], source: &Source) -> (Vec<Row>, usize) {
+        holds: &[Hold],
+    ) -> (Vec<Row>, usize) {
         let mut index: HashMap<_, u32> = HashMap::new();
         let mut places: Vec<Located> = Vec::new();
         let mut number = |point: Located| {
@@ -380,8 +377,15 @@ impl Integration {
         };
         let links: Vec<[u32; 2]> = source.segments.iter().map(|s| s.ends.map(&mut number)).collect();
         let points: Vec<u32> = source.points.iter().map(|p| number(*p)).collect();
-        let mut exact: Vec<bool> = places.iter().map(|p| matches!(p, Located::Vertex(_))).collect();
-        points.iter().for_each(|&i| exact[i as usize] = true);
+        let softly = |place: Located| {
+            self.component_of(mesh, place).and_then(|c| match holds[c] {
+                Hold::Softly(weight) => Some((weight, self.size_of_component[c])),
+                _ => None,
+            })
+        };
+        let mut exact: Vec<bool> =
+            places.iter().map(|p| matches!(p, Located::Vertex(_)) && softly(*p).is_none()).collect();
+        points.iter().for_each(|&i| exact[i as usize] |= softly(places[i as usize]).is_none());
         let group = connected_pieces(places.len(), &links);
         let groups = group.iter().max().map_or(0, |g| *g as usize + 1);
         let row = |point: Located, exact: bool, weight: f64, group: u32| Row {
@@ -404,11 +408,20 @@ impl Integration {
                 continue;
             }
             let [p, q] = segment.ends.map(|p| p.position(mesh));
-            let weight = ALONG_CURVES * distance(p, q) / host_size(mesh, triangles, segment);
+            let weight = distance(p, q)
+                * match softly(segment.ends[0]) {
+                    Some((weight, _)) => weight,
+                    None => ALONG_CURVES / host_size(mesh, triangles, segment),
+                };
             for i in [a, b].into_iter().filter(|&i| !exact[i as usize]) {
                 rows[i as usize].weight += weight / 6.0;
             }
             rows.push(row(middle(mesh, segment), false, weight * 4.0 / 6.0, group[a as usize]));
+        }
+        for i in points {
+            if let Some((weight, size)) = softly(places[i as usize]) {
+                rows[i as usize].weight += weight * size * POINT_LENGTH;
+            }
         }
         (rows, groups)
     }
@@ -488,21 +501,6 @@ fn add_outer_product(
             }
         }
     }
-}
-
-/// Drops the rows that are alone in their group: at a level of their own they say nothing. Returns the number of groups left.
-fn without_single_rows(rows: &mut Vec<Row>, groups: usize) -> usize {
-    let mut size = vec![0usize; groups];
-    rows.iter().for_each(|r| size[r.group as usize] += 1);
-    let mut number = vec![0u32; groups];
-    let mut next = 0;
-    for (group, &size) in size.iter().enumerate() {
-        number[group] = next;
-        next += u32::from(size > 1);
-    }
-    rows.retain(|r| size[r.group as usize] > 1);
-    rows.iter_mut().for_each(|r| r.group = number[r.group as usize]);
-    next as usize
 }
 
 /// A number for each of the pieces that links between items make, counted from 0 in the order of their first items.

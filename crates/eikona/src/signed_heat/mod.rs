@@ -43,6 +43,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod automatic;
+mod condition;
 mod confidence;
 mod diffusion;
 mod error;
@@ -58,6 +60,7 @@ mod source;
 mod time;
 
 pub use crate::phases::Phases;
+pub use automatic::ChosenLevelSets;
 pub use error::SignedHeatError;
 pub use options::{DiffusionTime, LevelSets, SOFT_WEIGHTS, SignConvention, SolveOptions, SolverOptions};
 pub use report::{KeptNormals, Preparation, Report};
@@ -83,6 +86,6 @@ pub fn signed_distance(
     solver: &SolverOptions,
     solve: &SolveOptions,
 ) -> Result<Solution, SignedHeatError> {
-    let options = SolverOptions { time: solver.time.for_source(source), ..*solver };
+    let options = SolverOptions { time: solver.time.for_source(mesh, source), ..*solver };
     Solver::new(mesh, &options)?.solve(source, solve)
 }

@@ -1,6 +1,7 @@
-//! What the user wants.
+//! Options of the signed heat method, with the paper's values named beside the defaults.
 
-use eikona_mesh::{Curve, CurveKind, SurfaceCurves};
+use crate::signed_heat::condition::{Condition, condition};
+use eikona_mesh::{SurfaceCurves, TriangleMesh};
 
 /// How long normals diffuse: `t` in `(M + t L) X = X_0` (SHM eq. 12).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -8,31 +9,37 @@ pub enum DiffusionTime {
     /// `t = coefficient * h^2` with `h` half the mean edge length. 1 is the paper's choice (section 6). Larger values smooth
     /// corners and noise and follow rounder completions; smaller ones follow the nearest normal.
     Coefficient(f64),
-    /// Chosen from mesh and source; the report says what was chosen and why. For a source in which a signed curve is open, that of
-    /// [`AutomaticForGaps`](DiffusionTime::AutomaticForGaps). Else so that the error of smooth curves falls with refinement:
-    /// `t = 0.1 h sqrt(A)` for surface area `A`, but at least `h^2`.
+    /// Chosen from the mesh and the source; the report says what was chosen and why.
     ///
-    /// The rule is the same in [`signed_distance`](super::signed_distance) and in a [`Solver`](super::Solver), which knows no
-    /// source when it is built: it factors the diffusion for gaps when the first open curve comes. (A solver with one time for
-    /// all would be off by twice the error on broken curves, or would stop converging on closed ones.) If all sources are
-    /// known to have gaps, [`for_source`](DiffusionTime::for_source) saves it the other factor.
+    /// * Curves without gaps: coefficient 1, growing on fine meshes as `0.005 sqrt(A) / h` for surface area `A`.
+    /// * Curves with gaps: [`AutomaticForGaps`](DiffusionTime::AutomaticForGaps).
+    /// * Rough curves with gaps: [`AutomaticForRoughGaps`](DiffusionTime::AutomaticForRoughGaps).
+    ///
+    /// A [`Solver`](super::Solver) knows no source when it is built. It factors the diffusion for curves without gaps then, and
+    /// for the others when the first such curve comes. If all sources are known to be alike,
+    /// [`for_source`](DiffusionTime::for_source) saves it one factor.
     ///
     /// Deviation: with the paper's `t = h^2` the decay of a discrete vector depends on its direction through the mesh by a
     /// share that does not fall with `h`, so that the error on a sphere stalls near 1e-4 (test `convergence_on_the_sphere`).
     /// Making `t / h^2` grow as `1 / h` makes that share fall as `h`.
     Automatic,
-    /// Chosen for curves with gaps: coefficient 3. Over strongly broken curves the error was smallest between 1 and 10, and
-    /// twice as large at 100: where normals must be carried across gaps, longer diffusion mixes in those from farther away.
+    /// Coefficient 2, for curves with gaps (measured by `examples/broken_curves`; 1 and 5 are nearly as good).
     AutomaticForGaps,
+    /// Coefficient 10, for curves with gaps whose normals are rough, such as walks along edges: their pieces point the wrong way at
+    /// their ends unless longer diffusion averages them.
+    AutomaticForRoughGaps,
 }
 
 impl DiffusionTime {
-    /// The time to use for a source that is known: [`Automatic`](DiffusionTime::Automatic) becomes
-    /// [`AutomaticForGaps`](DiffusionTime::AutomaticForGaps) if a signed curve is open; everything else stays as it is.
-    pub fn for_source(self, source: &SurfaceCurves) -> DiffusionTime {
-        let open = |c: &Curve| c.kind == CurveKind::Signed && !c.is_closed();
+    /// The time for a source that is known: replaces [`Automatic`](DiffusionTime::Automatic) by what it stands for with
+    /// this source, and keeps everything else.
+    pub fn for_source(self, mesh: &TriangleMesh, source: &SurfaceCurves) -> DiffusionTime {
         match self {
-            DiffusionTime::Automatic if source.curves.iter().any(open) => DiffusionTime::AutomaticForGaps,
+            DiffusionTime::Automatic => match condition(mesh, source) {
+                Condition::Whole => self,
+                Condition::Broken => DiffusionTime::AutomaticForGaps,
+                Condition::BrokenAndRough => DiffusionTime::AutomaticForRoughGaps,
+            },
             other => other,
         }
     }
@@ -41,7 +48,17 @@ impl DiffusionTime {
 /// Which level sets of the distance the curves are held to be (SHM section 7.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LevelSets {
-    /// Nothing is imposed: the fit is free, then shifted so that the curves have mean zero. Right for noisy curves.
+    /// Chosen from the source, for each connected component of the mesh; the report says what was chosen and why.
+    ///
+    /// * Closed curves are held at [`Zero`](LevelSets::Zero).
+    /// * Curves with gaps are held at zero by a firm weight, unless the fit shows that this would press flat what lies between
+    ///   pieces beside each other: then by the weight at which the curves change the slope next to them by a fifth, as a root
+    ///   mean square.
+    /// * Where pieces lie at clearly different levels, each has its own: [`PerComponent`](LevelSets::PerComponent).
+    ///
+    /// Deviation: the paper leaves the choice to the user. `examples/broken_curves` prints the errors of every choice.
+    Automatic,
+    /// Nothing is imposed: the fit is free, then shifted so that the curves have mean zero.
     Free,
     /// The distance is zero along every curve and at every point: exactly at vertices and isolated points, and to the square of
     /// the edge length where curves cross edges and faces.
@@ -67,10 +84,10 @@ pub enum SignConvention {
     LeftPositive,
 }
 
-/// What a solver is built with: fixed as long as it is used.
+/// Options of a [`Solver`](super::Solver), fixed as long as it is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
-    /// Diffusion time. Default: the paper's, coefficient 1.
+    /// Diffusion time. Default: [`DiffusionTime::Automatic`]; the paper's is coefficient 1.
     pub time: DiffusionTime,
     /// How many threads may factor the two systems: 1 (default) or 2. The digits are the same for any number.
     pub threads: usize,
@@ -80,14 +97,14 @@ pub struct SolverOptions {
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        SolverOptions { time: DiffusionTime::Coefficient(1.0), threads: 1, memory_limit: None }
+        SolverOptions { time: DiffusionTime::Automatic, threads: 1, memory_limit: None }
     }
 }
 
-/// What may change from one solve to the next.
+/// Options of one solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveOptions {
-    /// Default [`LevelSets::Zero`], as in the paper's figures.
+    /// Default [`LevelSets::Automatic`]; the paper's figures have [`LevelSets::Zero`].
     pub level_sets: LevelSets,
     /// Keep the diffused vectors normal to the curves, on the mean of each passage through a face or along an edge, so that
     /// corners of a curve are not rounded (default false). Costs a handful of back-substitutions:
@@ -102,7 +119,7 @@ pub struct SolveOptions {
 impl Default for SolveOptions {
     fn default() -> Self {
         SolveOptions {
-            level_sets: LevelSets::Zero,
+            level_sets: LevelSets::Automatic,
             preserve_source_normals: false,
             sign: SignConvention::default(),
             confidence: false,

@@ -1,6 +1,7 @@
 //! What the solver did, measured.
 
 use crate::phases::Phases;
+use crate::signed_heat::automatic::ChosenLevelSets;
 use crate::signed_heat::time::ChosenTime;
 
 /// What building the solver took and noticed.
@@ -35,6 +36,8 @@ pub struct Report {
     pub kept_normals: Option<KeptNormals>,
     /// Relative residual of the fit.
     pub integration_residual: f64,
+    /// The level sets and why.
+    pub level_sets: ChosenLevelSets,
     /// Largest deviation of the distance from its level at nodes of the curves, middles of segments inside edges and faces, and
     /// points, in the unit of length: zero to rounding where values are held exactly; elsewhere, and for
     /// [`LevelSets::Soft`](super::LevelSets::Soft) (whose level is zero), what the weight leaves. `None` for

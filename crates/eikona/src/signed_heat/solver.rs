@@ -42,8 +42,8 @@ pub struct Solver {
     mesh: TriangleMesh,
     triangles: Vec<Triangle>,
     diffusion: AtTime,
-    /// With [`DiffusionTime::Automatic`]: for sources with gaps, made when the first of them comes.
-    for_gaps: Option<OnceLock<AtTime>>,
+    /// With [`DiffusionTime::Automatic`]: for sources with gaps, smooth and rough ones, made when the first of them comes.
+    for_gaps: Option<[OnceLock<AtTime>; 2]>,
     integration: Integration,
     preparation: Preparation,
     memory: Memory,
@@ -123,7 +123,7 @@ impl Solver {
             mesh,
             triangles,
             diffusion: AtTime { time, diffusion },
-            for_gaps: (options.time == DiffusionTime::Automatic).then(OnceLock::new),
+            for_gaps: (options.time == DiffusionTime::Automatic).then(Default::default),
             integration,
             preparation,
             memory,
@@ -139,7 +139,7 @@ impl Solver {
     ///
     /// # Cost
     /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more with constraints, and its
-    /// analysis too for [`LevelSets::PerComponent`], whatever the number of pieces. A source that is hundreds of edges away from parts of the mesh costs one more back-substitution for each such distance.
+    /// analysis too for [`LevelSets::PerComponent`], whatever the number of pieces; up to two for [`LevelSets::Automatic`]. A source that is hundreds of edges away from parts of the mesh costs one more back-substitution for each such distance.
     /// On a surface with sheets that hang on the reached ones by vertices only, one more factorisation of the vertex system.
     /// With [`DiffusionTime::Automatic`] the first source with gaps costs one factorisation of the diffusion at the time for gaps,
     /// and its memory; [`DiffusionTime::for_source`] chooses that time from the start.
@@ -208,6 +208,7 @@ impl Solver {
                 diffusion_residual: field.residual,
                 kept_normals: field.kept_normals,
                 integration_residual: integrated.residual,
+                level_sets: integrated.chosen,
                 constraint_violation: integrated.constraint_violation,
                 levels,
                 source_segments: source.segments.len(),
@@ -230,9 +231,12 @@ impl Solver {
 
     /// The diffusion for a source, by the rule of [`DiffusionTime::for_source`].
     fn at_time_for(&self, source: &SurfaceCurves, phases: &mut Running) -> Result<&AtTime, SignedHeatError> {
-        let wanted = DiffusionTime::Automatic.for_source(source);
-        let Some(for_gaps) = self.for_gaps.as_ref().filter(|_| wanted != DiffusionTime::Automatic) else {
-            return Ok(&self.diffusion);
+        let Some(for_gaps) = &self.for_gaps else { return Ok(&self.diffusion) };
+        let wanted = DiffusionTime::Automatic.for_source(&self.mesh, source);
+        let for_gaps = match wanted {
+            DiffusionTime::AutomaticForGaps => &for_gaps[0],
+            DiffusionTime::AutomaticForRoughGaps => &for_gaps[1],
+            _ => return Ok(&self.diffusion),
         };
         if let Some(made) = for_gaps.get() {
             return Ok(made);

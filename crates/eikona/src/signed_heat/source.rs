@@ -4,6 +4,7 @@ use crate::contour::side::SideOfSegments;
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
 use crate::operators::EdgeFrames;
+use crate::signed_heat::condition::open_ends;
 use crate::signed_heat::options::SignConvention;
 use eikona_mesh::{
     CurveError, CurveKind, Face, Halfedge, Located, Neighbour, Segment, SegmentHost, SurfaceCurves,
@@ -34,6 +35,14 @@ impl Source {
         let mut warnings = Vec::new();
         let sides = SideOfSegments::of(mesh, consistent, input, &segments, &mut warnings);
         Ok(Source { segments, points, kinds, warnings, sides })
+    }
+
+    /// The places inside the surface where a signed curve ends and no other segment begins: the ends of gaps.
+    pub fn open_ends(&self, mesh: &TriangleMesh) -> Vec<Located> {
+        open_ends(
+            mesh,
+            self.segments.iter().zip(&self.kinds).filter(|(_, k)| **k == CurveKind::Signed).map(|(s, _)| s),
+        )
     }
 
     /// The mean along each of so many curves of a function with these values at vertices.

@@ -1,0 +1,91 @@
+//! The condition of a source: whether its curves have gaps, and how rough they are.
+
+use crate::geometry::vector::distance;
+use eikona_mesh::{CurveKind, Halfedge, Located, Neighbour, Segment, SurfaceCurves, TriangleMesh};
+use std::collections::BTreeMap;
+
+/// What kind of damage the signed curves of a source show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Condition {
+    /// No signed curve ends inside the surface.
+    Whole,
+    /// There are gaps.
+    Broken,
+    /// There are gaps, and the curves run in zigzag.
+    BrokenAndRough,
+}
+
+/// Curves count as rough above this [`roughness`]. Measured: isolines of slowly varying functions have up to 0.05, with noise of
+/// a third of an edge 0.07 or more, walks along edges 0.13 or more unless they follow straight rows of edges.
+const ROUGH: f64 = 0.06;
+
+pub(super) fn condition(mesh: &TriangleMesh, source: &SurfaceCurves) -> Condition {
+    let is_signed = |s: &&Segment| source.curves[s.curve].kind == CurveKind::Signed;
+    // A source with a fault is refused by the solver.
+    let segments = source.segments(mesh).unwrap_or_default();
+    if open_ends(mesh, segments.iter().filter(is_signed)).is_empty() {
+        Condition::Whole
+    } else if roughness(mesh, source) > ROUGH {
+        Condition::BrokenAndRough
+    } else {
+        Condition::Broken
+    }
+}
+
+/// The places inside the surface that only one of the segments meets: the ends of gaps. Not among them are ends at the boundary
+/// of the surface and places where one curve begins or ends on another.
+pub(super) fn open_ends<'a>(
+    mesh: &TriangleMesh,
+    segments: impl Iterator<Item = &'a Segment>,
+) -> Vec<Located> {
+    let mut met: BTreeMap<_, (usize, Located)> = BTreeMap::new();
+    for end in segments.flat_map(|segment| segment.ends) {
+        met.entry(end.key()).or_insert((0, end)).0 += 1;
+    }
+    let single = met.into_values().filter(|(count, _)| *count == 1).map(|(_, place)| place);
+    single.filter(|place| !on_boundary(mesh, *place)).collect()
+}
+
+fn on_boundary(mesh: &TriangleMesh, place: Located) -> bool {
+    let is_boundary = |h: Halfedge| mesh.neighbour(h) == Neighbour::Boundary;
+    match place {
+        Located::Vertex(v) => mesh.vertex_corners(v).iter().any(|corner| {
+            let before = corner.face().halfedge((corner.halfedge().side() + 2) % 3);
+            is_boundary(corner.halfedge()) || is_boundary(before)
+        }),
+        Located::Edge(e, _) => mesh.edge_halfedges(e).iter().any(|h| is_boundary(*h)),
+        Located::Face(..) => false,
+    }
+}
+
+/// Length over which roughness is measured, in mean edges: zigzags along edges are shorter.
+const WINDOW: f64 = 3.0;
+
+/// By which share the signed curves are longer than their chords over [`WINDOW`]: about `(window / radius)^2 / 24` for smooth curves,
+/// and 0.1 for zigzags along edges.
+pub(super) fn roughness(mesh: &TriangleMesh, source: &SurfaceCurves) -> f64 {
+    let lengths = mesh.edges().map(|e| {
+        let [a, b] = mesh.edge_vertices(e).map(|v| mesh.position(v));
+        distance(a, b)
+    });
+    let window = WINDOW * lengths.sum::<f64>() / mesh.edge_count().max(1) as f64;
+    let (mut arcs, mut chords) = (0.0, 0.0);
+    for curve in source.curves.iter().filter(|c| c.kind == CurveKind::Signed) {
+        let places = curve.nodes.iter().filter_map(|p| p.locate(mesh).ok());
+        let mut points = places.map(|p| p.position(mesh));
+        let Some(mut from) = points.next() else { continue };
+        let (mut last, mut arc) = (from, 0.0);
+        for p in points {
+            arc += distance(last, p);
+            last = p;
+            if arc >= window {
+                arcs += arc;
+                chords += distance(from, p);
+                (from, arc) = (p, 0.0);
+            }
+        }
+        arcs += arc;
+        chords += distance(from, last);
+    }
+    if arcs > 0.0 { 1.0 - chords / arcs } else { 0.0 }
+}
