@@ -20,10 +20,9 @@ pub struct DemoArguments {
 /// The commands, with `DIR` for the folder and `REPORT` for the report of the distance: a mesh with a curve of which 60 % is there, and the distance to it.
 const COMMANDS: [&str; 2] = [
     "make clay_animal levels=5 -o DIR/animal.ply --broken-curve DIR/broken-loop.json \
-     --cut axis=y,at=0,wave=0.13,waves=7,about=0.8:0:1.1 --keep 0.06 --drop 0.04 --seed 3",
-    "sdf DIR/animal.ply --curve DIR/broken-loop.json --time auto --confidence -o DIR/distance.ply \
-     --isolines DIR/isolines.obj --spacing 0.1 --render DIR/distance.png --report REPORT --size 1500x1200 --up z --azimuth 55 \
-     --elevation 22",
+     --cut axis=x,at=0,wave=0.13,waves=7,about=0:1.1:0.8 --keep 0.06 --drop 0.04 --seed 3",
+    "sdf DIR/animal.ply --curve DIR/broken-loop.json -o DIR/distance.ply --isolines DIR/isolines.obj --render DIR/distance.png \
+     --report REPORT",
 ];
 
 /// Runs the verb through `run`, which takes a command line with the program's name in front. Gives the exit code.

@@ -40,11 +40,13 @@ pub struct SdfArguments {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Method")]
 pub struct MethodArguments {
-    /// Diffusion time: a coefficient of h², with h half the mean edge length (1 is the paper's), or auto
-    #[arg(long, value_name = "auto|COEFF", default_value = "1", allow_hyphen_values = true, value_parser = parse_time)]
+    /// Diffusion time: a coefficient of h², with h half the mean edge length (1 is the paper's); auto: by the gaps of the curves;
+    /// smooth: for smooth closed curves without ridges of the distance
+    #[arg(long, value_name = "auto|smooth|COEFF", default_value = "auto", allow_hyphen_values = true, value_parser = parse_time)]
     pub time: DiffusionTime,
-    /// What the curves are held to be: the zero set; nothing (free); each piece one level (per-component); softly the zero set
-    #[arg(long, value_name = "zero|free|per-component|soft[=W]", default_value = "zero", value_parser = parse_level_sets)]
+    /// What the curves are held to: auto (closed curves exactly at zero, broken ones as firmly as they agree with each other), zero,
+    /// soft (near zero, with this weight), per-component (each piece at a level of its own), or nothing (free)
+    #[arg(long, value_name = "auto|zero|soft[=W]|per-component|free", default_value = "auto", value_parser = parse_level_sets)]
     pub level_sets: LevelSets,
     /// Keep the diffused vectors normal to the curves, so that their corners are not rounded
     #[arg(long, conflicts_with = "unsigned")]
@@ -78,14 +80,27 @@ pub struct OutputArguments {
     pub render: Option<PathBuf>,
 }
 
-/// A diffusion time: `auto` or a coefficient.
+/// A diffusion time: `auto`, `smooth` or a coefficient.
 pub fn parse_time(text: &str) -> Result<DiffusionTime, String> {
-    if text == "auto" {
-        return Ok(DiffusionTime::Automatic);
+    match text {
+        "auto" => return Ok(DiffusionTime::Automatic),
+        "smooth" => return Ok(DiffusionTime::SmoothCurves),
+        _ => {}
     }
     match text.parse::<f64>() {
         Ok(c) if eikona::signed_heat::TIME_COEFFICIENTS.contains(&c) => Ok(DiffusionTime::Coefficient(c)),
-        _ => Err("auto or a number above 0 is expected, from 1e-9 to 1e9; the paper's is 1".into()),
+        _ => Err("auto, smooth or a number from 1e-9 to 1e9 is expected; the paper's is 1".into()),
+    }
+}
+
+/// A diffusion time as [`parse_time`] reads it.
+pub fn time_word(time: DiffusionTime) -> String {
+    match time {
+        DiffusionTime::Coefficient(c) => c.to_string(),
+        DiffusionTime::SmoothCurves => "smooth".to_string(),
+        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps | DiffusionTime::AutomaticForRoughGaps => {
+            "auto".to_string()
+        }
     }
 }
 
@@ -106,7 +121,7 @@ fn parse_level_sets(text: &str) -> Result<LevelSets, String> {
                 SOFT_WEIGHTS.start(),
                 SOFT_WEIGHTS.end()
             )),
-            None => Err("zero, free, per-component, soft or soft=W is expected".into()),
+            None => Err("auto, zero, soft, soft=W, per-component or free is expected".into()),
         },
     }
 }
@@ -223,8 +238,8 @@ fn warn_if_short(time: DiffusionTime, session: &mut Session) {
         && c < SHORT_TIME
     {
         session.warn(format!(
-            "--time {c:?} is below {SHORT_TIME}: the result follows the edges of the mesh rather than the distance; leave --time out \
-             for the paper's value 1, or use --time auto"
+            "--time {c:?} is below {SHORT_TIME}: the result follows the edges of the mesh rather than the distance; leave --time out, \
+             or use the paper's value 1"
         ));
     }
 }
@@ -258,6 +273,7 @@ fn solve(
     }
     let finite = solution.distance.as_slice().iter().copied().filter(|x| x.is_finite());
     let range = finite.map(|x| [x, x]).reduce(|[a, b], [x, _]| [a.min(x), b.max(x)]);
+    let (level_sets, weight) = level_sets_words(report.level_sets.level_sets);
     let undefined = solution.distance.as_slice().iter().filter(|x| x.is_nan()).count();
     session.report.result.extend(
         [
@@ -268,6 +284,9 @@ fn solve(
             ("diffusion_time_coefficient", json!(report.time.coefficient)),
             ("diffusion_time_reason", json!(report.time.reason)),
             ("edge_spacing", json!(report.time.edge_spacing)),
+            ("level_sets", json!(level_sets)),
+            ("soft_weight", weight),
+            ("level_sets_reason", json!(report.level_sets.reason)),
             ("stages", json!(report.stages)),
             ("real_form", json!(report.preparation.real_form)),
             ("factor_bytes", json!(report.preparation.factor_bytes)),
@@ -305,6 +324,11 @@ fn solve(
         report.time.edge_spacing,
         report.time.reason
     ));
+    let weight = match report.level_sets.level_sets {
+        LevelSets::Soft(w) => format!("={}", brief(w)),
+        _ => String::new(),
+    };
+    session.detail(&format!("level sets {level_sets}{weight} ({})", report.level_sets.reason));
     session.detail(&format!(
         "residuals {:.1e} (diffusion) and {:.1e} (integration); factors of {:.1} MB",
         report.diffusion_residual,
@@ -312,6 +336,17 @@ fn solve(
         report.preparation.factor_bytes as f64 / 1e6
     ));
     Ok(solution)
+}
+
+/// The name of level sets as the command line has it, and the weight of soft ones.
+fn level_sets_words(level_sets: LevelSets) -> (&'static str, Value) {
+    match level_sets {
+        LevelSets::Automatic => ("auto", Value::Null),
+        LevelSets::Free => ("free", Value::Null),
+        LevelSets::Zero => ("zero", Value::Null),
+        LevelSets::PerComponent => ("per-component", Value::Null),
+        LevelSets::Soft(w) => ("soft", json!(w)),
+    }
 }
 
 fn record_options(
@@ -322,17 +357,9 @@ fn record_options(
 ) {
     let time = match solver.time {
         DiffusionTime::Coefficient(c) => json!(c),
-        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps | DiffusionTime::AutomaticForRoughGaps => {
-            json!("auto")
-        }
+        other => json!(time_word(other)),
     };
-    let (level_sets, weight) = match solve.level_sets {
-        LevelSets::Automatic => ("auto", Value::Null),
-        LevelSets::Free => ("free", Value::Null),
-        LevelSets::Zero => ("zero", Value::Null),
-        LevelSets::PerComponent => ("per-component", Value::Null),
-        LevelSets::Soft(w) => ("soft", json!(w)),
-    };
+    let (level_sets, weight) = level_sets_words(solve.level_sets);
     let sign = match solve.sign {
         SignConvention::LeftNegative => "left-negative",
         SignConvention::LeftPositive => "left-positive",

@@ -229,7 +229,8 @@ impl Base {
             UpAxis::X => 0,
             UpAxis::Y => 1,
             UpAxis::Z => 2,
-            UpAxis::Auto if lying => order[0],
+            // What is thin along x stands, such as a figure that looks along z.
+            UpAxis::Auto if lying && order[0] != 0 => order[0],
             UpAxis::Auto => 1,
         };
         let up = AXES[axis];

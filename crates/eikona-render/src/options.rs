@@ -94,7 +94,7 @@ impl Default for Camera {
 /// Which way is up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum UpAxis {
-    /// The y axis, but for a mesh that is thin along one axis that axis.
+    /// The y axis; for a mesh that is thin along z, the z axis.
     #[default]
     Auto,
     /// The x axis.

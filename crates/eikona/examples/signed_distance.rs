@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         points: Vec::new(),
     };
 
-    let time = DiffusionTime::Automatic.for_source(&broken);
+    let time = DiffusionTime::Automatic.for_source(&sphere, &broken);
     let solver = Solver::new(&sphere, &SolverOptions { time, ..Default::default() })?;
     let solution = solver.solve(&broken, &SolveOptions { confidence: true, ..Default::default() })?;
 

@@ -39,8 +39,11 @@ fn table(name: &str, time: DiffusionTime, cases: impl Iterator<Item = Case>) -> 
 /// The order from all sizes must be at least 1, and the last error at most `reaches`.
 fn falls(name: &str, cases: impl Fn(usize) -> Case, sizes: &[usize], reaches: f64) {
     let paper = table(&format!("{name}, paper's time"), PAPER_TIME, sizes[..3].iter().map(|&n| cases(n)));
-    let automatic =
-        table(&format!("{name}, automatic"), DiffusionTime::Automatic, sizes.iter().map(|&n| cases(n)));
+    let automatic = table(
+        &format!("{name}, for smooth curves"),
+        DiffusionTime::SmoothCurves,
+        sizes.iter().map(|&n| cases(n)),
+    );
     let order = observed_order(&automatic);
     println!("{name}: order {order:.2} (first sizes at the paper's time {:.2})", observed_order(&paper));
     assert!(order >= 1.0, "{name}: order {order}");
@@ -93,7 +96,7 @@ fn two_parallels_on_the_torus() {
 fn ridge_across_faces_costs_at_most_a_row() {
     for n in [24, 48, 96] {
         let Case { mesh, exact } = torus(n, [0.7, -2.1]);
-        let solution = solve(&mesh, &zero_level(&mesh, &exact), DiffusionTime::Automatic, LevelSets::Free);
+        let solution = solve(&mesh, &zero_level(&mesh, &exact), DiffusionTime::SmoothCurves, LevelSets::Free);
         let e = errors(&mesh, solution.distance.as_slice(), &exact);
         let row = 0.4 * 2.0 * PI / n as f64;
         println!("torus, ridges across faces: row {row:.3}, {e:?}");
@@ -128,7 +131,7 @@ fn parallel_on_the_regular_cylinder_is_exact() {
     for sectors in [8, 32, 128] {
         let mesh = shapes::cylinder(1.0, 3.0, sectors, sectors / 2, Ends::Open).unwrap();
         let exact = |p: [f64; 3]| p[2] - 1.3;
-        for time in [PAPER_TIME, DiffusionTime::Automatic] {
+        for time in [PAPER_TIME, DiffusionTime::SmoothCurves] {
             let solution = solve(&mesh, &zero_level(&mesh, exact), time, LevelSets::Free);
             let e = errors(&mesh, solution.distance.as_slice(), exact);
             assert!(e.largest < 1e-11, "{sectors} sectors, {time:?}: {e:?}");
@@ -160,7 +163,7 @@ fn line_on_an_irregular_plate_is_exact() {
     let exact = |p: [f64; 3]| 0.6 * (p[0] - 1.2) + 0.8 * (p[1] - 1.1);
     for (time, level_sets) in [
         (PAPER_TIME, LevelSets::Free),
-        (DiffusionTime::Automatic, LevelSets::Zero),
+        (DiffusionTime::SmoothCurves, LevelSets::Zero),
         (PAPER_TIME, LevelSets::Zero),
     ] {
         let solution = solve(&mesh, &zero_level(&mesh, exact), time, level_sets);
@@ -215,7 +218,7 @@ fn gaps_of_a_broken_circle_are_bridged_by_geodesics() {
             let distance = solve(&mesh, &source, time, LevelSets::Free).distance;
             errors(&mesh, distance.as_slice(), &exact)
         };
-        let (paper, automatic) = (solve(PAPER_TIME), solve(DiffusionTime::Automatic));
+        let (paper, automatic) = (solve(PAPER_TIME), solve(DiffusionTime::SmoothCurves));
         println!(
             "kept {keep}, dropped {drop}: geodesics {expected:.2e}, paper's time {paper:?}, automatic {automatic:?}"
         );

@@ -5,6 +5,7 @@ use crate::bench::case::{Case, Shape};
 use crate::bench::{megabytes, output_json, parse_faces, print_json, printed, this_program};
 use crate::exit::Failure;
 use crate::report::peak_memory_bytes;
+use crate::sdf::time_word;
 use crate::session::{General, Session, print_bytes};
 use clap::{Args, ValueEnum};
 use eikona::signed_heat::{DiffusionTime, LevelSets, SolveOptions, Solver, SolverOptions};
@@ -28,7 +29,7 @@ pub struct SdfBench {
     #[arg(long, value_enum, default_value = "sphere")]
     pub shape: Shape,
     /// Diffusion time, as for sdf
-    #[arg(long, value_name = "auto|COEFF", default_value = "1", allow_hyphen_values = true, value_parser = crate::sdf::parse_time)]
+    #[arg(long, value_name = "auto|smooth|COEFF", default_value = "auto", allow_hyphen_values = true, value_parser = crate::sdf::parse_time)]
     pub time: DiffusionTime,
     /// How often the later solves are repeated; the median counts
     #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u16).range(1..=1000))]
@@ -131,6 +132,7 @@ fn measure(case: &Case, arguments: &SdfBench, general: &General) -> Result<Run, 
     let solver = Solver::new(&case.mesh, &options)?;
     let construct = start.elapsed().as_secs_f64();
     let modes = [
+        ("auto", LevelSets::Automatic),
         ("free", LevelSets::Free),
         ("zero", LevelSets::Zero),
         ("per-component", LevelSets::PerComponent),
@@ -175,12 +177,7 @@ fn measure(case: &Case, arguments: &SdfBench, general: &General) -> Result<Run, 
 
 /// This program again, for one size.
 fn for_one_size(faces: usize, arguments: &SdfBench) -> Result<Command, Failure> {
-    let time = match arguments.time {
-        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps | DiffusionTime::AutomaticForRoughGaps => {
-            "auto".to_string()
-        }
-        DiffusionTime::Coefficient(c) => c.to_string(),
-    };
+    let time = time_word(arguments.time);
     let mut command = this_program()?;
     command.args(["bench", "sdf", "--faces", &faces.to_string(), "--shape", arguments.shape.name()]);
     command.args(["--time", &time, "--repeats", &arguments.repeats.to_string()]);
@@ -241,9 +238,7 @@ fn run_peer(folder: &Path, faces: usize, ours: &Run, arguments: &SdfBench) -> Re
     // The other program has no automatic time; the paper's is its default.
     let time = match arguments.time {
         DiffusionTime::Coefficient(c) => c,
-        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps | DiffusionTime::AutomaticForRoughGaps => {
-            1.0
-        }
+        _ => 1.0,
     };
     let mut command = Command::new(&arguments.python);
     command.args(["-c", include_str!("peer_potpourri3d.py")]).arg(folder);

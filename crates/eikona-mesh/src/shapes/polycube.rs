@@ -50,8 +50,8 @@ pub fn chain_of_genus(genus: usize, levels: u32) -> Result<TriangleMesh, MeshErr
 /// shape with features.
 ///
 /// Boxes smoothed `levels` times (at least once). With q = 110 · 4^k for k levels: V = q + 2, E = 3 q, F = 2 q, χ =
-/// 2. It stands on the plane z = 0, looks along +x, is about 3.4 long, 1.1 wide and 3.4 high, and is symmetric
-/// under y -> -y. Outward oriented.
+/// 2. It stands on the plane y = 0, looks along +z, is about 3.4 long, 1.1 wide and 3.4 high, and is symmetric
+/// under x -> -x. Outward oriented.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when `levels` is 0 or gives too many faces.
@@ -91,7 +91,8 @@ pub fn clay_animal(levels: u32) -> Result<TriangleMesh, MeshError> {
             (_, 7..) => (x, y) = (x - 0.25, 1.25 * y), // the ears point back and out
             _ => {}
         }
-        [x, y, z]
+        // Files of figures mostly have y upwards.
+        [y, z, x]
     };
     smooth(block_surface([7, 5, 8], is_solid, place), levels)
 }

@@ -370,9 +370,9 @@ fn angles_and_sizes_are_those_of_the_docs() {
         let coordinates = || animal.positions().iter().map(move |p| p[k]);
         coordinates().fold(f64::MIN, f64::max) - coordinates().fold(f64::MAX, f64::min)
     };
-    assert!((extent(0) - 3.4).abs() < 0.1 && (extent(1) - 1.1).abs() < 0.1 && (extent(2) - 3.4).abs() < 0.1);
+    assert!((extent(0) - 1.1).abs() < 0.1 && (extent(1) - 3.4).abs() < 0.1 && (extent(2) - 3.4).abs() < 0.1);
     for p in animal.positions() {
-        let mirrored = [p[0], -p[1], p[2]];
+        let mirrored = [-p[0], p[1], p[2]];
         assert!(animal.positions().iter().any(|q| distance(*q, mirrored) < 1e-12));
     }
 }

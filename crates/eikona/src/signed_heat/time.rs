@@ -39,7 +39,8 @@ pub(crate) fn choose_time(
                 bound: "from 1e-9 to 1e9",
             });
         }
-        DiffusionTime::Automatic => automatic(triangles, edge_spacing),
+        DiffusionTime::Automatic => of_size(triangles, edge_spacing, SHARE_OF_SIZE),
+        DiffusionTime::SmoothCurves => of_size(triangles, edge_spacing, SHARE_FOR_SMOOTH_CURVES),
         DiffusionTime::AutomaticForGaps => (GAPS_COEFFICIENT, "automatic: the curves have gaps".to_string()),
         DiffusionTime::AutomaticForRoughGaps => {
             (ROUGH_GAPS_COEFFICIENT, "automatic: the curves have gaps and are rough".to_string())
@@ -52,20 +53,22 @@ pub(crate) fn choose_time(
 const GAPS_COEFFICIENT: f64 = 2.0;
 const ROUGH_GAPS_COEFFICIENT: f64 = 10.0;
 
-/// Share of the size of the surface in the automatic time. On circles errors fall with larger shares, but on curves in general
-/// the distance has kinks, which diffusion rounds: with 0.1 the errors of the whole curves of `examples/broken_curves` are
-/// twice as large.
+/// Shares of the size of the surface in the time. On circles errors fall with larger shares, but on curves in general the
+/// distance has ridges, which diffusion rounds: with 0.1 the errors of the whole curves of `examples/broken_curves` are twice as
+/// large.
 const SHARE_OF_SIZE: f64 = 0.005;
+const SHARE_FOR_SMOOTH_CURVES: f64 = 0.1;
 
-fn automatic(triangles: &[Triangle], spacing: f64) -> (f64, String) {
+/// `share` of the size over the spacing, but at least 1.
+fn of_size(triangles: &[Triangle], spacing: f64, share: f64) -> (f64, String) {
     let size = triangles.iter().map(|t| t.area).sum::<f64>().sqrt();
-    let coefficient = SHARE_OF_SIZE * size / spacing;
+    let coefficient = share * size / spacing;
     if coefficient < 1.0 {
         return (1.0, "automatic: the paper's, for curves without gaps".to_string());
     }
     let reason = format!(
-        "automatic, for curves without gaps: {SHARE_OF_SIZE} of the surface's size (square root of its area, {size:.6e}) over the \
-         edge spacing {spacing:.6e}"
+        "automatic, for curves without gaps: {share} of the surface's size (square root of its area, {size:.6e}) over the edge \
+         spacing {spacing:.6e}"
     );
     (coefficient, reason)
 }
