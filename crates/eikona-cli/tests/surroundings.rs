@@ -192,7 +192,7 @@ fn the_benchmark_measures_every_mode() {
         for run in runs {
             let modes: Vec<&str> =
                 run["modes"].as_array().unwrap().iter().map(|m| m["mode"].as_str().unwrap()).collect();
-            assert_eq!(modes, ["free", "zero", "per-component", "soft"]);
+            assert_eq!(modes, ["auto", "free", "zero", "per-component", "soft"]);
             for mode in run["modes"].as_array().unwrap() {
                 assert!(mode["l2_error"].as_f64().unwrap() < 5e-3, "{mode}");
             }

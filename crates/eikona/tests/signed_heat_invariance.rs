@@ -267,7 +267,7 @@ fn automatic_time_follows_the_source() {
             kept.report.time.coefficient
         });
         assert_eq!([reasons[0], reasons[1]], [reasons[2], reasons[3]]);
-        assert_eq!(reasons, [1.0, 2.0, 1.0, 2.0]);
+        assert_eq!(reasons, [1.0, 1.5, 1.0, 1.5]);
         assert_eq!(reasons[0], solver.time().coefficient);
         // The second time counts against the limit.
         let tight = SolverOptions { memory_limit: Some(needed_bytes(&solver, &closed)), ..options };

@@ -12,7 +12,7 @@ mod inspect_curve;
 mod isolines;
 mod levels;
 mod meeting;
-mod nearest_end;
+pub(crate) mod nearest_end;
 mod plane_cut;
 pub(crate) mod side;
 mod straighten;

@@ -25,14 +25,14 @@ use eikona_mesh::TriangleMesh;
 
 /// Curves whose cost is at most this are held firmly.
 const AFFORDABLE: f64 = 0.75;
-/// Curves with several levels cost at least this much to hold at one.
+/// Closed curves at several levels cost at least this much to hold at one.
 const COST_OF_LEVELS: f64 = 0.5;
 /// Levels differ when pieces of curve are apart by so many mean edges, as a root mean square, ...
 const LEVELS_APART_EDGES: f64 = 3.0;
 /// ... and by this share of the size of the surface (square root of the component's area). Less is noise.
 const LEVELS_APART_SIZE: f64 = 0.03;
 /// `lambda` above.
-const LARGEST_FORCE: f64 = 0.2;
+const LARGEST_FORCE: f64 = 0.15;
 /// How firmly broken curves are held, times the mean edge length.
 const FIRM: f64 = 10.0;
 
@@ -65,6 +65,22 @@ struct Disagreement {
     cost: f64,
 }
 
+impl Disagreement {
+    /// How to hold curves that should not be held at zero. `apart`: from which spread on the levels of broken curves differ.
+    fn other_hold(&self, broken: bool, edge: f64, apart: f64) -> Option<Hold> {
+        // Closed curves are not displaced by noise: an edge between their levels is meant.
+        let (apart, affordable) = if broken { (apart, AFFORDABLE) } else { (edge, COST_OF_LEVELS) };
+        if self.between_pieces > apart && self.cost > affordable {
+            Some(Hold::OwnLevels)
+        } else if broken && self.cost > AFFORDABLE {
+            // The weight at which the force is lambda, if the spread falls with the weight as that of one mode does.
+            Some(Hold::Softly(LARGEST_FORCE / (self.spread * (1.0 - LARGEST_FORCE / self.cost))))
+        } else {
+            None
+        }
+    }
+}
+
 impl Integration {
     /// The fit with the level sets that suit the source.
     ///
@@ -79,38 +95,29 @@ impl Integration {
     ) -> Result<Integrated, SignedHeatError> {
         let edge = mean_edge_length(mesh, triangles);
         let broken = self.broken_components(mesh, source);
-        let firm = Hold::Softly(FIRM / edge);
-        let mut holds: Vec<Hold> =
-            broken.iter().map(|broken| if *broken { firm } else { Hold::Zero }).collect();
+        let signed = self.has_signed(mesh, source);
+        let at_first = |broken: &bool| if *broken { Hold::Softly(FIRM / edge) } else { Hold::Zero };
+        let mut holds: Vec<Hold> = broken.iter().map(at_first).collect();
         let held = self.constrained(mesh, triangles, b, source, &holds)?;
+
         let (along, pieces) =
             self.rows(mesh, triangles, source, &vec![Hold::Softly(1.0); self.component_count]);
         let (free, _) = self.fit(b)?;
-        let signed = self.has_signed(mesh, source);
         let disagreements = self.disagreements(&along, pieces, b, &free, &held.values);
         let mut changed = false;
-        for (c, d) in disagreements.iter().enumerate() {
+        for c in (0..self.component_count).filter(|&c| signed[c]) {
             let apart = (LEVELS_APART_EDGES * edge).max(LEVELS_APART_SIZE * self.size_of_component[c]);
-            if !signed[c] {
-                continue;
+            if let Some(hold) = disagreements[c].other_hold(broken[c], edge, apart) {
+                holds[c] = hold;
+                changed = true;
             }
-            let (apart, costly) = if broken[c] { (apart, AFFORDABLE) } else { (edge, COST_OF_LEVELS) };
-            if d.between_pieces > apart && d.cost > costly {
-                holds[c] = Hold::OwnLevels;
-            } else if broken[c] && d.cost > AFFORDABLE {
-                // The weight at which the force is lambda, if the spread falls as that of one mode does.
-                holds[c] = Hold::Softly(LARGEST_FORCE / (d.spread * (1.0 - LARGEST_FORCE / d.cost)));
-            } else {
-                continue;
-            }
-            changed = true;
         }
         let mut result = if changed { self.constrained(mesh, triangles, b, source, &holds)? } else { held };
-        result.chosen = self.chosen(&holds, &broken, &disagreements);
+        result.chosen = self.chosen(&holds, &disagreements);
         Ok(result)
     }
 
-    fn chosen(&self, holds: &[Hold], broken: &[bool], disagreements: &[Disagreement]) -> ChosenLevelSets {
+    fn chosen(&self, holds: &[Hold], disagreements: &[Disagreement]) -> ChosenLevelSets {
         let sourced = || disagreements.iter().enumerate().filter(|(_, d)| d.length > 0.0);
         let Some((c, d)) = sourced().max_by(|a, b| a.1.length.total_cmp(&b.1.length)) else {
             let reason = "automatic: there are only points".to_string();
@@ -133,7 +140,6 @@ impl Integration {
                 (LevelSets::Soft(weight * self.size_of_component[c]), format!("{what} (cost {:.2})", d.cost))
             }
         };
-        debug_assert!(broken[c] || !matches!(holds[c], Hold::Softly(_)));
         let elsewhere = match others {
             0 => String::new(),
             1 => "; 1 other component is held in another way".to_string(),

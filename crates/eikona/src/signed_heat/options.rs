@@ -11,9 +11,9 @@ pub enum DiffusionTime {
     Coefficient(f64),
     /// Chosen from the mesh and the source; the report says what was chosen and why.
     ///
-    /// * Curves without gaps: coefficient 1, growing on fine meshes as `0.005 sqrt(A) / h` for surface area `A`.
-    /// * Curves with gaps: [`AutomaticForGaps`](DiffusionTime::AutomaticForGaps).
-    /// * Rough curves with gaps: [`AutomaticForRoughGaps`](DiffusionTime::AutomaticForRoughGaps).
+    /// * Curves without gaps, or with short ones: coefficient 1, growing on fine meshes as `0.005 sqrt(A) / h` for surface area `A`.
+    /// * Curves of which a fourth or more is missing: [`AutomaticForGaps`](DiffusionTime::AutomaticForGaps).
+    /// * The same, if they are rough: [`AutomaticForRoughGaps`](DiffusionTime::AutomaticForRoughGaps).
     ///
     /// A [`Solver`](super::Solver) knows no source when it is built. It factors the diffusion for curves without gaps then, and
     /// for the others when the first such curve comes. If all sources are known to be alike,
@@ -27,9 +27,9 @@ pub enum DiffusionTime {
     /// share that does not fall with `h`, so that the error on a sphere stalls near 1e-4 (test
     /// `paper_time_stalls_on_the_sphere`). Making `t / h^2` grow as `1 / h` makes that share fall as `h`.
     SmoothCurves,
-    /// Coefficient 2, for curves with gaps (measured by `examples/broken_curves`; 1 and 5 are nearly as good).
+    /// Coefficient 1.5, for curves with gaps (measured by `examples/broken_curves`; 1 and 3 are nearly as good).
     AutomaticForGaps,
-    /// Coefficient 10, for curves with gaps whose normals are rough, such as walks along edges: their pieces point the wrong way at
+    /// Coefficient 5, for curves with gaps whose normals are rough, such as walks along edges: their pieces point the wrong way at
     /// their ends unless longer diffusion averages them.
     AutomaticForRoughGaps,
 }
@@ -56,7 +56,7 @@ pub enum LevelSets {
     ///
     /// * Closed curves are held at [`Zero`](LevelSets::Zero).
     /// * Curves with gaps are held at zero by a firm weight, unless the fit shows that this would press flat what lies between
-    ///   pieces beside each other: then by the weight at which the curves change the slope next to them by a fifth, as a root
+    ///   pieces beside each other: then by the weight at which the curves change the slope next to them by 0.15, as a root
     ///   mean square.
     /// * Where pieces lie at clearly different levels, each has its own: [`PerComponent`](LevelSets::PerComponent).
     ///

@@ -1,0 +1,239 @@
+//! What the defaults choose, and that no explicit choice is better on broken curves with known truth (SHM section 9.5.3).
+
+#[path = "../examples/broken_curves/breaking.rs"]
+#[allow(dead_code)] // the example breaks curves in more ways
+mod breaking;
+mod exact;
+#[path = "../examples/broken_curves/surfaces.rs"]
+mod surfaces;
+#[path = "../examples/broken_curves/truth.rs"]
+#[allow(dead_code)] // the example compares with the curve itself, too
+mod truth;
+
+use breaking::{Damage, Whole};
+use eikona::geometry::{lay_out, mean_edge_length as mean_edge};
+use eikona::signed_heat::{DiffusionTime, LevelSets, Solution, SolveOptions, Solver, SolverOptions};
+use eikona_mesh::random::Random;
+use eikona_mesh::{Curve, SurfaceCurves, TriangleMesh, Vertex, damage, shapes};
+use exact::{broken, plate, reversed, rough_plate, unsigned, zero_level};
+use truth::{Fine, error, vertex_areas};
+
+fn default_solve(mesh: &TriangleMesh, source: &SurfaceCurves) -> Solution {
+    let solver = Solver::new(mesh, &SolverOptions::default()).unwrap();
+    solver.solve(source, &SolveOptions::default()).unwrap()
+}
+
+fn circle(mesh: &TriangleMesh, radius: f64) -> SurfaceCurves {
+    zero_level(mesh, |p| (p[0] - 1.0).hypot(p[1] - 1.0) - radius)
+}
+
+fn together(sources: impl IntoIterator<Item = SurfaceCurves>) -> SurfaceCurves {
+    let curves = sources.into_iter().flat_map(|s| s.curves).collect();
+    SurfaceCurves { curves, points: Vec::new() }
+}
+
+#[test]
+fn closed_curves_are_held_exactly() {
+    let mesh = rough_plate(30);
+    let closed = circle(&mesh, 0.51);
+    let line = zero_level(&mesh, |p| p[0] - 0.93);
+    // The same loop as single segments, in any order and direction of the file.
+    let nodes = &closed.curves[0].nodes;
+    let mut segments: Vec<Curve> = nodes.windows(2).map(|w| Curve::signed(w.iter().copied())).collect();
+    segments.reverse();
+    let segments = SurfaceCurves { curves: segments, points: Vec::new() };
+    for (name, source) in [("closed", &closed), ("from rim to rim", &line), ("single segments", &segments)] {
+        let found = default_solve(&mesh, source);
+        assert_eq!(found.report.level_sets.level_sets, LevelSets::Zero, "{name}");
+        assert_eq!(found.report.time.coefficient, 1.0, "{name}");
+        let zero = exact::solve(&mesh, source, DiffusionTime::Coefficient(1.0), LevelSets::Zero);
+        assert_eq!(found.distance.as_slice(), zero.distance.as_slice(), "{name}");
+    }
+}
+
+#[test]
+fn gaps_are_held_firmly_where_the_pieces_agree() {
+    let mesh = rough_plate(40);
+    let whole = circle(&mesh, 0.51);
+    let gaps = broken(&mesh, &whole, 0.1, 0.1);
+    let found = default_solve(&mesh, &gaps);
+    let chosen = &found.report.level_sets;
+    assert!(matches!(chosen.level_sets, LevelSets::Soft(w) if w > 100.0), "{chosen:?}");
+    assert!(chosen.reason.contains("gaps") && chosen.reason.contains("agree"), "{}", chosen.reason);
+    assert_eq!(found.report.time.coefficient, 1.5);
+    let missed = found.report.constraint_violation.unwrap();
+    assert!(missed < 0.1 * exact::mean_edge_length(&mesh), "{missed}");
+    // The weight in the report is the one to ask for.
+    let time = DiffusionTime::Coefficient(1.5);
+    let again = exact::solve(&mesh, &gaps, time, chosen.level_sets);
+    assert!(exact::largest_difference(again.distance.as_slice(), found.distance.as_slice()) < 1e-9);
+}
+
+/// Two rings of pieces, each the offset of the other: zero on both would press the ring between them flat.
+#[test]
+fn pieces_beside_each_other_change_the_slope_next_to_them_little() {
+    let mesh = rough_plate(40);
+    let edge = exact::mean_edge_length(&mesh);
+    let rings = [0.5 - edge, 0.5 + edge].map(|r| broken(&mesh, &circle(&mesh, r), 0.3, 0.03));
+    let source = together(rings);
+    let found = default_solve(&mesh, &source);
+    let chosen = &found.report.level_sets;
+    let LevelSets::Soft(weight) = chosen.level_sets else { panic!("{chosen:?}") };
+    assert!(chosen.reason.contains("contradict"), "{}", chosen.reason);
+    // The force on the curves: weight over the square root of the area, times the root mean square along them.
+    let levels: f64 =
+        found.report.levels.iter().map(|l| l * l).sum::<f64>() / found.report.levels.len() as f64;
+    let force = weight / 2.0 * levels.sqrt();
+    assert!((0.07..0.23).contains(&force), "{force}");
+    let slope = |values: &[f64]| {
+        let at = |r: f64| {
+            exact::vertex_areas(&mesh).iter().zip(mesh.positions()).zip(values).fold(
+                [0.0; 2],
+                |[sum, total], ((area, p), value)| {
+                    let near = ((p[0] - 1.0).hypot(p[1] - 1.0) - r).abs() < 0.5 * edge;
+                    if near { [sum + area * value, total + area] } else { [sum, total] }
+                },
+            )
+        };
+        let [inner, outer] = [at(0.5 - edge), at(0.5 + edge)].map(|[sum, total]| sum / total);
+        (outer - inner) / (2.0 * edge)
+    };
+    let zero = exact::solve(&mesh, &source, DiffusionTime::Coefficient(2.0), LevelSets::Zero);
+    let [held, flat] = [&found, &zero].map(|s| slope(s.distance.as_slice()));
+    assert!(held > 0.6 && flat < 0.3, "{held} and {flat}");
+}
+
+#[test]
+fn curves_at_different_levels_are_not_held_to_one() {
+    let mesh = rough_plate(40);
+    let rings = || [0.2, 0.5, 0.8].map(|r| circle(&mesh, r));
+    let whole = together(rings());
+    let gaps = together(rings().map(|ring| broken(&mesh, &ring, 0.2, 0.1)));
+    for (name, source) in [("whole", &whole), ("broken", &gaps)] {
+        let found = default_solve(&mesh, source);
+        let chosen = &found.report.level_sets;
+        assert_eq!(chosen.level_sets, LevelSets::PerComponent, "{name}: {}", chosen.reason);
+        let radius = |p: [f64; 3]| (p[0] - 1.0).hypot(p[1] - 1.0);
+        let time = DiffusionTime::Coefficient(found.report.time.coefficient);
+        // Up to a constant, which puts the zero between the curves.
+        let truth: Vec<f64> = mesh.positions().iter().map(|&p| radius(p)).collect();
+        let off = |s: &Solution| error(&vertex_areas(&mesh), &truth, s.distance.as_slice(), true).rms;
+        let free = off(&exact::solve(&mesh, source, time, LevelSets::Free));
+        let zero = off(&exact::solve(&mesh, source, time, LevelSets::Zero));
+        let found = off(&found);
+        println!("{name}: {found:.4}, free {free:.4}, zero {zero:.4}");
+        assert!(found < 1.05 * free && found < 0.3 * zero, "{name}: {found}, free {free}, zero {zero}");
+    }
+    // Two circles of opposite directions bound a ring: both at zero.
+    let ring = together([circle(&mesh, 0.8), reversed(&circle(&mesh, 0.4))]);
+    assert_eq!(default_solve(&mesh, &ring).report.level_sets.level_sets, LevelSets::Zero);
+}
+
+#[test]
+fn points_and_unsigned_curves_are_held_at_zero() {
+    let mesh = plate(12);
+    let point = SurfaceCurves::from_point(Vertex(40));
+    let open = unsigned(broken(&mesh, &circle(&mesh, 0.5), 0.3, 0.2));
+    for source in [point, open] {
+        let report = default_solve(&mesh, &source).report;
+        assert_eq!(report.level_sets.level_sets, LevelSets::Zero);
+        assert_eq!(report.time.coefficient, 1.0);
+    }
+}
+
+/// Each component gets what it would get alone.
+#[test]
+fn components_are_judged_apart() {
+    let sphere = damage::jitter(&shapes::geodesic_sphere(14).unwrap(), 0.2, 4).unwrap();
+    let far = sphere.with_positions(sphere.positions().iter().map(|p| [p[0] + 5.0, p[1], p[2]]).collect());
+    let far = far.unwrap();
+    let both = {
+        let positions = [sphere.positions(), far.positions()].concat();
+        let n = sphere.vertex_count() as u32;
+        let moved = far.triangles().iter().map(|f| f.map(|v| v + n));
+        TriangleMesh::new(positions, sphere.triangles().iter().copied().chain(moved).collect()).unwrap()
+    };
+    let whole = |mesh: &TriangleMesh, x: f64| {
+        zero_level(mesh, |p| if (p[0] - x).abs() < 2.0 { p[2] - 0.3 } else { 1.0 })
+    };
+    let source = together([whole(&both, 0.0), broken(&both, &whole(&both, 5.0), 0.2, 0.1)]);
+    let found = default_solve(&both, &source);
+    assert!(found.report.level_sets.reason.contains("1 other component"), "{:?}", found.report.level_sets);
+    let time = DiffusionTime::Coefficient(found.report.time.coefficient);
+    let solver =
+        |mesh: &TriangleMesh| Solver::new(mesh, &SolverOptions { time, ..Default::default() }).unwrap();
+    let first = solver(&sphere).solve(&whole(&sphere, 0.0), &SolveOptions::default()).unwrap();
+    let second = broken(&far, &whole(&far, 5.0), 0.2, 0.1);
+    let second = solver(&far).solve(&second, &SolveOptions::default()).unwrap();
+    let alone = [first.distance.into_vec(), second.distance.into_vec()].concat();
+    let off = exact::largest_difference(&alone, found.distance.as_slice());
+    assert!(off < 1e-7, "{off}");
+}
+
+/// Mean errors over curves with each kind of damage, the default against explicit choices.
+#[test]
+fn no_explicit_choice_is_much_better_than_the_default() {
+    let coefficient = DiffusionTime::Coefficient;
+    let automatic = (DiffusionTime::Automatic, LevelSets::Automatic);
+    let others = [
+        (coefficient(1.0), LevelSets::Zero),
+        (coefficient(1.0), LevelSets::Free),
+        (coefficient(3.0), LevelSets::PerComponent),
+        (coefficient(3.0), LevelSets::Soft(3.0)),
+        (coefficient(3.0), LevelSets::Soft(10.0)),
+    ];
+    let damages = [
+        (Damage::None, 0.007, 0.001),
+        (Damage::OneGap(0.1), 0.009, 0.002),
+        (Damage::Halved(4.0), 0.011, 0.003),
+        (Damage::Halved(10.0), 0.016, 0.007),
+        (Damage::HalvedNoise(8.0, 0.3), 0.022, 0.009),
+        (Damage::WithOffsets(8.0, 1.0), 0.012, 0.009),
+        (Damage::WithOffsets(8.0, 2.0), 0.017, 0.014),
+        (Damage::Nested(8.0, 0.2), 0.025, 0.0),
+    ];
+    let mut table = vec![vec![[0.0; 2]; 1 + others.len()]; damages.len()];
+    let mut cases = 0.0;
+    for (_, mesh) in surfaces::surfaces().iter().take(6) {
+        let (edge, areas, fine) = (mean_edge(mesh, &lay_out(mesh)), vertex_areas(mesh), Fine::new(mesh));
+        let mut times: Vec<DiffusionTime> =
+            others.iter().map(|(time, _)| *time).chain([automatic.0]).collect();
+        times.dedup();
+        let solvers: Vec<(DiffusionTime, Solver)> = times
+            .into_iter()
+            .map(|time| (time, Solver::new(mesh, &SolverOptions { time, ..Default::default() }).unwrap()))
+            .collect();
+        for (k, function) in surfaces::eigenfunctions(mesh, 2).iter().enumerate() {
+            let mut random = Random::from_seed(31 + k as u64);
+            let mut sorted = function.clone();
+            sorted.sort_by(f64::total_cmp);
+            let level = sorted[(random.range(0.2, 0.8) * sorted.len() as f64) as usize] + 1e-9;
+            let distance = fine.distance(function, level);
+            let whole = Whole { mesh, distance: &distance, edge };
+            cases += 1.0;
+            for ((damage, ..), row) in damages.iter().zip(&mut table) {
+                let source =
+                    SurfaceCurves { curves: whole.damaged(*damage, &mut random), points: Vec::new() };
+                for ((time, level_sets), cell) in [automatic].iter().chain(&others).zip(row) {
+                    let solver = &solvers.iter().find(|(t, _)| t == time).unwrap().1;
+                    let options = SolveOptions { level_sets: *level_sets, ..Default::default() };
+                    let found = solver.solve(&source, &options).unwrap().distance;
+                    let nested = matches!(damage, Damage::Nested(..));
+                    let e = error(&areas, &distance, found.as_slice(), nested);
+                    *cell = [cell[0] + e.rms, cell[1] + e.wrong];
+                }
+            }
+        }
+    }
+    println!("{cases} curves; root mean square and share of wrong area, default first");
+    for ((damage, rms, wrong), row) in damages.iter().zip(table) {
+        let row: Vec<[f64; 2]> = row.into_iter().map(|cell| cell.map(|sum| sum / cases)).collect();
+        let text: String = row.iter().map(|[rms, wrong]| format!("  {rms:.4} {wrong:.4}")).collect();
+        println!("{:28}{text}", format!("{damage:?}"));
+        assert!(row[0][0] < *rms && row[0][1] <= *wrong, "{damage:?}: {:?}", row[0]);
+        for other in &row[1..] {
+            assert!(row[0][0] < 1.12 * other[0], "{damage:?}: {row:?}");
+            assert!(row[0][1] < 1.1 * other[1] + 0.001, "{damage:?}: {row:?}");
+        }
+    }
+}
