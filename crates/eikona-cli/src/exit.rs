@@ -46,8 +46,12 @@ impl Failure {
 
     /// A file could not be read.
     pub fn reading(path: &Path, fault: FileError) -> Failure {
-        let missing = matches!(&fault, FileError::Io { fault, .. } if fault.kind() == ErrorKind::NotFound);
-        let folder = matches!(&fault, FileError::Io { fault, .. } if fault.kind() == ErrorKind::IsADirectory);
+        // Of the named file, not of another one that it needs.
+        let kind = match &fault {
+            FileError::Io { path: of, fault } if Path::new(of) == path => Some(fault.kind()),
+            _ => None,
+        };
+        let (missing, folder) = (kind == Some(ErrorKind::NotFound), kind == Some(ErrorKind::IsADirectory));
         if missing {
             Failure::Input(format!(
                 "{}: there is no such file; check the name and the folder",

@@ -3,7 +3,7 @@
 use crate::exit::Failure;
 use crate::session::Session;
 use clap::Args;
-use eikona_mesh::io::{MeshFile, MeshFormat, MeshOut, read_mesh, read_mesh_bytes, without_gzip};
+use eikona_mesh::io::{MeshFile, MeshFormat, MeshOut, read_mesh_as, read_mesh_bytes, without_gzip};
 use eikona_mesh::{
     Face, Fault, IndexMaps, MeshError, PolygonMesh, RepairedPolygons, SurfacePoint, TriangleMesh, Vertex,
     drop_broken_polygons, drop_degenerate_faces, weld_polygons,
@@ -238,10 +238,13 @@ impl MeshInput {
             return Ok(());
         }
         let hint = if is_named_like_curves(&self.path) { format!("\n{IF_CURVES}") } else { String::new() };
-        Err(Failure::Input(format!(
-            "{}: there are no faces in this file; give a mesh of a surface{hint}",
-            shown_name(&self.path)
-        )))
+        let problem = match self.file.mesh.face_count() {
+            0 => "there are no faces in this file; give a mesh of a surface".into(),
+            n => {
+                format!("the repairs dropped all {n} faces of this file; look at them with `eikona inspect`")
+            }
+        };
+        Err(Failure::Input(format!("{}: {problem}{hint}", shown_name(&self.path))))
     }
 
     /// The mesh to write: polygons as they were where the format can hold them.
@@ -411,20 +414,14 @@ fn read_file(arguments: &MeshArguments) -> Result<(MeshFile, Option<MeshFormat>)
         let file = read_mesh_bytes(&bytes, format).map_err(|e| Failure::reading(path, e))?;
         return Ok((file, Some(format)));
     }
-    if let Some(format) = arguments.in_format {
-        let bytes =
-            std::fs::read(path).map_err(|e| Failure::reading(path, eikona_mesh::FileError::io(path, e)))?;
-        let bytes = without_gzip(bytes, &shown_name(path)).map_err(|e| Failure::Input(e.to_string()))?;
-        let file = read_mesh_bytes(&bytes, format).map_err(|e| Failure::reading(path, e))?;
-        return Ok((file, Some(format)));
-    }
-    let file = read_mesh(path).map_err(|e| match Failure::reading(path, e) {
-        Failure::Input(text) if path.exists() && is_named_like_curves(path) => {
-            Failure::Input(format!("{text}\n{IF_CURVES}"))
-        }
-        failure => failure,
-    })?;
-    Ok((file, MeshFormat::from_path(path).or_else(|| sniff_file(path))))
+    let (file, format) =
+        read_mesh_as(path, arguments.in_format).map_err(|e| match Failure::reading(path, e) {
+            Failure::Input(text) if path.exists() && is_named_like_curves(path) => {
+                Failure::Input(format!("{text}\n{IF_CURVES}"))
+            }
+            failure => failure,
+        })?;
+    Ok((file, Some(format)))
 }
 
 const IF_CURVES: &str = "If this is a curve file, give it with --curve beside a mesh";
@@ -436,12 +433,6 @@ fn is_named_like_curves(path: &Path) -> bool {
 
 fn shown_name(path: &Path) -> String {
     if path == Path::new("-") { "the standard input".into() } else { path.display().to_string() }
-}
-
-fn sniff_file(path: &Path) -> Option<MeshFormat> {
-    let mut bytes = Vec::new();
-    std::fs::File::open(path).ok()?.take(1 << 16).read_to_end(&mut bytes).ok()?;
-    MeshFormat::sniff(&bytes)
 }
 
 fn invalid(path: &Path, fault: MeshError, all: bool) -> Failure {

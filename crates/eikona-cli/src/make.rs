@@ -132,13 +132,19 @@ pub fn run(arguments: &MakeArguments, general: &General) -> Result<u8, Failure> 
     session.report.result.insert("faces".into(), json!(mesh.face_count()));
     session.note(&format!("{shape}: {} vertices, {} faces", mesh.vertex_count(), mesh.face_count()));
 
-    if output == Path::new("-") {
+    let warnings = if output == Path::new("-") {
         let mut bytes = Vec::new();
-        write_mesh_bytes(&mut bytes, format, &MeshOut::from(&mesh)).map_err(Failure::writing)?;
+        let warnings =
+            write_mesh_bytes(&mut bytes, format, &MeshOut::from(&mesh)).map_err(Failure::writing)?;
         session.output("mesh", output, bytes)?;
+        warnings
     } else {
-        let (file, _) = stage_mesh(output, &MeshOut::from(&mesh)).map_err(Failure::writing)?;
+        let (file, warnings) = stage_mesh(output, &MeshOut::from(&mesh)).map_err(Failure::writing)?;
         session.staged_output("mesh", output, file);
+        warnings
+    };
+    for warning in warnings {
+        session.warn(format!("{}: {warning}", output.display()));
     }
     write_curves(arguments, &mesh, &mut session)?;
     session.finish()

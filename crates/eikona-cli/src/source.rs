@@ -7,6 +7,7 @@ use crate::session::Session;
 use clap::Args;
 use eikona::contour::{ContourError, CurveReport, DEFAULT_TOLERANCE, Traced, trace_curve, trace_polyline};
 use eikona::spatial::Bvh;
+use eikona_mesh::io::decode_text;
 use eikona_mesh::{
     Curve, CurveError, CurveFile, CurveFormat, CurveKind, Located, Quality, SpacePolyline, SurfaceCurves,
     SurfacePoint, TriangleMesh, curves_from_lines, read_curves_bytes, segment_host,
@@ -181,6 +182,7 @@ pub fn read_curve_file(path: &Path, input: &MeshInput, session: &mut Session) ->
         )),
         None => Failure::reading(path, eikona_mesh::FileError::io(path, e)),
     })?;
+    let bytes = decode_text(&bytes);
     let format = CurveFormat::detect(path, &bytes);
     let numbered = matches!(format, CurveFormat::SignedHeatDemo | CurveFormat::SurfaceWinding);
     if numbered {

@@ -13,7 +13,7 @@ mod winding_text;
 use crate::curve::{Curve, CurveKind, SurfaceCurves};
 use crate::error::{CurveError, FileError};
 use crate::id::{Edge, Face};
-use crate::io::write_atomically;
+use crate::io::{decode_text, write_atomically};
 use crate::mesh::TriangleMesh;
 use crate::point::SurfacePoint;
 pub use obj::curves_from_lines;
@@ -79,8 +79,9 @@ pub enum CurveFormat {
 impl CurveFormat {
     /// The format of a file, by what is in it; the extension decides where the content does not.
     pub fn detect(path: &Path, bytes: &[u8]) -> CurveFormat {
-        let text = String::from_utf8_lossy(bytes);
-        let text = text.trim_start_matches('\u{feff}').trim_start();
+        let bytes = decode_text(bytes);
+        let text = String::from_utf8_lossy(&bytes);
+        let text = text.trim_start();
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         if text.starts_with('{') {
             return CurveFormat::Json;
@@ -146,13 +147,13 @@ pub fn read_curves_bytes(
     format: CurveFormat,
     mesh: &TriangleMesh,
 ) -> Result<CurveFile, FileError> {
-    let text = String::from_utf8_lossy(bytes);
-    let text = text.trim_start_matches('\u{feff}');
+    let bytes = decode_text(bytes);
+    let text = String::from_utf8_lossy(&bytes);
     match format {
-        CurveFormat::Json => json::read(text, mesh),
-        CurveFormat::Obj => obj::read(text, mesh),
-        CurveFormat::SignedHeatDemo => signed_heat_text::read(text, mesh),
-        CurveFormat::SurfaceWinding => winding_text::read(text, mesh),
+        CurveFormat::Json => json::read(&text, mesh),
+        CurveFormat::Obj => obj::read(&text, mesh),
+        CurveFormat::SignedHeatDemo => signed_heat_text::read(&text, mesh),
+        CurveFormat::SurfaceWinding => winding_text::read(&text, mesh),
     }
 }
 

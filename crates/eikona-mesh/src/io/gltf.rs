@@ -3,12 +3,13 @@
 //! Own reader: the iterators of the crate gltf add offsets without checking for overflow, never end at stride 0 and panic on
 //! some damaged files; only a small part of glTF is geometry.
 
-use super::MeshFile;
-use super::faces::Faces;
 use super::gltf_buffers::{Accessor, Buffer, BufferView, Data};
-use crate::error::{FileError, MeshError};
+use super::text::decode_text;
+use super::{MeshFile, gltf_scene};
+use crate::error::FileError;
 use serde::Deserialize;
-use std::collections::{BTreeMap, BTreeSet};
+use serde::de::IgnoredAny;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 pub(super) const GLTF: &str = "glTF";
@@ -18,11 +19,12 @@ pub(super) const GLTF: &str = "glTF";
 /// The nodes of the scene are walked depth first; each primitive is placed by its node and appended. Primitives of one mesh
 /// that share their vertices keep sharing them. Triangles, strips and fans become faces (turned over where a node mirrors
 /// them), lines become lines. Scalar attributes whose name begins with `_` become vertex scalars without it. Materials,
-/// normals, texture coordinates, skins, animations and morphs are passed over.
+/// normals, texture coordinates and animations are passed over, skins and morph targets with a warning; the transform of a
+/// skinned mesh's node does not count, as the specification has it.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the element; [`FileError::Unsupported`] for compressed geometry, sparse accessors, glTF 1 and
-/// buffers in other files.
+/// [`FileError::Syntax`] with the element, also for a buffer that is missing; [`FileError::Unsupported`] for compressed
+/// geometry and glTF 1.
 pub fn read_gltf(bytes: &[u8]) -> Result<MeshFile, FileError> {
     read(bytes, None)
 }
@@ -35,13 +37,13 @@ pub(super) fn read_beside(bytes: &[u8], folder: &Path) -> Result<MeshFile, FileE
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Root {
-    scene: Option<usize>,
+    pub scene: Option<usize>,
     #[serde(default)]
-    scenes: Vec<Scene>,
+    pub scenes: Vec<Scene>,
     #[serde(default)]
-    nodes: Vec<Node>,
+    pub nodes: Vec<Node>,
     #[serde(default)]
-    meshes: Vec<Mesh>,
+    pub meshes: Vec<Mesh>,
     #[serde(default)]
     pub accessors: Vec<Accessor>,
     #[serde(default)]
@@ -53,44 +55,52 @@ pub(super) struct Root {
 }
 
 #[derive(Deserialize)]
-struct Scene {
+pub(super) struct Scene {
     #[serde(default)]
-    nodes: Vec<usize>,
+    pub nodes: Vec<usize>,
 }
 
 #[derive(Deserialize)]
-struct Node {
-    mesh: Option<usize>,
+pub(super) struct Node {
+    pub mesh: Option<usize>,
+    pub skin: Option<usize>,
     #[serde(default)]
-    children: Vec<usize>,
-    matrix: Option<[f64; 16]>,
-    translation: Option<[f64; 3]>,
-    rotation: Option<[f64; 4]>,
-    scale: Option<[f64; 3]>,
+    pub children: Vec<usize>,
+    pub matrix: Option<[f64; 16]>,
+    pub translation: Option<[f64; 3]>,
+    pub rotation: Option<[f64; 4]>,
+    pub scale: Option<[f64; 3]>,
+    #[serde(default)]
+    pub extensions: Extensions,
 }
 
 #[derive(Deserialize)]
-struct Mesh {
-    primitives: Vec<Primitive>,
+pub(super) struct Mesh {
+    pub primitives: Vec<Primitive>,
 }
 
 #[derive(Deserialize)]
-struct Primitive {
-    attributes: BTreeMap<String, usize>,
-    indices: Option<usize>,
-    mode: Option<u32>,
+pub(super) struct Primitive {
+    pub attributes: BTreeMap<String, usize>,
+    pub indices: Option<usize>,
+    pub mode: Option<u32>,
+    #[serde(default)]
+    pub targets: Vec<IgnoredAny>,
+    #[serde(default)]
+    pub extensions: Extensions,
 }
+
+type Extensions = BTreeMap<String, IgnoredAny>;
 
 fn read(bytes: &[u8], folder: Option<&Path>) -> Result<MeshFile, FileError> {
-    let (json, binary) = if bytes.starts_with(b"glTF") { glb_chunks(bytes)? } else { (bytes, None) };
-    let json = json.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(json);
-    let root: Root = serde_json::from_slice(json).map_err(|fault| {
-        FileError::syntax(
-            GLTF,
-            format!("JSON line {}, column {}", fault.line(), fault.column()),
-            fault.to_string(),
-        )
-    })?;
+    let text;
+    let chunks = if bytes.starts_with(b"glTF") {
+        glb_chunks(bytes)?
+    } else {
+        text = decode_text(bytes);
+        Chunks { json: &text, binary: None, left_over: 0 }
+    };
+    let root = parse(chunks.json)?;
     for extension in &root.extensions_required {
         // These change how surfaces look, or (quantization) only allow more component types, all of which are read.
         let harmless =
@@ -101,16 +111,66 @@ fn read(bytes: &[u8], folder: Option<&Path>) -> Result<MeshFile, FileError> {
             )));
         }
     }
-    let data = Data::load(&root, binary, folder)?;
-    let mut scene = Collected::default();
-    for (node, mesh, place) in placed_meshes(&root)? {
-        scene.add_mesh(&root, &data, node, mesh, &place)?;
+    let data = Data::load(&root, chunks.binary, folder);
+    let mut file = gltf_scene::read(&root, &data)?;
+    if chunks.left_over > 0 {
+        file.warnings
+            .push(format!("{} bytes after the announced end of the file were left out", chunks.left_over));
     }
-    scene.finish()
+    Ok(file)
 }
 
-/// The JSON and the binary chunk of a `.glb`.
-fn glb_chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), FileError> {
+/// The JSON as far as it is needed.
+fn parse(json: &[u8]) -> Result<Root, FileError> {
+    // Old exporters fill the chunk up with zeros instead of blanks.
+    let end = json.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
+    let mut deserializer = serde_json::Deserializer::from_slice(&json[..end]);
+    let root = serde_path_to_error::deserialize(&mut deserializer)
+        .map_err(|fault| (fault.path().to_string(), fault.into_inner()))
+        .and_then(|root| deserializer.end().map(|()| root).map_err(|fault| (".".into(), fault)));
+    root.map_err(|(path, fault)| {
+        let line = format!("JSON line {}, column {}", fault.line(), fault.column());
+        let place = if fault.is_data() && path != "." { format!("{path} ({line})") } else { line };
+        FileError::syntax(GLTF, place, plain_words(&fault.to_string()))
+    })
+}
+
+/// What serde says, without its names of Rust types.
+fn plain_words(message: &str) -> String {
+    let message = message.rsplit_once(" at line ").map_or(message, |(what, _)| what);
+    if let Some(field) = message.strip_prefix("missing field ") {
+        return format!("the member {} is missing", field.replace('`', "\""));
+    }
+    let typed = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid value: "));
+    let Some((found, expected)) = typed.and_then(|m| m.rsplit_once(", expected ")) else {
+        return message.to_string();
+    };
+    let found = match found {
+        "sequence" => "an array",
+        "map" => "an object",
+        other => other,
+    };
+    let expected = match expected {
+        "usize" | "u32" | "u64" => "a whole number from 0 on",
+        "f64" => "a number",
+        "a sequence" => "an array",
+        "a map" => "an object",
+        other if other.starts_with("struct ") => "an object",
+        other => other,
+    };
+    format!("{found} stands where {expected} is expected")
+}
+
+/// The parts of a file.
+struct Chunks<'a> {
+    json: &'a [u8],
+    binary: Option<&'a [u8]>,
+    /// Bytes of unknown meaning behind the end that the header announces.
+    left_over: usize,
+}
+
+/// The chunks of a `.glb`, up to the length in its header unless a chunk shows that it is wrong.
+fn glb_chunks(bytes: &[u8]) -> Result<Chunks<'_>, FileError> {
     let word = |at: usize| {
         let bytes = bytes.get(at..)?.first_chunk::<4>()?;
         Some(u32::from_le_bytes(*bytes))
@@ -127,9 +187,13 @@ fn glb_chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), FileError> {
         }
         None => return Err(cut_off(4)),
     }
+    let mut end = word(8).ok_or_else(|| cut_off(8))? as usize;
     let (mut json, mut binary) = (None, None);
     let mut at: usize = 12;
-    while at < bytes.len() {
+    if end < at {
+        end = bytes.len();
+    }
+    while at < bytes.len() && at < end {
         let length = word(at).ok_or_else(|| cut_off(at))? as usize;
         let kind = word(at + 4).ok_or_else(|| cut_off(at))?;
         let chunk = bytes.get(at + 8..).and_then(|b| b.get(..length)).ok_or_else(|| cut_off(at))?;
@@ -139,260 +203,14 @@ fn glb_chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), FileError> {
             _ => {}
         }
         at += 8 + length;
+        if at > end {
+            end = bytes.len();
+        }
     }
+    let rest = bytes.get(at..).unwrap_or_default();
+    let filling = rest.iter().all(|b| matches!(b, 0 | b' ' | b'\n' | b'\r'));
     match json {
-        Some(json) => Ok((json, binary)),
+        Some(json) => Ok(Chunks { json, binary, left_over: if filling { 0 } else { rest.len() } }),
         None => Err(FileError::syntax("GLB", "byte 12", "there is no JSON chunk")),
-    }
-}
-
-/// An affine map: the columns of its linear part, then its translation.
-type Place = [[f64; 3]; 4];
-
-const IDENTITY: Place = [[1., 0., 0.], [0., 1., 0.], [0., 0., 1.], [0., 0., 0.]];
-
-fn apply(m: &Place, p: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|r| m[0][r] * p[0] + m[1][r] * p[1] + m[2][r] * p[2] + m[3][r])
-}
-
-/// First `b`, then `a`.
-fn compose(a: &Place, b: &Place) -> Place {
-    let column = |k: usize| [0, 1, 2].map(|r| a[0][r] * b[k][0] + a[1][r] * b[k][1] + a[2][r] * b[k][2]);
-    [column(0), column(1), column(2), apply(a, b[3])]
-}
-
-fn mirrors(m: &Place) -> bool {
-    let [a, b, c, _] = m;
-    let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
-    a[0] * cross[0] + a[1] * cross[1] + a[2] * cross[2] < 0.0
-}
-
-impl Node {
-    fn place(&self) -> Place {
-        if let Some(m) = &self.matrix {
-            return [[m[0], m[1], m[2]], [m[4], m[5], m[6]], [m[8], m[9], m[10]], [m[12], m[13], m[14]]];
-        }
-        let [x, y, z, w] = self.rotation.unwrap_or([0., 0., 0., 1.]);
-        let s = self.scale.unwrap_or([1.; 3]);
-        [
-            [1. - 2. * (y * y + z * z), 2. * (x * y + z * w), 2. * (x * z - y * w)].map(|r| s[0] * r),
-            [2. * (x * y - z * w), 1. - 2. * (x * x + z * z), 2. * (y * z + x * w)].map(|r| s[1] * r),
-            [2. * (x * z + y * w), 2. * (y * z - x * w), 1. - 2. * (x * x + y * y)].map(|r| s[2] * r),
-            self.translation.unwrap_or([0.; 3]),
-        ]
-    }
-}
-
-fn missing(place: String, what: &str, index: usize, count: usize) -> FileError {
-    FileError::syntax(GLTF, place, format!("it names {what} {index}, but there are {count}, numbered from 0"))
-}
-
-/// Node, mesh and place of every mesh in the scene, depth first. Without nodes, every mesh where it is.
-fn placed_meshes(root: &Root) -> Result<Vec<(usize, usize, Place)>, FileError> {
-    if root.nodes.is_empty() {
-        return Ok((0..root.meshes.len()).map(|mesh| (0, mesh, IDENTITY)).collect());
-    }
-    let starts: Vec<usize> = match root.scenes.get(root.scene.unwrap_or(0)) {
-        Some(scene) => scene.nodes.clone(),
-        None => {
-            let mut is_child = vec![false; root.nodes.len()];
-            for &child in root.nodes.iter().flat_map(|n| &n.children) {
-                if let Some(flag) = is_child.get_mut(child) {
-                    *flag = true;
-                }
-            }
-            (0..root.nodes.len()).filter(|&n| !is_child[n]).collect()
-        }
-    };
-    let mut seen = vec![false; root.nodes.len()];
-    let mut placed = Vec::new();
-    let mut stack: Vec<(usize, Place)> = starts.iter().rev().map(|&n| (n, IDENTITY)).collect();
-    while let Some((n, parent)) = stack.pop() {
-        let node = root.nodes.get(n).ok_or_else(|| missing("scene".into(), "node", n, root.nodes.len()))?;
-        if std::mem::replace(&mut seen[n], true) {
-            let problem = "it is met twice in the scene; a node has one parent";
-            return Err(FileError::syntax(GLTF, format!("node {n}"), problem));
-        }
-        let place = compose(&parent, &node.place());
-        if let Some(mesh) = node.mesh {
-            placed.push((n, mesh, place));
-        }
-        stack.extend(node.children.iter().rev().map(|&child| (child, place)));
-    }
-    Ok(placed)
-}
-
-#[derive(Default)]
-struct Collected {
-    positions: Vec<[f64; 3]>,
-    faces: Faces,
-    lines: Vec<Vec<u32>>,
-    scalars: Vec<(String, Vec<f64>)>,
-    /// Names of scalars that some primitive does not have.
-    incomplete: BTreeSet<String>,
-    stitches: usize,
-}
-
-impl Collected {
-    fn add_mesh(
-        &mut self,
-        root: &Root,
-        data: &Data,
-        node: usize,
-        m: usize,
-        place: &Place,
-    ) -> Result<(), FileError> {
-        let count = root.meshes.len();
-        let mesh = root.meshes.get(m).ok_or_else(|| missing(format!("node {node}"), "mesh", m, count))?;
-        // First vertex and number of vertices of what has been appended, by the accessors it came from.
-        let mut appended: BTreeMap<Vec<(&str, usize)>, (usize, usize)> = BTreeMap::new();
-        for (p, primitive) in mesh.primitives.iter().enumerate() {
-            let name = format!("mesh {m}, primitive {p}");
-            let kept = primitive.attributes.iter().filter(|(k, _)| *k == "POSITION" || k.starts_with('_'));
-            let key: Vec<(&str, usize)> = kept.map(|(k, &a)| (k.as_str(), a)).collect();
-            let (first, vertices) = match appended.get(&key) {
-                Some(&known) => known,
-                None => {
-                    let range = self.add_vertices(data, &name, &key, place)?;
-                    appended.insert(key, range);
-                    range
-                }
-            };
-            let indices = match primitive.indices {
-                Some(accessor) => data.indices(accessor, &name)?,
-                None => (0..vertices as i64).collect(),
-            };
-            if let Some(index) = indices.iter().find(|&&i| i >= vertices as i64) {
-                let problem = format!(
-                    "index {index} is out of range: the primitive has {vertices} vertices, numbered from 0"
-                );
-                return Err(FileError::syntax(GLTF, name, problem));
-            }
-            let indices: Vec<i64> = indices.into_iter().map(|i| i + first as i64).collect();
-            self.add_elements(primitive.mode.unwrap_or(4), &indices, &name, mirrors(place))?;
-        }
-        Ok(())
-    }
-
-    fn add_vertices(
-        &mut self,
-        data: &Data,
-        name: &str,
-        attributes: &[(&str, usize)],
-        place: &Place,
-    ) -> Result<(usize, usize), FileError> {
-        let first = self.positions.len();
-        let Some(&(_, accessor)) = attributes.iter().find(|(k, _)| *k == "POSITION") else {
-            return Err(FileError::syntax(GLTF, name, "it has no attribute POSITION"));
-        };
-        let positions = data.floats::<3>(accessor, name)?;
-        let vertices = positions.len();
-        if first + vertices >= u32::MAX as usize {
-            return Err(MeshError::TooLarge { vertices: first + vertices, faces: self.faces.count() }.into());
-        }
-        if *place == IDENTITY {
-            self.positions.extend(positions);
-        } else {
-            self.positions.extend(positions.into_iter().map(|p| apply(place, p)));
-        }
-        for &(attribute, accessor) in attributes.iter().filter(|(k, _)| *k != "POSITION") {
-            if !data.is_scalar(accessor) {
-                continue;
-            }
-            let values = data.floats::<1>(accessor, name)?;
-            if values.len() != vertices {
-                let problem = format!("{attribute} has {} values for {vertices} vertices", values.len());
-                return Err(FileError::syntax(GLTF, name, problem));
-            }
-            let scalar = attribute.strip_prefix('_').unwrap_or(attribute);
-            let known = self.scalars.iter().position(|(n, _)| n == scalar);
-            let column = known.unwrap_or_else(|| {
-                self.scalars.push((scalar.to_string(), Vec::new()));
-                self.scalars.len() - 1
-            });
-            let column = &mut self.scalars[column].1;
-            if column.len() < first {
-                self.incomplete.insert(scalar.to_string());
-            }
-            column.resize(first, f64::NAN);
-            column.extend(values.into_iter().flatten());
-        }
-        Ok((first, vertices))
-    }
-
-    fn add_elements(
-        &mut self,
-        mode: u32,
-        indices: &[i64],
-        name: &str,
-        mirrored: bool,
-    ) -> Result<(), FileError> {
-        let triangle = |a: i64, b: i64, c: i64| if mirrored { [a, c, b] } else { [a, b, c] };
-        let line = |nodes: &[i64]| nodes.iter().map(|&i| i as u32).collect::<Vec<u32>>();
-        let whole = |n: usize, what: &str| {
-            if indices.len().is_multiple_of(n) {
-                return Ok(());
-            }
-            Err(FileError::syntax(GLTF, name, format!("{} indices do not make whole {what}", indices.len())))
-        };
-        match mode {
-            0 => {}
-            1 => {
-                whole(2, "lines")?;
-                self.lines.extend(indices.chunks_exact(2).map(line));
-            }
-            2 => self.lines.push(indices.iter().chain(indices.first()).map(|&i| i as u32).collect()),
-            3 => self.lines.push(line(indices)),
-            4 => {
-                whole(3, "triangles")?;
-                for t in indices.chunks_exact(3) {
-                    self.faces.push(&triangle(t[0], t[1], t[2]))?;
-                }
-            }
-            5 => {
-                // A doubled first vertex turns every triangle of the strip over; it makes one stitch of its own.
-                let doubled = if mirrored { indices.first() } else { None };
-                let strip: Vec<i64> = doubled.into_iter().chain(indices).copied().collect();
-                let stitches = self.faces.push_strip(&strip)?;
-                self.stitches += stitches.saturating_sub(usize::from(mirrored));
-            }
-            6 => {
-                let Some((&hub, rim)) = indices.split_first() else { return Ok(()) };
-                for side in rim.windows(2) {
-                    self.faces.push(&triangle(hub, side[0], side[1]))?;
-                }
-            }
-            _ => {
-                let problem = format!("mode {mode} is not known; 0 to 6 are");
-                return Err(FileError::syntax(GLTF, name, problem));
-            }
-        }
-        Ok(())
-    }
-
-    fn finish(mut self) -> Result<MeshFile, FileError> {
-        let vertices = self.positions.len();
-        let mut warnings = Vec::new();
-        for (name, values) in &mut self.scalars {
-            if values.len() < vertices || self.incomplete.contains(name) {
-                warnings.push(format!("not every vertex has a value _{name}; NaN stands for the others"));
-            }
-            values.resize(vertices, f64::NAN);
-        }
-        if self.stitches > 0 {
-            warnings.push(format!("{} triangles without area that join strips were left out", self.stitches));
-        }
-        if vertices == 0 {
-            warnings.push("the scene holds no mesh".into());
-        }
-        let mesh = self.faces.finish(self.positions)?;
-        Ok(MeshFile {
-            mesh,
-            lines: self.lines,
-            vertex_scalars: self.scalars,
-            face_scalars: Vec::new(),
-            corner_uvs: None,
-            warnings,
-        })
     }
 }

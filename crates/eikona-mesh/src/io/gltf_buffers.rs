@@ -5,7 +5,9 @@ use super::gltf::{GLTF, Root};
 use crate::error::FileError;
 use serde::Deserialize;
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 
 #[derive(Deserialize)]
@@ -20,7 +22,32 @@ pub(super) struct Accessor {
     count: usize,
     #[serde(rename = "type")]
     shape: String,
-    sparse: Option<serde::de::IgnoredAny>,
+    sparse: Option<Sparse>,
+}
+
+/// Elements that replace those of an accessor.
+#[derive(Deserialize)]
+struct Sparse {
+    count: usize,
+    indices: SparseIndices,
+    values: SparseValues,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct SparseIndices {
+    buffer_view: usize,
+    #[serde(default)]
+    byte_offset: usize,
+    component_type: u32,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct SparseValues {
+    buffer_view: usize,
+    #[serde(default)]
+    byte_offset: usize,
 }
 
 #[derive(Deserialize)]
@@ -43,44 +70,47 @@ pub(super) struct Buffer {
 /// The accessors of a file with the bytes behind them.
 pub(super) struct Data<'a> {
     root: &'a Root,
-    buffers: Vec<Cow<'a, [u8]>>,
+    /// The buffers, or why one can not be used: many files name some that their geometry does not need.
+    buffers: Vec<Result<Cow<'a, [u8]>, String>>,
+    /// How many elements may still be made from nothing, by accessors without data.
+    zeros_left: Cell<usize>,
 }
 
-/// `count` elements of `size` bytes, `stride` bytes apart.
-struct Elements<'a> {
-    accessor: &'a Accessor,
-    bytes: &'a [u8],
-    stride: usize,
+/// Where elements lie: view, offset in it, their number and bytes each.
+struct Place {
+    view: usize,
+    offset: usize,
+    count: usize,
     size: usize,
+    /// Whether the view may hold them further apart.
+    strided: bool,
 }
 
 impl<'a> Data<'a> {
     /// Gets all buffers: from the binary chunk of a `.glb`, from data URIs, or from files in `folder`.
-    pub fn load(root: &'a Root, binary: Option<&'a [u8]>, folder: Option<&Path>) -> Result<Self, FileError> {
-        let mut buffers = Vec::with_capacity(root.buffers.len());
-        for (b, buffer) in root.buffers.iter().enumerate() {
-            let fault = |problem: String| FileError::syntax(GLTF, format!("buffer {b}"), problem);
+    pub fn load(root: &'a Root, binary: Option<&'a [u8]>, folder: Option<&Path>) -> Self {
+        let load = |(b, buffer): (usize, &Buffer)| {
             let bytes = match (&buffer.uri, binary) {
-                (Some(uri), _) => match uri.strip_prefix("data:") {
-                    Some(data) => {
-                        Cow::Owned(inline(data).ok_or_else(|| fault("its data URI is not base64".into()))?)
-                    }
-                    None => Cow::Owned(beside(uri, folder)?),
-                },
+                (Some(uri), _) => Cow::Owned(match uri.strip_prefix("data:") {
+                    Some(data) => inline(data).ok_or("its data URI is not base64")?,
+                    None => beside(uri, folder)?,
+                }),
                 (None, Some(binary)) if b == 0 => Cow::Borrowed(binary),
-                _ => return Err(fault("it has neither a URI nor a binary chunk".into())),
+                _ => return Err("it has neither a URI nor a binary chunk".to_string()),
             };
             if bytes.len() < buffer.byte_length {
-                let problem = format!(
+                return Err(format!(
                     "{} bytes are announced, but it has {}; it is cut off",
                     buffer.byte_length,
                     bytes.len()
-                );
-                return Err(fault(problem));
+                ));
             }
-            buffers.push(bytes);
-        }
-        Ok(Data { root, buffers })
+            Ok(bytes)
+        };
+        let buffers: Vec<Result<Cow<[u8]>, String>> = root.buffers.iter().enumerate().map(load).collect();
+        const ZEROS: usize = 1 << 20;
+        let bytes: usize = buffers.iter().flatten().map(|b| b.len()).sum();
+        Data { root, buffers, zeros_left: Cell::new(bytes.max(ZEROS)) }
     }
 
     /// Whether an accessor has one component.
@@ -88,107 +118,151 @@ impl<'a> Data<'a> {
         self.root.accessors.get(accessor).is_some_and(|a| a.shape == "SCALAR")
     }
 
+    /// Whether an accessor names no data.
+    pub fn is_empty(&self, accessor: usize) -> bool {
+        self.root.accessors.get(accessor).is_some_and(|a| a.buffer_view.is_none() && a.sparse.is_none())
+    }
+
+    /// The number of elements that an accessor announces.
+    pub fn count(&self, accessor: usize) -> usize {
+        self.root.accessors.get(accessor).map_or(0, |a| a.count)
+    }
+
     /// Vectors of N components; normalized integers are mapped to [0, 1] or [-1, 1].
     pub fn floats<const N: usize>(&self, accessor: usize, user: &str) -> Result<Vec<[f64; N]>, FileError> {
-        let elements = self.elements(accessor, N, user)?;
-        let kind = elements.accessor.component_type;
-        let scale = match (elements.accessor.normalized, kind) {
+        let (accessor, mut values) = self.elements(accessor, user)?;
+        let scale = match (accessor.normalized, accessor.component_type) {
             (true, 5120) => 1.0 / 127.0,
             (true, 5121) => 1.0 / 255.0,
             (true, 5122) => 1.0 / 32767.0,
             (true, 5123) => 1.0 / 65535.0,
-            _ => 1.0,
+            _ => return Ok(values),
         };
-        let size = elements.size / N;
-        Ok(elements
-            .iter()
-            .map(|e| {
-                let mut values = [0.0; N];
-                for (value, bytes) in values.iter_mut().zip(e.chunks_exact(size)) {
-                    *value = component(bytes, kind);
-                    if scale != 1.0 {
-                        *value = (*value * scale).max(-1.0);
-                    }
-                }
-                values
-            })
-            .collect())
+        values.as_flattened_mut().iter_mut().for_each(|x| *x = (*x * scale).max(-1.0));
+        Ok(values)
     }
 
     /// Vertex indices.
     pub fn indices(&self, accessor: usize, user: &str) -> Result<Vec<i64>, FileError> {
-        let elements = self.elements(accessor, 1, user)?;
-        let kind = elements.accessor.component_type;
-        if !matches!(kind, 5121 | 5123 | 5125) {
+        if let Some(kind) = self.root.accessors.get(accessor).map(|a| a.component_type)
+            && !matches!(kind, 5121 | 5123 | 5125)
+        {
             let problem = format!("component type {kind} is none of indices; 5121, 5123 and 5125 are");
             return Err(FileError::syntax(GLTF, format!("accessor {accessor}"), problem));
         }
-        Ok(elements.iter().map(|e| component(e, kind) as i64).collect())
+        let (_, values) = self.elements::<1>(accessor, user)?;
+        Ok(values.into_iter().map(|[x]| x as i64).collect())
     }
 
-    fn elements(&self, index: usize, components: usize, user: &str) -> Result<Elements<'_>, FileError> {
+    /// The numbers of an accessor as they are stored: those of its view, or zeros without one, with the sparse ones replaced.
+    fn elements<const N: usize>(
+        &self,
+        index: usize,
+        user: &str,
+    ) -> Result<(&'a Accessor, Vec<[f64; N]>), FileError> {
         let fault = |problem: String| FileError::syntax(GLTF, format!("accessor {index} ({user})"), problem);
         let accessors = &self.root.accessors;
         let accessor = accessors.get(index).ok_or_else(|| {
             fault(format!("it does not exist: there are {}, numbered from 0", accessors.len()))
         })?;
-        if accessor.sparse.is_some() {
-            return Err(FileError::Unsupported(format!(
-                "accessor {index} ({user}) is sparse, which is not read; export the file without sparse accessors"
-            )));
-        }
-        let expected = if components == 3 { "VEC3" } else { "SCALAR" };
+        let expected = if N == 3 { "VEC3" } else { "SCALAR" };
         if accessor.shape != expected {
             return Err(fault(format!("its type is \"{}\", expected {expected}", accessor.shape)));
         }
-        let component_size = match accessor.component_type {
-            5120 | 5121 => 1,
-            5122 | 5123 => 2,
-            5125 | 5126 => 4,
-            other => {
-                return Err(fault(format!("component type {other} is not known; 5120 to 5126 but 5124 are")));
+        let kind = accessor.component_type;
+        let component_size = component_size(kind)
+            .ok_or_else(|| fault(format!("component type {kind} is not known; 5120 to 5126 but 5124 are")))?;
+        let size = N * component_size;
+        let vector = |bytes: &[u8]| {
+            let mut values = [0.0; N];
+            for (value, bytes) in values.iter_mut().zip(bytes.chunks_exact(component_size)) {
+                *value = component(bytes, kind);
+            }
+            values
+        };
+        let count = accessor.count;
+        let mut values: Vec<[f64; N]> = match accessor.buffer_view {
+            Some(view) => {
+                let place = Place { view, offset: accessor.byte_offset, count, size, strided: true };
+                self.bytes(place, &fault)?.map(vector).collect()
+            }
+            None => {
+                let left = self.zeros_left.get().checked_sub(count).ok_or_else(|| {
+                    fault(format!("it has no buffer view, and {count} zeros are more than such a file needs"))
+                })?;
+                self.zeros_left.set(left);
+                vec![[0.0; N]; count]
             }
         };
-        let size = components * component_size;
-        let Some(view) = accessor.buffer_view else {
-            return Err(FileError::Unsupported(format!(
-                "accessor {index} ({user}) has no buffer view, so its data are compressed or missing; export the file without compression"
-            )));
-        };
+        if let Some(Sparse { count, indices, values: replacing }) = &accessor.sparse {
+            let kind = indices.component_type;
+            let index_size = component_size_of_index(kind).ok_or_else(|| {
+                fault(format!("component type {kind} is none of sparse indices; 5121, 5123 and 5125 are"))
+            })?;
+            let place = |view, offset, size| Place { view, offset, count: *count, size, strided: false };
+            let places = self.bytes(place(indices.buffer_view, indices.byte_offset, index_size), &fault)?;
+            let replacing = self.bytes(place(replacing.buffer_view, replacing.byte_offset, size), &fault)?;
+            for (i, value) in places.map(|bytes| component(bytes, kind) as usize).zip(replacing) {
+                let elements = values.len();
+                *values.get_mut(i).ok_or_else(|| {
+                    fault(format!(
+                        "its sparse index {i} is out of range: there are {elements} elements, numbered from 0"
+                    ))
+                })? = vector(value);
+            }
+        }
+        Ok((accessor, values))
+    }
+
+    /// The bytes of each element.
+    fn bytes(
+        &self,
+        place: Place,
+        fault: &dyn Fn(String) -> FileError,
+    ) -> Result<impl Iterator<Item = &[u8]>, FileError> {
+        let Place { view, offset, count, size, strided } = place;
         let views = &self.root.buffer_views;
         let view = views.get(view).ok_or_else(|| {
             fault(format!("it names buffer view {view}, but there are {}, numbered from 0", views.len()))
         })?;
-        let stride = view.byte_stride.unwrap_or(size);
+        let stride = view.byte_stride.filter(|_| strided).unwrap_or(size);
         if stride < size {
             return Err(fault(format!("its elements have {size} bytes, but lie {stride} bytes apart")));
         }
-        let bytes = self
-            .buffers
-            .get(view.buffer)
-            .and_then(|b| b.get(view.byte_offset..)?.get(..view.byte_length)?.get(accessor.byte_offset..))
-            .ok_or_else(|| fault("its buffer view reaches past the end of its buffer".into()))?;
-        let needed = match accessor.count {
+        let past_end = || fault("its buffer view reaches past the end of its buffer".into());
+        let buffer = self.buffers.get(view.buffer).ok_or_else(past_end)?.as_ref();
+        let buffer = buffer.map_err(|why| FileError::syntax(GLTF, format!("buffer {}", view.buffer), why))?;
+        let bytes = buffer
+            .get(view.byte_offset..)
+            .and_then(|b| b.get(..view.byte_length)?.get(offset..))
+            .ok_or_else(past_end)?;
+        let needed = match count {
             0 => Some(0),
             n => (n - 1).checked_mul(stride).and_then(|b| b.checked_add(size)),
         };
         if needed.is_none_or(|n| n > bytes.len()) {
             let problem = format!(
-                "{} elements of {size} bytes are announced, but the view has {} bytes for them",
-                accessor.count,
+                "{count} elements of {size} bytes are announced, but the view has {} bytes for them",
                 bytes.len()
             );
             return Err(fault(problem));
         }
-        Ok(Elements { accessor, bytes, stride, size })
+        // The last element may be shorter than the stride.
+        Ok(bytes.chunks(stride).take(count).filter_map(move |e| e.get(..size)))
     }
 }
 
-impl<'a> Elements<'a> {
-    fn iter(&self) -> impl Iterator<Item = &'a [u8]> {
-        // The last element may be shorter than the stride.
-        self.bytes.chunks(self.stride).take(self.accessor.count).filter_map(|e| e.get(..self.size))
+fn component_size(kind: u32) -> Option<usize> {
+    match kind {
+        5120 | 5121 => Some(1),
+        5122 | 5123 => Some(2),
+        5125 | 5126 => Some(4),
+        _ => None,
     }
+}
+
+fn component_size_of_index(kind: u32) -> Option<usize> {
+    component_size(kind).filter(|_| matches!(kind, 5121 | 5123 | 5125))
 }
 
 fn component(bytes: &[u8], kind: u32) -> f64 {
@@ -209,22 +283,28 @@ fn inline(data: &str) -> Option<Vec<u8>> {
     if kind.ends_with(";base64") { Decoder::new(text.as_bytes()).read_all() } else { None }
 }
 
-/// The bytes of a file that a URI names.
-fn beside(uri: &str, folder: Option<&Path>) -> Result<Vec<u8>, FileError> {
+/// The bytes of a file that a URI names, or why they can not be had.
+fn beside(uri: &str, folder: Option<&Path>) -> Result<Vec<u8>, String> {
     let Some(folder) = folder else {
-        return Err(FileError::Unsupported(format!(
-            "the buffer \"{uri}\" is another file; read the glTF file by its path, or convert it to .glb"
-        )));
+        return Err(format!(
+            "its data are in another file, \"{uri}\"; read the glTF file by its path, or convert it to .glb"
+        ));
     };
     let name = PathBuf::from(percent_decoded(uri));
     let plain = name.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
     if !plain || uri.contains("://") {
-        return Err(FileError::Unsupported(format!(
-            "the buffer \"{uri}\" does not lie in the folder of the glTF file; put it there, or convert the file to .glb"
-        )));
+        return Err(format!(
+            "its file \"{uri}\" does not lie in the folder of the glTF file; put it there, or convert the file to .glb"
+        ));
     }
-    let path = folder.join(name);
-    fs::read(&path).map_err(|fault| FileError::io(&path, fault))
+    fs::read(folder.join(&name)).map_err(|fault| {
+        let name = name.display();
+        if fault.kind() == ErrorKind::NotFound {
+            format!("its file {name} is not there; put it beside the glTF file, or export the mesh as .glb")
+        } else {
+            format!("its file {name} can not be read ({fault})")
+        }
+    })
 }
 
 fn percent_decoded(uri: &str) -> String {

@@ -3,6 +3,7 @@
 use super::MeshOut;
 use super::base64;
 use super::output::one_word;
+use super::rounding;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 
@@ -17,6 +18,7 @@ const TRIANGLES: u32 = 4;
 /// Writes a `.glb`. Positions and scalars are 32-bit floats, as glTF asks; a scalar `name` is the attribute `_name`. NaN in a
 /// scalar is written as it is, though strict validators complain: any number in its place would be false. Colours are made
 /// linear, as glTF defines them, and are floats, because MeshLab misreads 16-bit ones. Lines are a second primitive over the same vertices.
+/// A mesh far from the origin is moved there by an offset, which is the translation of its node.
 pub(super) fn write_glb(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     let mut parts = Parts::of(mesh);
     let mut json = serde_json::to_vec(&parts.root(None))?;
@@ -46,6 +48,8 @@ pub(super) fn write_gltf(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> 
 
 #[derive(Default)]
 struct Parts {
+    /// What has been subtracted from the positions: the translation of the node.
+    offset: [f64; 3],
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
@@ -60,10 +64,13 @@ impl Parts {
             return parts; // glTF has no empty accessors
         }
         let mut attributes = serde_json::Map::new();
-        let floats = positions.iter().flatten().map(|&x| x as f32);
+        let offset = rounding::offset(positions);
+        parts.offset = offset;
+        let rounded = |p: &[f64; 3]| [0, 1, 2].map(|k| (p[k] - offset[k]) as f32);
+        let floats = positions.iter().flat_map(rounded);
         // The bounds must be those of the rounded values.
         let bound = |pick: fn(f32, f32) -> f32, start: f32| {
-            [0, 1, 2].map(|k| positions.iter().map(|p| p[k] as f32).fold(start, pick))
+            positions.iter().map(rounded).fold([start; 3], |b, p| [0, 1, 2].map(|k| pick(b[k], p[k])))
         };
         let bounds = Some((bound(f32::min, f32::INFINITY), bound(f32::max, f32::NEG_INFINITY)));
         let position = parts.add(
@@ -147,6 +154,9 @@ impl Parts {
         }
         root["scenes"] = json!([{ "nodes": [0] }]);
         root["nodes"] = json!([{ "mesh": 0 }]);
+        if self.offset != [0.0; 3] {
+            root["nodes"][0]["translation"] = json!(self.offset);
+        }
         root["meshes"] = json!([{ "primitives": self.primitives }]);
         root["accessors"] = json!(self.accessors);
         root["bufferViews"] = json!(self.views);

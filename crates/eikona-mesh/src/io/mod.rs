@@ -10,22 +10,31 @@
 //! | GLB, glTF | all primitives, placed by their nodes; `_NAME` scalars | GLB: triangles, lines, scalars, colours |
 //! | VTP | ascii, base64 and raw data, zlib | polygons, lines, scalars, colours |
 //!
+//! Text may be UTF-8, UTF-16 or UTF-32. Formats of 32-bit floats (STL, GLB, glTF) come with a warning when they do not hold the
+//! coordinates; glTF keeps an offset in the translation of its node.
+//!
 //! Coordinates that are NaN or infinite are kept as read; [`TriangleMesh::new`](crate::TriangleMesh::new) refuses them with
 //! the vertex. What a file's header announces is checked against its length before memory is set aside.
 
 mod atomic;
 mod base64;
+mod detect;
 mod faces;
 mod gltf;
 mod gltf_buffers;
+mod gltf_scene;
 mod gltf_write;
+mod names;
 mod obj;
 mod off;
 mod output;
 mod ply;
 mod ply_header;
+mod ply_lines;
 mod ply_write;
+mod rounding;
 mod stl;
+mod text;
 mod vtp;
 mod vtp_arrays;
 mod vtp_write;
@@ -41,6 +50,7 @@ pub use off::read_off;
 pub use output::{Encoding, MeshOut, stage_mesh, write_mesh, write_mesh_bytes};
 pub use ply::read_ply;
 pub use stl::read_stl;
+pub use text::decode_text;
 pub use vtp::read_vtp;
 
 use crate::error::FileError;
@@ -69,52 +79,21 @@ pub enum MeshFormat {
 }
 
 impl MeshFormat {
-    /// The format that a file name stands for; a last `.gz` is passed over.
+    /// The usual name of the format: "OBJ", "glTF".
     ///
     /// ```
     /// use eikona_mesh::io::MeshFormat;
-    /// assert_eq!(MeshFormat::from_path("scan.PLY.gz"), Some(MeshFormat::Ply));
-    /// assert_eq!(MeshFormat::from_path("scan"), None);
+    /// assert_eq!(MeshFormat::Stl.name(), "STL");
     /// ```
-    pub fn from_path(path: impl AsRef<Path>) -> Option<MeshFormat> {
-        let name = path.as_ref().file_name()?.to_string_lossy().to_ascii_lowercase();
-        let (_, extension) = name.strip_suffix(".gz").unwrap_or(&name).rsplit_once('.')?;
-        Some(match extension {
-            "obj" => MeshFormat::Obj,
-            "ply" => MeshFormat::Ply,
-            "stl" => MeshFormat::Stl,
-            "off" => MeshFormat::Off,
-            "glb" => MeshFormat::Glb,
-            "gltf" => MeshFormat::Gltf,
-            "vtp" => MeshFormat::Vtp,
-            _ => return None,
-        })
-    }
-
-    /// The format that the content looks like, from its first bytes.
-    pub fn sniff(bytes: &[u8]) -> Option<MeshFormat> {
-        const HEAD: usize = 4096;
-        let head = bytes.get(..HEAD).unwrap_or(bytes).trim_ascii_start();
-        let has = |part: &[u8]| head.windows(part.len()).any(|w| w == part);
-        if bytes.starts_with(b"glTF") {
-            Some(MeshFormat::Glb)
-        } else if head.starts_with(b"ply") {
-            Some(MeshFormat::Ply)
-        } else if stl::is_binary(bytes) || (head.starts_with(b"solid") && has(b"facet")) {
-            Some(MeshFormat::Stl)
-        } else if head.starts_with(b"{") {
-            Some(MeshFormat::Gltf)
-        } else if head.starts_with(b"<") {
-            has(b"PolyData").then_some(MeshFormat::Vtp)
-        } else {
-            let mut words = words::Words::new(head).with_comments();
-            match words.word()? {
-                keyword if off::Header::parse(keyword).is_some() => Some(MeshFormat::Off),
-                b"v" | b"vn" | b"vt" | b"f" | b"o" | b"g" | b"s" | b"mtllib" | b"usemtl" => {
-                    Some(MeshFormat::Obj)
-                }
-                _ => None,
-            }
+    pub fn name(self) -> &'static str {
+        match self {
+            MeshFormat::Obj => "OBJ",
+            MeshFormat::Ply => "PLY",
+            MeshFormat::Stl => "STL",
+            MeshFormat::Off => "OFF",
+            MeshFormat::Glb => "GLB",
+            MeshFormat::Gltf => "glTF",
+            MeshFormat::Vtp => "VTP",
         }
     }
 }
@@ -140,23 +119,74 @@ pub struct MeshFile {
 /// A file holds at most this many bytes (uncompressed), so that 32-bit indices can name what is in it.
 const MOST_BYTES: u64 = u32::MAX as u64;
 
-/// Reads a mesh file. The format is told by the name, or failing that by the content; gzip is undone whatever the name. The
-/// buffers of a glTF file are looked for beside it.
+/// Reads a mesh file. The content tells the format, or failing that the name; where both disagree there is a warning. gzip is
+/// undone whatever the name. The buffers of a glTF file are looked for beside it.
 ///
 /// # Errors
 /// [`FileError::Io`] when the file can not be read, [`FileError::Unsupported`] when its format is not known, else as
 /// [`read_mesh_bytes`]; every error but those of I/O is about the file named in [`FileError::InFile`].
 pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, FileError> {
+    read_mesh_as(path, None).map(|(file, _)| file)
+}
+
+/// As [`read_mesh`], but in the given format if there is one. Returns the format that was read, too.
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn read_mesh_as(
+    path: impl AsRef<Path>,
+    format: Option<MeshFormat>,
+) -> Result<(MeshFile, MeshFormat), FileError> {
     let path = path.as_ref();
     let bytes = read_bytes(path)?;
-    let read = match MeshFormat::from_path(path).or_else(|| MeshFormat::sniff(&bytes)) {
-        None => Err(FileError::Unsupported(
-            "neither the name nor the content tells a mesh format; name it .obj, .ply, .stl, .off, .glb, .gltf or .vtp".into(),
-        )),
-        Some(MeshFormat::Glb | MeshFormat::Gltf) => gltf::read_beside(&bytes, path.parent().unwrap_or(Path::new(""))),
-        Some(format) => read_mesh_bytes(&bytes, format),
+    read_detected(path, &bytes, format).map_err(|fault| fault.in_file(path))
+}
+
+fn read_detected(
+    path: &Path,
+    bytes: &[u8],
+    given: Option<MeshFormat>,
+) -> Result<(MeshFile, MeshFormat), FileError> {
+    let by_content = MeshFormat::sniff(bytes);
+    let by_name = MeshFormat::from_path(path);
+    if bytes.is_empty() {
+        return Err(FileError::Unsupported("the file is empty".into()));
+    }
+    if given.or(by_content).is_none()
+        && let Some((kind, remedy)) = detect::foreign(bytes)
+    {
+        return Err(FileError::Unsupported(format!("the content is {kind}, which is not read; {remedy}")));
+    }
+    let format = given.or(by_content).or(by_name).ok_or_else(|| {
+        let problem = "neither the name nor the content tells a mesh format; name it .obj, .ply, .stl, .off, .glb, .gltf or .vtp";
+        FileError::Unsupported(problem.into())
+    })?;
+    let mut file = match format {
+        MeshFormat::Glb | MeshFormat::Gltf => {
+            with_rounding_warning(gltf::read_beside(bytes, path.parent().unwrap_or(Path::new("")))?)
+        }
+        format => read_mesh_bytes(bytes, format)?,
     };
-    read.map_err(|fault| fault.in_file(path))
+    // Readers of glTF tell its two kinds by the content anyway.
+    let kind = |f: MeshFormat| if f == MeshFormat::Gltf { MeshFormat::Glb } else { f };
+    if let Some(named) = by_name
+        && kind(named) != kind(format)
+        && given.is_none()
+    {
+        let warning = format!(
+            "the name says {0}, but the content is {1}; it was read as {1}",
+            named.name(),
+            format.name()
+        );
+        file.warnings.insert(0, warning);
+    }
+    Ok((file, format))
+}
+
+/// Adds a warning if 32-bit floats have lost what the mesh needs.
+fn with_rounding_warning(mut file: MeshFile) -> MeshFile {
+    file.warnings.extend(rounding::lost_digits(&file.mesh));
+    file
 }
 
 /// Reads a mesh from the bytes of a file (not compressed). glTF must hold all its buffers.
@@ -182,14 +212,15 @@ pub fn read_mesh_bytes(bytes: &[u8], format: MeshFormat) -> Result<MeshFile, Fil
             bytes.len()
         )));
     }
-    match format {
+    let read = match format {
         MeshFormat::Obj => read_obj(bytes),
         MeshFormat::Ply => read_ply(bytes),
         MeshFormat::Stl => read_stl(bytes),
         MeshFormat::Off => read_off(bytes),
         MeshFormat::Glb | MeshFormat::Gltf => read_gltf(bytes),
         MeshFormat::Vtp => read_vtp(bytes),
-    }
+    };
+    read.map(with_rounding_warning)
 }
 
 /// The content of a file, with gzip undone.

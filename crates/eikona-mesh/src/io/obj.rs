@@ -3,6 +3,7 @@
 //! Own reader: tobj triangulates or re-indexes by position/texture/normal triples, which loses the order and count of
 //! vertices, and drops `l` lines.
 
+use super::text::decode_text;
 use super::words::{Number, Words, integer, number, shown};
 use super::{MeshFile, MeshOut};
 use crate::error::FileError;
@@ -18,7 +19,8 @@ const OBJ: &str = "OBJ";
 /// # Errors
 /// [`FileError::Syntax`] with the line: a word that is no number, an index that is 0 or names no vertex, no vertex at all.
 pub fn read_obj(bytes: &[u8]) -> Result<MeshFile, FileError> {
-    let mut words = Words::new(bytes).with_comments().with_continuation();
+    let text = decode_text(bytes);
+    let mut words = Words::new(&text).with_comments().with_continuation(begins_statement);
     let mut content = Content::default();
     loop {
         match words.word_on_line() {
@@ -36,8 +38,29 @@ pub fn read_obj(bytes: &[u8]) -> Result<MeshFile, FileError> {
             _ => {}
         }
         if !words.next_line() {
-            return content.finish();
+            break;
         }
+    }
+    let mut file = content.finish()?;
+    if let Some(line) = words.not_joined() {
+        file.warnings.push(format!(
+            "line {line} ends with a backslash, but the next line begins a statement; such lines were not joined"
+        ));
+    }
+    Ok(file)
+}
+
+/// Whether a line is a statement and not the rest of the line before it, as after `g C:\`: a keyword, and what comes behind it.
+fn begins_statement(line: &[u8]) -> bool {
+    let mut words = Words::new(line);
+    let (keyword, value) = (words.word_on_line(), words.word_on_line());
+    match keyword {
+        // Groups may have such names, but no numbers behind them.
+        Some(b"v" | b"vn" | b"vt" | b"vp" | b"f" | b"l" | b"p") => {
+            value.and_then(|w| w.split(|&b| b == b'/').next()).and_then(number).is_some()
+        }
+        Some(b"g" | b"o" | b"s" | b"usemtl" | b"mtllib") => value.is_some(),
+        _ => false,
     }
 }
 

@@ -2,9 +2,11 @@
 //! colours.
 
 use super::faces::Faces;
-use super::words::{Number, Words, integer, number, shown};
+use super::text::decode_text;
+use super::words::{Number, Words, integer, number, shown, whole};
 use super::{MeshFile, MeshOut};
 use crate::error::FileError;
+use crate::polygon::PolygonMesh;
 use std::io::{self, Write};
 
 const OFF: &str = "OFF";
@@ -14,22 +16,47 @@ const OFF: &str = "OFF";
 pub(super) struct Header {
     normals: bool,
     colours: bool,
+    texture: bool,
     unsupported: bool,
 }
 
 impl Header {
-    /// `[ST][C][N][4][n]OFF`
-    pub fn parse(keyword: &[u8]) -> Option<Header> {
-        let rest = keyword.strip_suffix(b"OFF")?;
-        let rest = rest.strip_prefix(b"ST").unwrap_or(rest);
-        let (colours, rest) = rest.strip_prefix(b"C").map_or((false, rest), |r| (true, r));
-        let (normals, rest) = rest.strip_prefix(b"N").map_or((false, rest), |r| (true, r));
-        let unsupported = matches!(rest, b"4" | b"n" | b"4n");
-        (rest.is_empty() || unsupported).then_some(Header { normals, colours, unsupported })
+    /// `[ST][C][N][4][n]OFF` in any case; returns also the digits behind it, since many files of ModelNet begin with
+    /// `OFF4 2 0`.
+    pub fn parse(word: &[u8]) -> Option<(Header, &[u8])> {
+        let at = word.windows(3).position(|w| w.eq_ignore_ascii_case(b"OFF"))?;
+        let (prefix, rest) = word.split_at(at);
+        let (off, digits) = rest.split_at(3);
+        if !digits.iter().all(u8::is_ascii_digit) {
+            return None;
+        }
+        // Only the case distinguishes NOFF, with normals, from nOFF, of n dimensions.
+        let dimensions = off == b"OFF" && prefix.ends_with(b"n");
+        let prefix = if dimensions { &prefix[..at - 1] } else { prefix }.to_ascii_uppercase();
+        let take = |prefix: &mut &[u8], part: &[u8]| match prefix.strip_prefix(part) {
+            Some(rest) => {
+                *prefix = rest;
+                true
+            }
+            None => false,
+        };
+        let mut left = prefix.as_slice();
+        let (texture, colours) = (take(&mut left, b"ST"), take(&mut left, b"C"));
+        let (normals, four) = (take(&mut left, b"N"), take(&mut left, b"4"));
+        left.is_empty()
+            .then_some((Header { normals, colours, texture, unsupported: dimensions || four }, digits))
+    }
+
+    /// The scalars of a vertex that are kept, in their order.
+    fn scalars(self) -> impl Iterator<Item = &'static str> {
+        let normals = if self.normals { &["nx", "ny", "nz"][..] } else { &[] };
+        let colours = if self.colours { &["red", "green", "blue"][..] } else { &[] };
+        normals.iter().chain(colours).copied()
     }
 }
 
-/// The mesh of an OFF text. The counts may stand behind the keyword or on the next line; the keyword may be missing.
+/// The mesh of an OFF text. The keyword may be missing, and the counts may stand behind it or on lines of their own. Every
+/// vertex and face begins a line; a file whose lines hold more than one is read if that is possible in one way only.
 /// Normals of NOFF become the vertex scalars `nx`, `ny`, `nz`, colours of COFF `red`, `green`, `blue`, as they are written
 /// (0 to 1 or 0 to 255); other values behind vertices and colours behind faces are not kept.
 ///
@@ -37,10 +64,12 @@ impl Header {
 /// [`FileError::Syntax`] with the line, also when there are fewer vertices or faces than announced; [`FileError::Mesh`] with
 /// every face that names a vertex that does not exist; [`FileError::Unsupported`] for binary OFF, 4OFF and nOFF.
 pub fn read_off(bytes: &[u8]) -> Result<MeshFile, FileError> {
-    let mut words = Words::new(bytes).with_comments();
+    let text = decode_text(bytes);
+    let mut words = Words::new(&text).with_comments();
     let first = words.word().ok_or_else(|| words.fault(OFF, "the file is empty"))?;
     let (header, first_count) = match Header::parse(first) {
-        Some(header) => (header, words.word()),
+        Some((header, b"")) => (header, words.word()),
+        Some((header, digits)) => (header, Some(digits)),
         None => (Header::default(), Some(first)),
     };
     if header.unsupported {
@@ -49,7 +78,7 @@ pub fn read_off(bytes: &[u8]) -> Result<MeshFile, FileError> {
             shown(first)
         )));
     }
-    if first_count == Some(b"BINARY") {
+    if first_count.is_some_and(|word| word.eq_ignore_ascii_case(b"BINARY")) {
         return Err(FileError::Unsupported(
             "binary OFF is not read; convert the file to ascii OFF or PLY".into(),
         ));
@@ -57,62 +86,191 @@ pub fn read_off(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let vertices = count(&words, first_count, "vertices")?;
     let second_count = words.word();
     let faces = count(&words, second_count, "faces")?;
-    words.next_line(); // the number of edges, which is often left out
+    let body = Body { header, keyword: first, vertices, faces };
+    let starts = body.starts(words);
 
-    let mut file = MeshFile::default();
-    let mut columns: Vec<(&str, Vec<f64>)> = Vec::new();
-    if header.normals {
-        columns.extend(["nx", "ny", "nz"].map(|name| (name, Vec::new())));
+    let by_line = body.read(starts[0].clone(), Layout { vertex_lines: true, face_lines: true, alpha: false });
+    if by_line.as_ref().is_ok_and(|file| file.warnings.is_empty()) {
+        return by_line;
     }
-    if header.colours {
-        columns.extend(["red", "green", "blue"].map(|name| (name, Vec::new())));
-    }
-    let mut positions = Vec::with_capacity(vertices.min(words.remaining() / 6)); // "0 0 0" and a line end
-    for i in 0..vertices {
-        let mut position = [0.0; 3];
-        for coordinate in &mut position {
-            let word = words.word().ok_or_else(|| cut_off(&words, "vertices", vertices, i))?;
-            *coordinate = number(word)
-                .ok_or_else(|| words.fault(OFF, format!("vertex {i}: {} is not a number", shown(word))))?;
+    // Lines with several elements: only a layout that uses up every word of the file is believed.
+    let mut found: Vec<MeshFile> = Vec::new();
+    for start in starts {
+        for face_lines in [true, false] {
+            for alpha in [false, true] {
+                let layout = Layout { vertex_lines: false, face_lines, alpha };
+                let file = body.read(start.clone(), layout);
+                if let Some(file) = file.ok().filter(|f| f.warnings.is_empty() && is_plausible(&f.mesh))
+                    && (!alpha || header.colours)
+                    && !found.contains(&file)
+                {
+                    found.push(file);
+                }
+            }
         }
-        positions.push(position);
-        for (name, values) in &mut columns {
-            let word = words.word_on_line().unwrap_or_default();
-            values.push(number(word).ok_or_else(|| {
-                let problem =
-                    format!("vertex {i}: {} stands where {} announces {name}", shown(word), shown(first));
-                words.fault(OFF, problem)
-            })?);
+    }
+    match found.len() {
+        0 => by_line,
+        1 => Ok(found.swap_remove(0)),
+        _ => Err(FileError::syntax(
+            OFF,
+            "whole file",
+            "lines hold more than one vertex or face, and there are several ways to read them; write one per line",
+        )),
+    }
+}
+
+/// Whether every face has three or more corners, all different.
+fn is_plausible(mesh: &PolygonMesh) -> bool {
+    let mut corners = Vec::new();
+    mesh.faces().all(|face| {
+        corners.clear();
+        corners.extend_from_slice(face);
+        corners.sort_unstable();
+        corners.windows(2).all(|w| w[0] != w[1]) && face.len() >= 3
+    })
+}
+
+/// How vertices and faces lie in lines.
+#[derive(Clone, Copy)]
+struct Layout {
+    /// Whether each vertex ends with its line, whatever else stands there.
+    vertex_lines: bool,
+    /// Whether each face ends with its line.
+    face_lines: bool,
+    /// Whether colours have a fourth number, where vertices do not end with their line.
+    alpha: bool,
+}
+
+/// What the beginning of the file tells of the rest.
+struct Body<'a> {
+    header: Header,
+    keyword: &'a [u8],
+    vertices: usize,
+    faces: usize,
+}
+
+impl Body<'_> {
+    /// The words from the first vertex on, given those behind the number of faces: the number of edges comes first, on this
+    /// line or a later one, but is often left out. More than one place if the lines do not tell.
+    fn starts<'t>(&self, mut words: Words<'t>) -> Vec<Words<'t>> {
+        let width = 3 + self.header.scalars().count();
+        let mut next = words.clone();
+        if let Some(word) = next.word_on_line() {
+            if number(word).is_some_and(|x| whole(x).is_none()) {
+                return vec![words]; // a coordinate
+            }
+            // What else stands there may be vertices.
+            if words_on_line(next.clone()) < width {
+                next.next_line();
+            }
+            return vec![next];
         }
         words.next_line();
-    }
-    let mut polygons = Faces::default();
-    let mut corners = Vec::new();
-    for i in 0..faces {
-        let word = words.word().ok_or_else(|| cut_off(&words, "faces", faces, i))?;
-        let bad =
-            |words: &Words, word| words.fault(OFF, format!("face {i}: {} is not an integer", shown(word)));
-        let length = integer(word).ok_or_else(|| bad(&words, word))?;
-        let length = usize::try_from(length).map_err(|_| {
-            words.fault(OFF, format!("face {i} announces {length} corners; correct the number"))
-        })?;
-        corners.clear();
-        for _ in 0..length {
-            let word = words.word().ok_or_else(|| cut_off(&words, "faces", faces, i))?;
-            corners.push(integer(word).ok_or_else(|| bad(&words, word))?);
+        let mut lines = words.clone();
+        let mut line_width = || loop {
+            match words_on_line(lines.clone()) {
+                0 if lines.next_line() => {}
+                width => {
+                    lines.next_line();
+                    return width;
+                }
+            }
+        };
+        let widths = (line_width(), line_width());
+        let mut behind = words.clone();
+        let is_whole = behind.word().and_then(integer).is_some();
+        match widths {
+            (1, _) if is_whole => vec![behind],
+            (0..=2, _) => vec![words],
+            (_, 0) if is_whole => vec![words, behind],
+            // The number of edges and the first vertices share a line.
+            (first, second) if is_whole && self.vertices > 1 && first % width == 1 && second % width == 0 => {
+                vec![behind]
+            }
+            _ => vec![words],
         }
-        polygons.push(&corners)?;
-        words.next_line(); // a colour
     }
-    if words.word().is_some() {
-        file.warnings.push(format!(
-            "there is more from line {} on than the {faces} faces announced; it was left out",
-            words.line()
-        ));
+
+    fn read(&self, mut words: Words, layout: Layout) -> Result<MeshFile, FileError> {
+        let Body { header, keyword, vertices, faces } = *self;
+        let mut file = MeshFile::default();
+        let mut columns: Vec<(&str, Vec<f64>)> = header.scalars().map(|name| (name, Vec::new())).collect();
+        let passed_over = usize::from(header.colours && layout.alpha) + if header.texture { 2 } else { 0 };
+        let mut positions = Vec::with_capacity(vertices.min(words.remaining() / 6)); // "0 0 0" and a line end
+        for i in 0..vertices {
+            let mut position = [0.0; 3];
+            let mut line = 0;
+            for (k, coordinate) in position.iter_mut().enumerate() {
+                let word = words.word().ok_or_else(|| cut_off(&words, "vertices", vertices, i))?;
+                *coordinate = number(word).ok_or_else(|| {
+                    words.fault(OFF, format!("vertex {i}: {} is not a number", shown(word)))
+                })?;
+                if k == 0 {
+                    line = words.line();
+                }
+            }
+            if layout.vertex_lines && words.line() > line && words_on_line(words.clone()) > 0 {
+                let problem =
+                    format!("vertex {i}, which begins in line {line}, ends in the middle of this line");
+                return Err(words.fault(OFF, problem));
+            }
+            positions.push(position);
+            for (name, values) in &mut columns {
+                let word = if layout.vertex_lines { words.word_on_line() } else { words.word() };
+                let word = word.unwrap_or_default();
+                values.push(number(word).ok_or_else(|| {
+                    let problem = format!(
+                        "vertex {i}: {} stands where {} announces {name}",
+                        shown(word),
+                        shown(keyword)
+                    );
+                    words.fault(OFF, problem)
+                })?);
+            }
+            if layout.vertex_lines {
+                words.next_line();
+            } else {
+                for _ in 0..passed_over {
+                    words.word();
+                }
+            }
+        }
+        let mut polygons = Faces::default();
+        let mut corners = Vec::new();
+        for i in 0..faces {
+            let word = words.word().ok_or_else(|| cut_off(&words, "faces", faces, i))?;
+            let bad = |words: &Words, word| {
+                words.fault(OFF, format!("face {i}: {} is not an integer", shown(word)))
+            };
+            let length = integer(word).ok_or_else(|| bad(&words, word))?;
+            let length = usize::try_from(length).map_err(|_| {
+                words.fault(OFF, format!("face {i} announces {length} corners; correct the number"))
+            })?;
+            corners.clear();
+            for _ in 0..length {
+                let word = words.word().ok_or_else(|| cut_off(&words, "faces", faces, i))?;
+                corners.push(integer(word).ok_or_else(|| bad(&words, word))?);
+            }
+            polygons.push(&corners)?;
+            if layout.face_lines {
+                words.next_line(); // a colour
+            }
+        }
+        if words.word().is_some() {
+            file.warnings.push(format!(
+                "there is more from line {} on than the {faces} faces announced; it was left out",
+                words.line()
+            ));
+        }
+        file.mesh = polygons.finish(positions)?;
+        file.vertex_scalars = columns.into_iter().map(|(name, values)| (name.to_string(), values)).collect();
+        Ok(file)
     }
-    file.mesh = polygons.finish(positions)?;
-    file.vertex_scalars = columns.into_iter().map(|(name, values)| (name.to_string(), values)).collect();
-    Ok(file)
+}
+
+fn words_on_line(mut words: Words) -> usize {
+    std::iter::from_fn(|| words.word_on_line()).count()
 }
 
 fn count(words: &Words, word: Option<&[u8]>, what: &str) -> Result<usize, FileError> {
@@ -125,7 +283,10 @@ fn count(words: &Words, word: Option<&[u8]>, what: &str) -> Result<usize, FileEr
 }
 
 fn cut_off(words: &Words, what: &str, announced: usize, found: usize) -> FileError {
-    words.fault(OFF, format!("the file ends after {found} of {announced} announced {what}; it is cut off"))
+    let problem = format!(
+        "the file ends after {found} of {announced} announced {what}; it is cut off, or the counts at its beginning are wrong"
+    );
+    words.fault(OFF, problem)
 }
 
 /// Writes OFF, or COFF when there are colours.

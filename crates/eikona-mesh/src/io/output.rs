@@ -1,7 +1,7 @@
 //! What is to be written, checked against what the format can hold.
 
 use super::atomic::{StagedFile, publish_files, stage_file};
-use super::{MeshFile, MeshFormat, gltf_write, obj, off, ply_write, stl, vtp_write};
+use super::{MeshFile, MeshFormat, gltf_write, obj, off, ply_write, rounding, stl, vtp_write};
 use crate::error::{Fault, FileError, MeshError};
 use crate::id::Face;
 use crate::mesh::TriangleMesh;
@@ -129,7 +129,7 @@ impl<'a> MeshOut<'a> {
         }
     }
 
-    /// Refuses what would make a false file; says what the format has no place for.
+    /// Refuses what would make a false file; says what the format has no place or no digits for.
     fn check(&self, format: MeshFormat) -> Result<Vec<String>, FileError> {
         self.check_lengths()?;
         self.check_indices()?;
@@ -168,6 +168,11 @@ impl<'a> MeshOut<'a> {
         lost(format == Stl && self.vertex_colours.is_some(), "colours");
         lost(!matches!(format, Obj | Ply) && self.corner_uvs.is_some(), "texture coordinates of corners");
         lost(matches!(format, Stl | Off) && !self.lines.is_empty(), "lines");
+        if glb {
+            left_out.extend(rounding::warning(self, rounding::offset(self.positions()), format.name()));
+        } else if format == Stl && self.encoding == Encoding::Binary {
+            left_out.extend(rounding::warning(self, [0.0; 3], format.name()));
+        }
         Ok(left_out)
     }
 
@@ -251,7 +256,7 @@ pub(super) fn one_word(name: &str) -> String {
 }
 
 /// Writes a mesh file in the format that its name stands for, whole or not at all; `.gz` behind it compresses. Returns what
-/// the format has no place for, one sentence each.
+/// the format has no place for and whether 32-bit floats spoil the coordinates, one sentence each.
 ///
 /// # Errors
 /// [`FileError::Unsupported`] when the name tells no format, or the format can not hold the mesh (polygons in STL and GLB,
@@ -287,7 +292,7 @@ pub fn stage_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<(StagedFile,
     Ok((file, left_out))
 }
 
-/// Writes a mesh in this format. Returns what the format has no place for, one sentence each.
+/// Writes a mesh in this format. Returns the same as [`write_mesh`].
 ///
 /// # Errors
 /// As [`write_mesh`]; all checks come before the first byte is written.

@@ -5,7 +5,10 @@
 
 use super::MeshFile;
 use super::faces::Faces;
+use super::names::Names;
 use super::ply_header::{Element, Encoding, Header, Kind, PLY, Type};
+use super::ply_lines;
+use super::text::{decode_text, is_wide};
 use super::words::{Words, integer, number, shown, whole};
 use crate::error::FileError;
 
@@ -13,19 +16,54 @@ use crate::error::FileError;
 /// own names; `edge` elements become lines of two nodes; strips become triangles. List properties other than the vertex
 /// list, and other elements, are left out with a warning.
 ///
+/// Lines of ascii need not be those of the elements. What follows the elements announced is left out with a warning.
+///
 /// # Errors
 /// [`FileError::Syntax`] with the line of the header or the element, also when the header announces more than the file
-/// holds; [`FileError::Mesh`] with every face that names a vertex that does not exist.
+/// holds; [`FileError::Mesh`] with every face that names a vertex that does not exist; [`FileError::Unsupported`] for binary
+/// data in UTF-16.
 pub fn read_ply(bytes: &[u8]) -> Result<MeshFile, FileError> {
-    let header = Header::parse(bytes)?;
-    let body = bytes.get(header.length..).unwrap_or_default();
-    match header.encoding {
-        Encoding::Ascii => read_body(&header.elements, AsciiBody { words: Words::new(body) }),
-        Encoding::Binary { big_endian: false } => {
-            read_body(&header.elements, BinaryBody::<false> { rest: body })
+    let text = decode_text(bytes);
+    let Header { encoding, elements, length, lines } = Header::parse(&text)?;
+    let body = text.get(length..).unwrap_or_default();
+    if !matches!(encoding, Encoding::Ascii) && is_wide(bytes) {
+        return Err(FileError::Unsupported(
+            "a program has converted this binary PLY file to UTF-16, which spoils its numbers; copy it once more from its source"
+                .into(),
+        ));
+    }
+    let more = |what: String| {
+        let counts: Vec<String> = elements.iter().map(|e| format!("{} {}", e.count, e.name)).collect();
+        format!("{what} than the header announces ({}); it was left out", counts.join(", "))
+    };
+    match encoding {
+        Encoding::Ascii => {
+            let mut body_words = AsciiBody { words: Words::new(body) };
+            let read = read_body(&elements, &mut body_words);
+            let rest = body_words.words.word().map(|_| lines + body_words.words.line());
+            if (read.is_err() || rest.is_some())
+                && let Some(fault) = ply_lines::misfit(body, lines, &elements)
+            {
+                return Err(fault);
+            }
+            let mut file = read?;
+            file.warnings.extend(rest.map(|line| more(format!("there is more from line {line} on"))));
+            Ok(file)
         }
-        Encoding::Binary { big_endian: true } => {
-            read_body(&header.elements, BinaryBody::<true> { rest: body })
+        Encoding::Binary { big_endian } => {
+            let (read, rest) = if big_endian {
+                let mut body = BinaryBody::<true> { rest: body };
+                (read_body(&elements, &mut body), body.rest)
+            } else {
+                let mut body = BinaryBody::<false> { rest: body };
+                (read_body(&elements, &mut body), body.rest)
+            };
+            let mut file = read?;
+            // Some programs end the file with a line end or fill it up with zeros.
+            if rest.iter().any(|b| !matches!(b, 0 | b' ' | b'\n' | b'\r')) {
+                file.warnings.push(more(format!("there are {} bytes more", rest.len())));
+            }
+            Ok(file)
         }
     }
 }
@@ -171,7 +209,9 @@ struct Row {
     ends: [i64; 2],
 }
 
-fn read_body(elements: &[Element], mut body: impl Body) -> Result<MeshFile, FileError> {
+type Columns = Vec<(String, Vec<f64>)>;
+
+fn read_body(elements: &[Element], body: &mut impl Body) -> Result<MeshFile, FileError> {
     let mut file = MeshFile::default();
     let (mut positions, mut faces, mut edges) = (Vec::new(), Faces::default(), Vec::new());
     let (mut has_vertices, mut has_faces) = (false, false);
@@ -185,7 +225,7 @@ fn read_body(elements: &[Element], mut body: impl Body) -> Result<MeshFile, File
         };
         has_vertices |= role == Role::Vertex;
         has_faces |= role == Role::Face;
-        check_size(element, &body)?;
+        check_size(element, body)?;
         let (uses, mut columns) = plan(element, role, &mut file.warnings)?;
         if element.properties.is_empty() {
             continue;
@@ -194,7 +234,7 @@ fn read_body(elements: &[Element], mut body: impl Body) -> Result<MeshFile, File
         let first_face = faces.count();
         let mut stitches = 0;
         for i in 0..element.count {
-            read_row(element, &uses, &mut body, &mut columns, &mut row)
+            read_row(element, &uses, body, &mut columns, &mut row)
                 .map_err(|(stop, p)| fault(element, i, p, stop))?;
             match role {
                 Role::Vertex => positions.push(row.axes),
@@ -207,12 +247,10 @@ fn read_body(elements: &[Element], mut body: impl Body) -> Result<MeshFile, File
         if stitches > 0 {
             file.warnings.push(format!("{stitches} triangles without area that join strips were left out"));
         }
-        let names = element.properties.iter().zip(&uses).filter(|(_, u)| matches!(u, Use::Column(_)));
-        let scalars = names.map(|(p, _)| p.name.clone()).zip(columns);
         match role {
-            Role::Vertex => file.vertex_scalars.extend(scalars),
+            Role::Vertex => file.vertex_scalars.extend(columns),
             // Triangles of strips, before and after, have no values.
-            Role::Face => file.face_scalars.extend(scalars.map(|(name, mut values)| {
+            Role::Face => file.face_scalars.extend(columns.into_iter().map(|(name, mut values)| {
                 values.splice(0..0, std::iter::repeat_n(f64::NAN, first_face));
                 (name, values)
             })),
@@ -264,13 +302,10 @@ fn check_size(element: &Element, body: &impl Body) -> Result<(), FileError> {
 }
 
 /// What each property is used for, and the empty columns of those that are kept as scalars.
-fn plan(
-    element: &Element,
-    role: Role,
-    warnings: &mut Vec<String>,
-) -> Result<(Vec<Use>, Vec<Vec<f64>>), FileError> {
-    let mut kept = 0;
-    let mut left_out = Vec::new();
+fn plan(element: &Element, role: Role, warnings: &mut Vec<String>) -> Result<(Vec<Use>, Columns), FileError> {
+    let mut names = Names::default();
+    let mut columns: Columns = Vec::new();
+    let (mut left_out, mut renamed) = (Vec::new(), Vec::new());
     let uses: Vec<Use> = element
         .properties
         .iter()
@@ -282,8 +317,12 @@ fn plan(
             (Role::Edge, Kind::Scalar(_), "vertex1") => Use::End(0),
             (Role::Edge, Kind::Scalar(_), "vertex2") => Use::End(1),
             (Role::Vertex | Role::Face, Kind::Scalar(_), _) => {
-                kept += 1;
-                Use::Column(kept - 1)
+                let name = names.claim(p.name.clone());
+                if name != p.name {
+                    renamed.push(name.clone());
+                }
+                columns.push((name, Vec::new()));
+                Use::Column(columns.len() - 1)
             }
             _ => {
                 left_out.push(p.name.as_str());
@@ -317,8 +356,16 @@ fn plan(
             left_out.join(", ")
         ));
     }
+    if !renamed.is_empty() {
+        warnings.push(format!(
+            "several properties of element \"{}\" have one name; the later ones are {}",
+            element.name,
+            renamed.join(", ")
+        ));
+    }
     // The size has been checked: a column is at most eight times as large as its part of the file.
-    Ok((uses, (0..kept).map(|_| Vec::with_capacity(element.count)).collect()))
+    columns.iter_mut().for_each(|(_, values)| values.reserve_exact(element.count));
+    Ok((uses, columns))
 }
 
 /// Reads one element; on a fault, says at which property.
@@ -327,14 +374,14 @@ fn read_row(
     element: &Element,
     uses: &[Use],
     body: &mut impl Body,
-    columns: &mut [Vec<f64>],
+    columns: &mut Columns,
     row: &mut Row,
 ) -> Result<(), (Stop, usize)> {
     for (p, (property, target)) in element.properties.iter().zip(uses).enumerate() {
         let at = |stop| (stop, p);
         match (property.kind, *target) {
             (Kind::Scalar(kind), Use::Axis(k)) => row.axes[k] = body.float(kind).map_err(at)?,
-            (Kind::Scalar(kind), Use::Column(c)) => columns[c].push(body.float(kind).map_err(at)?),
+            (Kind::Scalar(kind), Use::Column(c)) => columns[c].1.push(body.float(kind).map_err(at)?),
             (Kind::Scalar(kind), Use::End(k)) => row.ends[k] = body.integer(kind).map_err(at)?,
             (Kind::Scalar(kind), _) => body.skip(kind, 1).map_err(at)?,
             (Kind::List { count, item }, target) => {
@@ -357,7 +404,10 @@ fn fault(element: &Element, index: usize, property: usize, stop: Stop) -> FileEr
     let name = element.properties.get(property).map_or("", |p| p.name.as_str());
     let problem = match stop {
         Stop::Ended => {
-            format!("the file ends here, but the header announces {} of them; it is cut off", element.count)
+            format!(
+                "the file ends here, but the header announces {} of them; it is cut off or its header wrong",
+                element.count
+            )
         }
         Stop::Unreadable(what) => what,
     };

@@ -73,6 +73,8 @@ pub(super) struct Header {
     pub elements: Vec<Element>,
     /// Bytes up to the body.
     pub length: usize,
+    /// Lines up to the body.
+    pub lines: usize,
 }
 
 impl Header {
@@ -129,7 +131,8 @@ impl Header {
                         ));
                     };
                     let end = bytes.len() - words.remaining();
-                    return Ok(Header { encoding, elements, length: end + line_end(bytes, end) });
+                    let length = end + line_end(bytes, end);
+                    return Ok(Header { encoding, elements, length, lines: words.line() });
                 }
                 // comment, obj_info, and whatever else
                 _ => {}

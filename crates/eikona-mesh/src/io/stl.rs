@@ -2,6 +2,7 @@
 //!
 //! Own reader: stl_io welds equal positions while it reads, which loses the order and count of vertices.
 
+use super::text::decode_text;
 use super::words::{Number, Words, number, shown};
 use super::{Encoding, MeshFile, MeshOut};
 use crate::error::{FileError, MeshError};
@@ -17,13 +18,18 @@ const FACET: usize = 50;
 /// The facets of an STL file: face `f` has the vertices `3 f`, `3 f + 1`, `3 f + 2`. Normals and the two free bytes of a
 /// facet are not kept.
 ///
-/// A file is binary when its length fits its facet count, even if it begins with "solid"; else it is ascii if it begins so
-/// and the next line is of the ascii grammar.
+/// A file is binary when its length fits its facet count, even if it begins with "solid"; else it is ascii if it begins with
+/// "solid" or "facet" and is text. The keywords of ascii may be in any case and stand on any line.
 ///
 /// # Errors
 /// [`FileError::Syntax`] with the line or byte: cut off, not a number, a facet without exactly three vertices.
 pub fn read_stl(bytes: &[u8]) -> Result<MeshFile, FileError> {
-    if is_binary(bytes) || !is_ascii(bytes) { read_binary(bytes) } else { read_ascii(bytes) }
+    if is_binary(bytes) {
+        return read_binary(bytes);
+    }
+    // The free text of a binary file may be UTF-16.
+    let text = decode_text(bytes);
+    if text.is_empty() || is_ascii(&text) { read_ascii(&text) } else { read_binary(bytes) }
 }
 
 /// Whether the length is exactly that of a binary file with the announced number of facets.
@@ -36,21 +42,16 @@ fn announced(bytes: &[u8]) -> Option<usize> {
     Some(u32::from_le_bytes(*count) as usize)
 }
 
-fn is_ascii(bytes: &[u8]) -> bool {
-    let mut words = Words::new(bytes);
-    let Some(first) = words.word() else { return true };
-    if !first.eq_ignore_ascii_case(b"solid") {
-        return false;
-    }
-    words.next_line();
-    match words.word() {
-        Some(word) => [&b"facet"[..], b"endsolid", b"solid"].iter().any(|k| word.eq_ignore_ascii_case(k)),
-        None => !bytes.contains(&0), // a single line: an empty text, or binary without any line end
-    }
+/// Whether this is text that begins like ascii STL. Binary files have zero bytes soon, in their facet count at the latest.
+pub(super) fn is_ascii(text: &[u8]) -> bool {
+    const HEAD: usize = 512;
+    let head = text.get(..HEAD).unwrap_or(text);
+    let begins = |word: &[u8]| word.eq_ignore_ascii_case(b"solid") || word.eq_ignore_ascii_case(b"facet");
+    !head.contains(&0) && Words::new(head).word().is_some_and(begins)
 }
 
 fn read_binary(bytes: &[u8]) -> Result<MeshFile, FileError> {
-    let Some(count) = announced(bytes) else {
+    let Some(announced) = announced(bytes) else {
         let problem = format!(
             "the file has {} bytes; binary STL begins with {HEADER}, ascii STL with \"solid\"",
             bytes.len()
@@ -59,79 +60,198 @@ fn read_binary(bytes: &[u8]) -> Result<MeshFile, FileError> {
     };
     let body = &bytes[HEADER..];
     let whole = body.len() / FACET;
+    let mut file = MeshFile::default();
+    let mut count = announced;
+    // Programs that write facets as they come leave the count 0 or all ones.
+    let unset = announced == 0 || announced == u32::MAX as usize;
+    let exact = body.len() % FACET == 0;
+    if announced != whole && (unset || exact && announced < whole) {
+        let rest = body.chunks_exact(FACET).skip(if unset { 0 } else { announced });
+        if rest.len() > 0 && rest.clone().all(is_plausible) {
+            file.warnings.push(format!(
+                "the header announces {announced} facets, but {whole} are in the file; all were read"
+            ));
+            count = whole;
+        }
+    }
     if whole < count {
         let problem = format!(
-            "the header announces {count} facets, but the file holds {whole}; it is cut off or not an STL file"
+            "the header announces {count} facets, but the file holds {whole}; it is cut off, its count is wrong or it is not an STL file"
         );
         return Err(FileError::syntax(STL, "byte 80", problem));
     }
     if count > (u32::MAX / 3) as usize {
         return Err(MeshError::TooLarge { vertices: 3 * count, faces: count }.into());
     }
-    let mut file = MeshFile::default();
     let extra = body.len() - count * FACET;
     if extra > 0 {
         file.warnings.push(format!("{extra} bytes after the last facet were left out"));
     }
     let mut positions = Vec::with_capacity(3 * count);
     for facet in body.chunks_exact(FACET).take(count) {
-        for vertex in facet[12..48].chunks_exact(12) {
-            let coordinate = |k: usize| {
-                f64::from(f32::from_le_bytes([vertex[k], vertex[k + 1], vertex[k + 2], vertex[k + 3]]))
-            };
-            positions.push([coordinate(0), coordinate(4), coordinate(8)]);
-        }
+        positions.extend(vertices(facet).map(|v| v.map(f64::from)));
     }
     file.mesh = unwelded(positions);
     Ok(file)
 }
 
-fn read_ascii(bytes: &[u8]) -> Result<MeshFile, FileError> {
-    let mut words = Words::new(bytes);
-    let mut positions: Vec<[f64; 3]> = Vec::new();
-    let mut facet_open = false;
-    let mut solid_open = false;
-    loop {
-        let keyword = words.word_on_line().unwrap_or_default();
-        let is = |k: &[u8]| keyword.eq_ignore_ascii_case(k);
-        if is(b"vertex") {
-            let mut position = [0.0; 3];
-            for coordinate in &mut position {
-                let word = words.word_on_line().unwrap_or_default();
-                *coordinate = number(word).ok_or_else(|| {
-                    words.fault(STL, format!("{} is not a number; vertex takes three", shown(word)))
-                })?;
-            }
-            positions.push(position);
-        } else if is(b"facet") {
-            facet_open = true;
-        } else if is(b"endfacet") {
-            if !facet_open || !positions.len().is_multiple_of(3) {
-                return Err(words.fault(STL, "the facet that ends here does not have three vertices"));
-            }
-            facet_open = false;
-        } else if is(b"solid") {
-            solid_open = true;
-        } else if is(b"endsolid") {
-            solid_open = false;
-        } else if !(keyword.is_empty() || is(b"outer") || is(b"endloop")) {
-            let problem =
-                format!("{} is no word of ascii STL; the file is damaged or not an STL file", shown(keyword));
-            return Err(words.fault(STL, problem));
+fn vertices(facet: &[u8]) -> impl Iterator<Item = [f32; 3]> {
+    facet[12..48]
+        .as_chunks::<12>()
+        .0
+        .iter()
+        .map(|v| [0, 4, 8].map(|k| f32::from_le_bytes([v[k], v[k + 1], v[k + 2], v[k + 3]])))
+}
+
+/// Whether these bytes may be a facet that the header does not count: finite, and not the zeros that fill up a file.
+fn is_plausible(facet: &[u8]) -> bool {
+    facet.iter().any(|&b| b != 0) && vertices(facet).flatten().all(f32::is_finite)
+}
+
+/// The words of ascii STL; two words like "end loop" are one.
+#[derive(Clone, Copy, PartialEq)]
+enum Keyword {
+    Solid,
+    Facet,
+    Normal,
+    Loop,
+    Vertex,
+    EndLoop,
+    EndFacet,
+    EndSolid,
+}
+
+impl Keyword {
+    /// The keyword that a word begins; takes the next word from `words` if it belongs to it.
+    fn parse(word: &[u8], words: &mut Words) -> Option<Keyword> {
+        use Keyword::*;
+        const KEYWORDS: [(&[u8], Keyword); 9] = [
+            (b"vertex", Vertex),
+            (b"facet", Facet),
+            (b"normal", Normal),
+            (b"outerloop", Loop),
+            (b"loop", Loop),
+            (b"endloop", EndLoop),
+            (b"endfacet", EndFacet),
+            (b"solid", Solid),
+            (b"endsolid", EndSolid),
+        ];
+        let find = |word: &[u8]| KEYWORDS.iter().find(|(k, _)| word.eq_ignore_ascii_case(k)).map(|(_, k)| *k);
+        let is_end = word.eq_ignore_ascii_case(b"end");
+        if !is_end && !word.eq_ignore_ascii_case(b"outer") {
+            return find(word);
         }
-        if !words.next_line() {
-            break;
-        }
+        let mut behind = words.clone();
+        let keyword = match (is_end, behind.word().and_then(find)) {
+            (true, Some(Loop)) => EndLoop,
+            (true, Some(Facet)) => EndFacet,
+            (true, Some(Solid)) => EndSolid,
+            (false, Some(Loop)) => Loop,
+            _ => return None,
+        };
+        *words = behind;
+        Some(keyword)
     }
-    if facet_open || !positions.len().is_multiple_of(3) {
-        return Err(words.fault(STL, "the file ends inside a facet; it is cut off"));
+}
+
+/// Passes over a name up to the end of its line, or to the facet that begins there.
+fn skip_name(words: &mut Words) {
+    loop {
+        let mut behind = words.clone();
+        match behind.word_on_line() {
+            None => return,
+            Some(word) if word.eq_ignore_ascii_case(b"facet") => {
+                if behind.word_on_line().is_some_and(|next| next.eq_ignore_ascii_case(b"normal")) {
+                    return;
+                }
+            }
+            Some(_) => {}
+        }
+        words.word_on_line();
+    }
+}
+
+fn read_ascii(text: &[u8]) -> Result<MeshFile, FileError> {
+    let mut words = Words::new(text);
+    let mut positions: Vec<[f64; 3]> = Vec::new();
+    let mut solid_open = false;
+    let mut facet_open = false;
+    // Vertices since the last facet began or ended.
+    let mut corners = 0;
+    // What stands behind a keyword on its line may be anything.
+    let mut first_on_line = true;
+    loop {
+        let Some(word) = words.word_on_line() else {
+            first_on_line = true;
+            if words.next_line() { continue } else { break }
+        };
+        let keyword = Keyword::parse(word, &mut words);
+        match keyword {
+            Some(Keyword::Solid | Keyword::EndSolid) => {
+                solid_open = keyword == Some(Keyword::Solid);
+                if facet_open && corners == 3 {
+                    (facet_open, corners) = (false, 0); // some files leave endfacet out
+                }
+                skip_name(&mut words);
+            }
+            Some(Keyword::Facet | Keyword::EndFacet) => {
+                let begins = keyword == Some(Keyword::Facet);
+                let expected = if begins && !facet_open { 0 } else { 3 };
+                if corners != expected || !begins && !facet_open {
+                    let problem =
+                        format!("before this there are {corners} vertices; a facet has three vertices");
+                    return Err(words.fault(STL, problem));
+                }
+                facet_open = begins;
+                corners = 0;
+            }
+            Some(Keyword::Normal) => skip_numbers(&mut words),
+            Some(Keyword::Vertex) => {
+                let place = words.clone();
+                let mut position = [0.0; 3];
+                for coordinate in &mut position {
+                    let word = words.word().unwrap_or_default();
+                    *coordinate = number(word).ok_or_else(|| {
+                        place.fault(STL, format!("{} is not a number; vertex takes three", shown(word)))
+                    })?;
+                }
+                positions.push(position);
+                corners += 1;
+            }
+            Some(Keyword::Loop | Keyword::EndLoop) => {}
+            None if first_on_line => {
+                let problem = format!(
+                    "{} is no word of ascii STL; the file is damaged or not an STL file",
+                    shown(word)
+                );
+                return Err(words.fault(STL, problem));
+            }
+            None => {}
+        }
+        first_on_line = false;
     }
     let mut file = MeshFile::default();
-    if solid_open {
-        file.warnings.push("the last line is not \"endsolid\"; the file may be cut off".into());
+    if corners != 0 && !(facet_open && corners == 3) || facet_open && corners == 0 {
+        let problem = format!("the file ends inside a facet, after {corners} of its vertices; it is cut off");
+        return Err(words.fault(STL, problem));
+    }
+    if facet_open || solid_open {
+        let missing = if facet_open { "endfacet" } else { "endsolid" };
+        file.warnings.push(format!("the end of the file has no \"{missing}\"; it may be cut off"));
     }
     file.mesh = unwelded(positions);
     Ok(file)
+}
+
+/// Passes over the components of a normal, on this line or the next.
+fn skip_numbers(words: &mut Words) {
+    for _ in 0..3 {
+        let mut behind = words.clone();
+        if behind.word().and_then(number).is_none() {
+            return;
+        }
+        *words = behind;
+    }
 }
 
 fn unwelded(positions: Vec<[f64; 3]>) -> PolygonMesh {

@@ -2,29 +2,38 @@
 
 use super::MeshFile;
 use super::faces::Faces;
-use super::vtp_arrays::{Arrays, VTP, split_appended};
+use super::names::Names;
+use super::text::{decode_text, is_wide};
+use super::vtp_arrays::{Arrays, VTP, attribute, split_appended};
 use crate::error::FileError;
 use roxmltree::{Document, Node};
+use std::collections::BTreeSet;
 
 /// The mesh of a VTP file: all its pieces, one after the other. Polygons and strips become faces, lines lines; arrays of one
-/// component at points and cells become scalars, those of more components one scalar a component (`name_0`, ...). Vertex
-/// cells are left out with a warning.
+/// component at points and cells become scalars, those of more components one scalar per component (`name_0`, ...). Vertex
+/// cells and arrays without numbers are left out with a warning.
 ///
 /// # Errors
 /// [`FileError::Syntax`] with the element, [`FileError::Mesh`] with every face that names a point that does not exist,
 /// [`FileError::Unsupported`] for LZ4 and LZMA.
 pub fn read_vtp(bytes: &[u8]) -> Result<MeshFile, FileError> {
-    let (xml, appended) = split_appended(bytes)?;
+    let text = decode_text(bytes);
+    let (xml, appended) = split_appended(&text)?;
     let fault = |problem: String| FileError::syntax(VTP, "XML", problem);
     let document = Document::parse(&xml).map_err(|e| fault(format!("it is not well-formed: {e}")))?;
     let file = document.root_element();
-    if file.attribute("type") != Some("PolyData") {
-        let found = file.attribute("type").unwrap_or(file.tag_name().name());
+    if attribute(file, "type") != Some("PolyData") {
+        let found = attribute(file, "type").unwrap_or(file.tag_name().name());
         return Err(FileError::Unsupported(format!(
             "the file holds {found}, expected a VTKFile of type PolyData"
         )));
     }
     let arrays = Arrays::new(file, appended)?;
+    if is_wide(bytes) && arrays.has_raw_data() {
+        return Err(FileError::Unsupported(
+            "a program has converted this VTP file to UTF-16, which spoils its raw data; copy it once more from its source".into(),
+        ));
+    }
     let mut collected = Collected::default();
     for piece in file.descendants().filter(|n| n.has_tag_name("Piece")) {
         collected.add_piece(&arrays, piece)?;
@@ -41,7 +50,9 @@ struct Collected {
     lines: Vec<Vec<u32>>,
     vertex_scalars: Columns,
     face_scalars: Columns,
-    warnings: Vec<String>,
+    vertex_cells: usize,
+    /// Arrays that were left out or renamed, and counts that are not those announced; once each for all pieces.
+    odd: BTreeSet<String>,
 }
 
 fn child<'a, 'i>(piece: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
@@ -53,7 +64,7 @@ fn cells(arrays: &Arrays, piece: Node, tag: &str) -> Result<(Vec<i64>, Vec<usize
     let Some(node) = child(piece, tag) else { return Ok(Default::default()) };
     let named = |name: &str| {
         let array =
-            node.children().find(|n| n.has_tag_name("DataArray") && n.attribute("Name") == Some(name));
+            node.children().find(|n| n.has_tag_name("DataArray") && attribute(*n, "Name") == Some(name));
         array.map_or(Ok(Vec::new()), |a| arrays.integers(a))
     };
     let connectivity = named("connectivity")?;
@@ -103,28 +114,40 @@ impl Collected {
             }
             self.lines.push(shifted(line).into_iter().map(|v| v as u32).collect());
         }
-        // For each face, its cell among the strips and polygons, which follow vertices and lines.
+        // For each face, its cell among the polygons and strips, which follow vertices and lines.
         let mut cell_of_face = Vec::new();
         let before = vertex_cells.len() + line_ends.len();
-        let (connectivity, strip_ends) = cells(arrays, piece, "Strips")?;
-        for (i, strip) in slices(&connectivity, &strip_ends).enumerate() {
-            self.faces.push_strip(&shifted(strip))?;
-            cell_of_face.resize(self.faces.count() - first_face, before + i);
-        }
         let (connectivity, poly_ends) = cells(arrays, piece, "Polys")?;
         for (i, polygon) in slices(&connectivity, &poly_ends).enumerate() {
             self.faces.push(&shifted(polygon))?;
-            cell_of_face.push(before + strip_ends.len() + i);
+            cell_of_face.push(before + i);
         }
-        if !vertex_cells.is_empty() {
-            self.warnings
-                .push(format!("{} vertex cells were left out; their points were kept", vertex_cells.len()));
+        let (connectivity, strip_ends) = cells(arrays, piece, "Strips")?;
+        for (i, strip) in slices(&connectivity, &strip_ends).enumerate() {
+            self.faces.push_strip(&shifted(strip))?;
+            cell_of_face.resize(self.faces.count() - first_face, before + poly_ends.len() + i);
+        }
+        self.vertex_cells += vertex_cells.len();
+        for (what, found) in [
+            ("Points", vertices),
+            ("Verts", vertex_cells.len()),
+            ("Lines", line_ends.len()),
+            ("Strips", strip_ends.len()),
+            ("Polys", poly_ends.len()),
+        ] {
+            let announced = attribute(piece, &format!("NumberOf{what}"));
+            if announced.and_then(|n| n.parse::<usize>().ok()).is_some_and(|n| n != found) {
+                let announced = announced.unwrap_or_default();
+                self.odd.insert(format!(
+                    "NumberOf{what} is {announced}, but {found} are in the file; these were read"
+                ));
+            }
         }
         let cell_count = before + strip_ends.len() + poly_ends.len();
-        for (name, values) in columns(arrays, piece, "PointData", vertices)? {
+        for (name, values) in columns(arrays, piece, "PointData", vertices, &mut self.odd)? {
             append(&mut self.vertex_scalars, name, first_vertex, values);
         }
-        for (name, values) in columns(arrays, piece, "CellData", cell_count)? {
+        for (name, values) in columns(arrays, piece, "CellData", cell_count, &mut self.odd)? {
             let values = cell_of_face.iter().map(|&cell| values[cell]).collect();
             append(&mut self.face_scalars, name, first_face, values);
         }
@@ -136,13 +159,19 @@ impl Collected {
         for (scalars, count) in [(&mut self.vertex_scalars, vertices), (&mut self.face_scalars, faces)] {
             scalars.iter_mut().for_each(|(_, values)| values.resize(count, f64::NAN));
         }
+        let mut warnings = Vec::new();
+        if self.vertex_cells > 0 {
+            let count = self.vertex_cells;
+            warnings.push(format!("{count} vertex cells were left out; their points were kept"));
+        }
+        warnings.extend(self.odd);
         Ok(MeshFile {
             mesh: self.faces.finish(self.positions)?,
             lines: self.lines,
             vertex_scalars: self.vertex_scalars,
             face_scalars: self.face_scalars,
             corner_uvs: None,
-            warnings: self.warnings,
+            warnings,
         })
     }
 }
@@ -159,31 +188,46 @@ fn append(scalars: &mut Columns, name: String, before: usize, values: Vec<f64>) 
     column.extend(values);
 }
 
-/// The arrays of a piece at its points or cells, each component by itself.
-fn columns(arrays: &Arrays, piece: Node, tag: &str, count: usize) -> Result<Columns, FileError> {
+/// The arrays of a piece at its points or cells, each component by itself. Arrays that can not be read cost nothing but a
+/// warning; one of a name that has been used gets a number behind it.
+fn columns(
+    arrays: &Arrays,
+    piece: Node,
+    tag: &str,
+    count: usize,
+    odd: &mut BTreeSet<String>,
+) -> Result<Columns, FileError> {
     let mut columns: Columns = Vec::new();
+    let mut names = Names::default();
     let Some(data) = child(piece, tag) else { return Ok(columns) };
-    for (i, array) in data.children().filter(|n| n.has_tag_name("DataArray")).enumerate() {
+    let is_array = |n: &Node| n.has_tag_name("DataArray") || n.has_tag_name("Array");
+    for (i, array) in data.children().filter(is_array).enumerate() {
         let name = array.attribute("Name").map_or_else(|| format!("array{i}"), str::to_string);
-        if array.attribute("type") == Some("String") {
+        let mut left_out =
+            |why: String| odd.insert(format!("the array \"{name}\" of {tag} {why}; it was left out"));
+        if !Arrays::is_numeric(array) {
+            left_out(format!("is of type {}", attribute(array, "type").unwrap_or("unknown")));
             continue;
         }
-        let values = arrays.floats(array)?;
+        let mut values = arrays.floats(array)?;
+        let announced: Option<usize> = attribute(array, "NumberOfComponents").and_then(|n| n.parse().ok());
+        if attribute(array, "type") == Some("Bit") {
+            values.truncate(announced.unwrap_or(1).saturating_mul(count)); // what fills up the last byte
+        }
         let components = values.len().checked_div(count).unwrap_or(0);
         if components * count != values.len() {
-            let problem = format!("{} values are given for {count} elements", values.len());
-            return Err(FileError::syntax(VTP, format!("{tag}, array {name}"), problem));
+            left_out(format!("has {} values for {count} elements", values.len()));
+            continue;
         }
         for k in 0..components {
-            let name = if components == 1 { name.clone() } else { format!("{name}_{k}") };
-            if columns.iter().any(|(n, _)| *n == name) {
-                return Err(FileError::syntax(
-                    VTP,
-                    tag,
-                    format!("two arrays are named {name}; give each its own name"),
+            let wanted = if components == 1 { name.clone() } else { format!("{name}_{k}") };
+            let free = names.claim(wanted.clone());
+            if free != wanted {
+                odd.insert(format!(
+                    "several arrays of {tag} are named \"{wanted}\"; a later one is read as \"{free}\""
                 ));
             }
-            columns.push((name, values.iter().skip(k).step_by(components).copied().collect()));
+            columns.push((free, values.iter().skip(k).step_by(components).copied().collect()));
         }
     }
     Ok(columns)

@@ -4,13 +4,27 @@ use super::base64::Decoder;
 use super::words::{Words, number, shown, whole};
 use crate::error::FileError;
 use roxmltree::Node;
+use std::borrow::Cow;
 use std::io::Read;
 
 pub(super) const VTP: &str = "VTP";
 
+/// An attribute without the blanks around it, with which some programs reserve room for numbers.
+pub(super) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
+    node.attribute(name).map(str::trim)
+}
+
+/// The text of an element; other text may stand between its comments and elements.
+fn text<'a>(array: Node<'a, '_>) -> Cow<'a, str> {
+    let mut parts = array.children().filter(Node::is_text).filter_map(|n| n.text());
+    let first = parts.next().unwrap_or_default();
+    parts.fold(Cow::Borrowed(first), |text, part| Cow::Owned(text.into_owned() + " " + part))
+}
+
 /// The XML without the appended data, which need not be text, and those data from behind their underscore.
 pub(super) fn split_appended(bytes: &[u8]) -> Result<(String, &[u8]), FileError> {
     const TAG: &[u8] = b"<AppendedData";
+    const LATIN: &[u8] = b"ISO-8859-1";
     let tag = bytes.windows(TAG.len()).position(|w| w == TAG);
     let (xml, appended) = match tag {
         None => (bytes.to_vec(), &[][..]),
@@ -24,9 +38,14 @@ pub(super) fn split_appended(bytes: &[u8]) -> Result<(String, &[u8]), FileError>
             (xml, data.and_then(|start| rest.get(start..)).unwrap_or_default())
         }
     };
-    let xml = String::from_utf8(xml).map_err(|fault| {
-        let place = format!("byte {}", fault.utf8_error().valid_up_to());
-        FileError::syntax(VTP, place, "the XML is not UTF-8; is this a VTP file?")
+    let xml = String::from_utf8(xml).or_else(|fault| {
+        let place = fault.utf8_error().valid_up_to();
+        let xml = fault.into_bytes();
+        let declaration = xml.split(|&b| b == b'>').next().unwrap_or_default();
+        if declaration.windows(LATIN.len()).any(|w| w.eq_ignore_ascii_case(LATIN)) {
+            return Ok(xml.into_iter().map(char::from).collect()); // Latin-1 is the beginning of Unicode
+        }
+        Err(FileError::syntax(VTP, format!("byte {place}"), "the XML is not UTF-8; is this a VTP file?"))
     })?;
     Ok((xml, appended))
 }
@@ -68,7 +87,7 @@ impl Source<'_> {
 
 impl<'a> Arrays<'a> {
     pub fn new(file: Node, appended: &'a [u8]) -> Result<Self, FileError> {
-        let compressed = match file.attribute("compressor") {
+        let compressed = match attribute(file, "compressor") {
             None | Some("") => false,
             Some("vtkZLibDataCompressor") => true,
             Some(other) => {
@@ -78,14 +97,19 @@ impl<'a> Arrays<'a> {
             }
         };
         let section = file.children().find(|n| n.has_tag_name("AppendedData"));
-        let raw = section.is_some_and(|s| s.attribute("encoding") == Some("raw"));
+        let raw = section.is_some_and(|s| attribute(s, "encoding") == Some("raw"));
         Ok(Arrays {
             appended,
             appended_storage: if raw { Storage::Raw } else { Storage::Base64 },
-            big_endian: file.attribute("byte_order") == Some("BigEndian"),
-            header: if file.attribute("header_type") == Some("UInt64") { 8 } else { 4 },
+            big_endian: attribute(file, "byte_order") == Some("BigEndian"),
+            header: if attribute(file, "header_type") == Some("UInt64") { 8 } else { 4 },
             compressed,
         })
+    }
+
+    /// Whether appended data are bytes as they are.
+    pub fn has_raw_data(&self) -> bool {
+        self.appended_storage == Storage::Raw
     }
 
     pub fn integers(&self, array: Node) -> Result<Vec<i64>, FileError> {
@@ -97,11 +121,22 @@ impl<'a> Arrays<'a> {
         Ok(integers)
     }
 
+    /// Whether the numbers of an array can be read: strings and types of later versions of VTK can not.
+    pub fn is_numeric(array: Node) -> bool {
+        const TYPES: [&str; 11] = [
+            "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64", "Float32", "Float64",
+            "Bit",
+        ];
+        let is_ascii = attribute(array, "format").is_none_or(|f| f == "ascii");
+        attribute(array, "type").map_or(is_ascii, |kind| TYPES.contains(&kind))
+    }
+
+    /// The numbers of an array; those of bits are filled up to whole bytes.
     pub fn floats(&self, array: Node) -> Result<Vec<f64>, FileError> {
-        let text = || array.text().unwrap_or_default().as_bytes();
-        match array.attribute("format").unwrap_or("ascii") {
+        match attribute(array, "format").unwrap_or("ascii") {
             "ascii" => {
-                let mut words = Words::new(text());
+                let text = text(array);
+                let mut words = Words::new(text.as_bytes());
                 let mut values = Vec::new();
                 while let Some(word) = words.word() {
                     values.push(
@@ -111,11 +146,18 @@ impl<'a> Arrays<'a> {
                 }
                 Ok(values)
             }
-            "binary" => self.decode(array, Source::Base64(Decoder::new(text()))),
+            "binary" => self.decode(array, Source::Base64(Decoder::new(text(array).as_bytes()))),
             "appended" => {
-                let offset = array.attribute("offset").and_then(|o| o.parse::<usize>().ok());
-                let start = offset.and_then(|o| self.appended.get(o..)).ok_or_else(|| {
-                    fault(array, "its offset is missing or lies past the appended data".into())
+                let given = attribute(array, "offset").unwrap_or_default();
+                let offset: usize = given.parse().map_err(|_| {
+                    fault(array, format!("its offset is \"{given}\", expected a whole number"))
+                })?;
+                let start = self.appended.get(offset..).ok_or_else(|| {
+                    let length = self.appended.len();
+                    fault(
+                        array,
+                        format!("its offset {offset} lies past the appended data, which have {length} bytes"),
+                    )
                 })?;
                 let source = match self.appended_storage {
                     Storage::Base64 => Source::Base64(Decoder::new(start)),
@@ -172,8 +214,10 @@ impl<'a> Arrays<'a> {
     }
 
     fn numbers(&self, array: Node, bytes: &[u8]) -> Result<Vec<f64>, FileError> {
-        let kind = array.attribute("type").unwrap_or_default();
-        match kind {
+        match attribute(array, "type").unwrap_or_default() {
+            "Bit" => {
+                Ok(bytes.iter().flat_map(|b| (0..8).rev().map(move |k| f64::from(b >> k & 1))).collect())
+            }
             "Int8" => self.each(array, bytes, |b: [u8; 1]| f64::from(b[0] as i8)),
             "UInt8" => self.each(array, bytes, |b: [u8; 1]| f64::from(b[0])),
             "Int16" => self.each(array, bytes, |b| f64::from(i16::from_le_bytes(b))),
@@ -212,7 +256,7 @@ impl<'a> Arrays<'a> {
 }
 
 fn fault(array: Node, problem: String) -> FileError {
-    let name = array.attribute("Name").unwrap_or("without a name");
+    let name = attribute(array, "Name").unwrap_or("without a name");
     let parent = array.parent().map_or("", |p| p.tag_name().name());
     FileError::syntax(VTP, format!("{parent}, array {name}"), problem)
 }

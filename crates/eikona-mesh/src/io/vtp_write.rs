@@ -2,7 +2,6 @@
 
 use super::MeshOut;
 use super::base64;
-use std::fmt::Write as _;
 use std::io::{self, Write};
 
 /// Writes points, lines and polygons with point and cell data, each array as base64 in place: unlike appended raw bytes, that
@@ -76,17 +75,18 @@ fn array(
     writeln!(out, "\n</DataArray>")
 }
 
+/// A name as an attribute. VTK looks for the end of the tag at the first `>`, although XML allows it in attributes.
 fn escaped(name: &str) -> String {
     let mut text = String::with_capacity(name.len());
     for c in name.chars() {
         match c {
             '&' => text.push_str("&amp;"),
             '<' => text.push_str("&lt;"),
+            '>' => text.push_str("&gt;"),
             '"' => text.push_str("&quot;"),
-            c if c.is_control() => {
-                // XML has no way to write most of them.
-                let _ = write!(text, "_");
-            }
+            '\'' => text.push_str("&apos;"),
+            // XML 1.0 has no way to write most of them.
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => text.push('_'),
             c => text.push(c),
         }
     }

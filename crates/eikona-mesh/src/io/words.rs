@@ -3,30 +3,37 @@
 use crate::error::FileError;
 
 /// Walks over a text word by word. Lines end with LF, CR LF or CR; all other bytes up to the blank separate words.
+#[derive(Clone)]
 pub(super) struct Words<'a> {
     bytes: &'a [u8],
     at: usize,
     line: usize,
     /// A byte that starts a comment up to the end of the line.
     comment: Option<u8>,
-    /// Whether a backslash at the end of a line joins it with the next.
-    continuation: bool,
+    /// Set where a backslash at the end of a line joins it with the next: says of the rest of the text behind it whether
+    /// it begins a statement of its own, in which case the lines are not joined.
+    continuation: Option<fn(&[u8]) -> bool>,
+    /// The first line that was not joined for this reason.
+    not_joined: Option<usize>,
 }
 
 impl<'a> Words<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
-        let at = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) { 3 } else { 0 };
-        Words { bytes, at, line: 1, comment: None, continuation: false }
+        Words { bytes, at: 0, line: 1, comment: None, continuation: None, not_joined: None }
     }
     /// With comments from `#` to the end of the line.
     pub fn with_comments(mut self) -> Self {
         self.comment = Some(b'#');
         self
     }
-    /// With lines that a backslash continues.
-    pub fn with_continuation(mut self) -> Self {
-        self.continuation = true;
+    /// With lines that a backslash continues, unless the next line begins a statement of its own.
+    pub fn with_continuation(mut self, begins_statement: fn(&[u8]) -> bool) -> Self {
+        self.continuation = Some(begins_statement);
         self
+    }
+    /// The first line whose backslash did not continue it, since the next line begins a statement.
+    pub fn not_joined(&self) -> Option<usize> {
+        self.not_joined
     }
     /// The line that the next word is looked for in, from 1.
     pub fn line(&self) -> usize {
@@ -73,8 +80,7 @@ impl<'a> Words<'a> {
                     let rest = &self.bytes[self.at..];
                     let stop = |&b: &u8| b == b'\n' || b == b'\r' || b == b'\\';
                     self.at += rest.iter().position(stop).unwrap_or(rest.len());
-                    let joined = self.continuation && self.line_end_after(self.at).is_some();
-                    if self.bytes.get(self.at) == Some(&b'\\') && !joined {
+                    if self.bytes.get(self.at) == Some(&b'\\') && !self.skip_line_backslash() {
                         self.at += 1;
                     }
                 }
@@ -90,7 +96,7 @@ impl<'a> Words<'a> {
 
     #[inline]
     fn ends_word(&self, b: u8) -> bool {
-        b <= b' ' || (b == b'#' && self.comment.is_some()) || (b == b'\\' && self.continuation)
+        b <= b' ' || (b == b'#' && self.comment.is_some()) || (b == b'\\' && self.continuation.is_some())
     }
 
     #[inline]
@@ -99,13 +105,7 @@ impl<'a> Words<'a> {
             match b {
                 b'\n' | b'\r' => return,
                 _ if b <= b' ' => self.at += 1,
-                b'\\' => match self.line_end_after(self.at) {
-                    Some(_) if self.continuation => {
-                        self.at += 1;
-                        self.skip_line_end();
-                    }
-                    _ => return,
-                },
+                b'\\' if self.skip_line_backslash() => {}
                 _ if Some(b) == self.comment => {
                     let rest = &self.bytes[self.at..];
                     let end = rest.iter().position(|&b| b == b'\n' || b == b'\r');
@@ -116,9 +116,21 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The line end directly after a place, if there is one.
-    fn line_end_after(&self, at: usize) -> Option<u8> {
-        self.bytes.get(at + 1).copied().filter(|b| *b == b'\n' || *b == b'\r')
+    /// Skips a backslash at the end of a line, and the line end if it joins the line with the next. False if nothing was
+    /// skipped.
+    fn skip_line_backslash(&mut self) -> bool {
+        let Some(begins_statement) = self.continuation else { return false };
+        let next = match &self.bytes[self.at..] {
+            [_, b'\r', b'\n', next @ ..] | [_, b'\n' | b'\r', next @ ..] => next,
+            _ => return false,
+        };
+        self.at += 1;
+        if begins_statement(next) {
+            self.not_joined.get_or_insert(self.line);
+        } else {
+            self.skip_line_end();
+        }
+        true
     }
 
     fn skip_line_end(&mut self) {

@@ -1,0 +1,127 @@
+//! What 32-bit floats do to coordinates: STL, GLB and glTF hold no others.
+
+use super::MeshOut;
+use crate::polygon::PolygonMesh;
+use std::collections::HashSet;
+
+/// Significant bits of a 32-bit float.
+const BITS: i32 = 24;
+
+/// The box around points.
+#[derive(Clone, Copy)]
+struct Bounds {
+    least: [f64; 3],
+    most: [f64; 3],
+}
+
+impl Bounds {
+    /// `None` without points.
+    fn of(positions: &[[f64; 3]]) -> Option<Bounds> {
+        let &first = positions.first()?;
+        let join = |b: Bounds, p: &[f64; 3]| Bounds {
+            least: [0, 1, 2].map(|k| b.least[k].min(p[k])),
+            most: [0, 1, 2].map(|k| b.most[k].max(p[k])),
+        };
+        Some(positions.iter().fold(Bounds { least: first, most: first }, join))
+    }
+    /// The longest side.
+    fn size(&self) -> f64 {
+        (0..3).map(|k| self.most[k] - self.least[k]).fold(0.0, f64::max)
+    }
+    /// The largest coordinate.
+    fn reach(&self) -> f64 {
+        self.least.iter().chain(&self.most).fold(0.0, |m, x| m.max(x.abs()))
+    }
+}
+
+/// An offset to be subtracted before coordinates become 32-bit floats: zero for an axis on which the mesh lies nearer to the
+/// origin than 8 times its size, else close to its centre and a multiple of a power of two, so that the difference is exact.
+pub(super) fn offset(positions: &[[f64; 3]]) -> [f64; 3] {
+    const FAR: f64 = 8.0;
+    let Some(bounds) = Bounds::of(positions) else { return [0.0; 3] };
+    let size = bounds.size();
+    [0, 1, 2].map(|k| {
+        let centre = bounds.least[k] + 0.5 * (bounds.most[k] - bounds.least[k]);
+        if !centre.is_finite() || centre.abs() <= FAR * size {
+            return 0.0;
+        }
+        // A mesh without size is one point, which is its own offset.
+        let step = if size > 0.0 { size.log2().floor().exp2() } else { 0.0 };
+        if step > 0.0 { (centre / step).round() * step } else { centre }
+    })
+}
+
+/// Says how far 32-bit floats move vertices, if that is more than a hundredth of the shortest edge or some come to coincide.
+/// The offset is kept exactly by the file.
+///
+/// # Cost
+/// O(V + F); a table of all positions where vertices move that far.
+pub(super) fn warning(mesh: &MeshOut, offset: [f64; 3], format: &str) -> Option<String> {
+    const HARMLESS: f64 = 0.01;
+    let positions = mesh.positions();
+    let stored = |p: &[f64; 3]| [0, 1, 2].map(|k| f64::from((p[k] - offset[k]) as f32) + offset[k]);
+    let shift = |p: &[f64; 3]| stored(p).iter().zip(p).fold(0.0, |m: f64, (s, x)| m.max((s - x).abs()));
+    let moved = positions.iter().map(shift).fold(0.0, f64::max);
+    if moved == 0.0 {
+        return None;
+    }
+    let length = |a: u32, b: u32| {
+        let (p, q) = (positions[a as usize], positions[b as usize]);
+        p.iter().zip(q).map(|(p, q)| (p - q) * (p - q)).sum::<f64>().sqrt()
+    };
+    let sides = mesh.faces().flat_map(|f| f.iter().zip(f.iter().cycle().skip(1)).map(|(&a, &b)| (a, b)));
+    let lines = mesh.lines.iter().flat_map(|l| l.windows(2).map(|w| (w[0], w[1])));
+    let shortest =
+        sides.chain(lines).map(|(a, b)| length(a, b)).filter(|&l| l > 0.0).fold(f64::INFINITY, f64::min);
+    let scale = if shortest.is_finite() { shortest } else { Bounds::of(positions)?.size() };
+    if moved <= HARMLESS * scale {
+        return None;
+    }
+    // 0 and -0 are one place.
+    let key = |p: [f64; 3]| p.map(|x| (x + 0.0).to_bits());
+    let before: HashSet<[u64; 3]> = positions.iter().map(|&p| key(p)).collect();
+    let after: HashSet<[u64; 3]> = positions.iter().map(|p| key(stored(p))).collect();
+    let collapsed = before.len() - after.len();
+    let coincide = match collapsed {
+        0 => String::new(),
+        n => format!("; of {} places {n} fall together with others", before.len()),
+    };
+    Some(format!(
+        "the 32-bit floats of {format} move vertices by up to {moved:.1e}, where the shortest edge is {scale:.1e}{coincide}; write \
+         .ply, .vtp, .obj or .off, or move the mesh to the origin"
+    ))
+}
+
+/// Says so if a mesh has faces with coinciding corners and coordinates that look as if 32-bit floats had made them so: all are
+/// such floats, and their spacing at the mesh is coarse for its size.
+///
+/// # Cost
+/// O(V) for most meshes, O(V + F) for such.
+pub(super) fn lost_digits(mesh: &PolygonMesh) -> Option<String> {
+    const COARSE: f64 = 1e-4;
+    let bounds = Bounds::of(&mesh.positions)?;
+    let spacing = (bounds.reach().log2().floor() - f64::from(BITS - 1)).exp2();
+    let size = bounds.size();
+    if !(spacing > COARSE * size && size.is_finite()) {
+        return None;
+    }
+    if mesh.positions.iter().flatten().any(|&x| f64::from(x as f32) != x) {
+        return None;
+    }
+    let place = |v: u32| mesh.positions[v as usize];
+    let collapsed = |face: &[u32]| {
+        (0..face.len()).any(|k| {
+            let (a, b) = (face[k], face[(k + 1) % face.len()]);
+            a != b && place(a) == place(b)
+        })
+    };
+    match mesh.faces().filter(|f| collapsed(f)).count() {
+        0 => None,
+        n => Some(format!(
+            "{n} of {} faces have corners at one place; the coordinates are 32-bit floats, which are {spacing} apart at {:.1e}, so the \
+             file seems to have lost digits: export it with 64-bit floats, or from nearer to the origin",
+            mesh.face_count(),
+            bounds.reach()
+        )),
+    }
+}
