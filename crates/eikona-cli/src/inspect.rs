@@ -4,7 +4,7 @@ use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::number::rounded;
 use crate::session::{General, Session, check_outputs, print_bytes};
-use crate::source::{SourceArguments, files_read, read_source, warn_of_sides};
+use crate::source::{SourceArguments, files_read, read_source_if_any, warn_of_sides};
 use clap::Args;
 use eikona::contour::{CurveReport, MeetingKind};
 use eikona_mesh::{Fault, Orientation, Quality, SurfaceCurves, Topology, validate};
@@ -57,9 +57,7 @@ pub fn run(arguments: &InspectArguments, general: &General) -> Result<u8, Failur
     facts.insert("topology".into(), topology_json(&topology, &orientation));
     facts.insert("quality".into(), quality_json(&quality));
     facts.insert("faults".into(), faults_json(&kinds, arguments.all));
-    let asked = !arguments.source.curve.is_empty() || !arguments.source.points.is_empty();
-    if asked || !input.file.lines.is_empty() {
-        let (curves, report) = read_source(&arguments.source, &input, &mut session)?;
+    if let Some((curves, report)) = read_source_if_any(&arguments.source, &input, &mut session)? {
         text += &curves_text(&curves, &report, arguments.all);
         facts.insert("curves".into(), curves_json(&curves, &report, arguments.all));
     } else {

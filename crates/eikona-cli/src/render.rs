@@ -5,7 +5,7 @@ use crate::input::{MeshArguments, MeshInput};
 use crate::number::above_zero;
 use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
 use crate::session::{General, Session, check_outputs};
-use crate::source::{SourceArguments, files_read, read_source};
+use crate::source::{SourceArguments, files_read, read_source_if_any};
 use clap::Args;
 use eikona_mesh::SurfaceCurves;
 use eikona_render::{ColorMap, Levels};
@@ -136,11 +136,7 @@ fn read_curves(
     input: &MeshInput,
     session: &mut Session,
 ) -> Result<Option<SurfaceCurves>, Failure> {
-    let asked = !arguments.source.curve.is_empty() || !arguments.source.points.is_empty();
-    if !asked && input.file.lines.is_empty() {
-        return Ok(None);
-    }
-    Ok(Some(read_source(&arguments.source, input, session)?.0))
+    Ok(read_source_if_any(&arguments.source, input, session)?.map(|(curves, _)| curves))
 }
 
 enum Shown<'a> {

@@ -7,10 +7,10 @@ use crate::session::Session;
 use clap::Args;
 use eikona::contour::{ContourError, CurveReport, DEFAULT_TOLERANCE, Traced, trace_curve, trace_polyline};
 use eikona::spatial::Bvh;
-use eikona_mesh::io::decode_text;
+use eikona_mesh::io::without_gzip;
 use eikona_mesh::{
     Curve, CurveError, CurveFile, CurveFormat, CurveKind, Located, Quality, SpacePolyline, SurfaceCurves,
-    SurfacePoint, TriangleMesh, curves_from_lines, read_curves_bytes, segment_host,
+    SurfacePoint, TriangleMesh, curve_text, curves_from_lines, read_curves_bytes, segment_host,
 };
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -133,13 +133,7 @@ pub fn read_source(
     }
     if arguments.curve.is_empty() && arguments.points.is_empty() && !input.file.lines.is_empty() {
         let path = input.path.clone();
-        let from_lines = curves_from_lines(&input.lines(), &input.mesh);
-        let file =
-            CurveFile { curves: from_lines.map_err(|e| Failure::curve(&path, e))?, ..CurveFile::default() };
-        session.note(&format!(
-            "the {} line elements of the mesh's own file are the curve",
-            input.file.lines.len()
-        ));
+        let file = own_lines(input, session)?;
         let added = bring_to_mesh(file, &path, arguments, input, session, &mut facts)?;
         curves.curves.extend(added.curves);
         curves.points.extend(added.points);
@@ -173,6 +167,75 @@ pub fn read_source(
     Ok((curves, report))
 }
 
+/// The curves that the mesh's own file has as `l` lines; those that lie off the surface are left out if others remain.
+fn own_lines(input: &MeshInput, session: &mut Session) -> Result<CurveFile, Failure> {
+    let path = &input.path;
+    let mut file = curves_from_lines(&input.lines(), &input.mesh).map_err(|e| Failure::curve(path, e))?;
+    session
+        .note(&format!("the {} line elements of the mesh's own file are the curve", input.file.lines.len()));
+    for warning in &file.warnings {
+        session.warn(format!("{}: {warning}", path.display()));
+    }
+    if file.polylines.is_empty() {
+        if file.curves.is_empty() {
+            return Err(Failure::curve(
+                path,
+                "the l lines of this file make no curve on its surface; name the curve with --curve FILE or points with --points",
+            ));
+        }
+        return Ok(file);
+    }
+    let bvh = session.phase("build search tree", || Bvh::new(&input.mesh));
+    let off_surface = |line: &SpacePolyline| {
+        let off = |p: &[f64; 3]| bvh.closest_point(*p).map_or(f64::INFINITY, |closest| closest.distance);
+        line.points.iter().map(off).fold(0.0, f64::max)
+    };
+    let offs: Vec<f64> = file.polylines.iter().map(off_surface).collect();
+    let is_far = |off: f64| off > FAR * longest_side(input);
+    let far: Vec<f64> = offs.iter().copied().filter(|&off| is_far(off)).collect();
+    let Some(&first) = far.first() else { return Ok(file) };
+    if far.len() == file.polylines.len() && file.curves.is_empty() {
+        return Err(Failure::curve(
+            path,
+            format!(
+                "the l lines of this file lie off its surface, the first by {first:.3e}; name the curve with --curve FILE or points \
+                 with --points"
+            ),
+        ));
+    }
+    session.warn(format!(
+        "{}: {} polylines of this file lie off its surface, the first by {first:.3e}; they were left out",
+        path.display(),
+        far.len()
+    ));
+    let mut offs = offs.into_iter();
+    file.polylines.retain(|_| !offs.next().is_some_and(is_far));
+    Ok(file)
+}
+
+/// The source as [`read_source`] finds it, for verbs that can do without: `l` lines of the mesh's own file that are no curve on its
+/// surface get a warning.
+pub fn read_source_if_any(
+    arguments: &SourceArguments,
+    input: &MeshInput,
+    session: &mut Session,
+) -> Result<Option<(SurfaceCurves, CurveReport)>, Failure> {
+    if !arguments.curve.is_empty() || !arguments.points.is_empty() {
+        return read_source(arguments, input, session).map(Some);
+    }
+    if input.file.lines.is_empty() {
+        return Ok(None);
+    }
+    match read_source(arguments, input, session) {
+        Ok(found) => Ok(Some(found)),
+        Err(Failure::Input(fault)) => {
+            session.warn(format!("{fault}; the l lines of this file were passed over"));
+            Ok(None)
+        }
+        Err(failure) => Err(failure),
+    }
+}
+
 /// The content of a curve file, before anything is traced.
 pub fn read_curve_file(path: &Path, input: &MeshInput, session: &mut Session) -> Result<CurveFile, Failure> {
     let bytes = std::fs::read(path).map_err(|e| match path.to_str().filter(|name| CURVE_NAMES.contains(name)) {
@@ -182,7 +245,8 @@ pub fn read_curve_file(path: &Path, input: &MeshInput, session: &mut Session) ->
         )),
         None => Failure::reading(path, eikona_mesh::FileError::io(path, e)),
     })?;
-    let bytes = decode_text(&bytes);
+    let bytes = without_gzip(bytes, &path.display().to_string()).map_err(|e| Failure::reading(path, e))?;
+    let bytes = curve_text(&bytes).into_bytes();
     let format = CurveFormat::detect(path, &bytes);
     let numbered = matches!(format, CurveFormat::SignedHeatDemo | CurveFormat::SurfaceWinding);
     if numbered {
@@ -373,9 +437,14 @@ fn report_trace(traced: &Traced, what: &str, session: &mut Session) {
     }
 }
 
+/// The longest side of the bounding box.
+fn longest_side(input: &MeshInput) -> f64 {
+    let Some([low, high]) = Quality::of(&input.mesh).bounding_box else { return 0.0 };
+    (0..3).fold(0.0f64, |s, k| s.max(high[k] - low[k]))
+}
+
 fn warn_if_far(path: &Path, largest: f64, input: &MeshInput, session: &mut Session) {
-    let Some([low, high]) = Quality::of(&input.mesh).bounding_box else { return };
-    let size = (0..3).fold(0.0f64, |s, k| s.max(high[k] - low[k]));
+    let size = longest_side(input);
     if largest > FAR * size {
         session.warn(format!(
             "{}: a point of the curve lies {largest:.3e} from the mesh, whose longest side is {size:.3e}; check that both belong \

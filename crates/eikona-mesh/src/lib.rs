@@ -25,8 +25,8 @@ mod validate;
 
 pub use curve::{Curve, CurveKind, Segment, SegmentHost, SurfaceCurves, segment_host};
 pub use curve_io::{
-    CurveFile, CurveFormat, SpacePolyline, curves_from_lines, format_curves, read_curves, read_curves_bytes,
-    write_curves, write_curves_json,
+    CurveFile, CurveFormat, SpacePolyline, curve_text, curves_from_lines, format_curves, read_curves,
+    read_curves_bytes, write_curves, write_curves_json,
 };
 pub use disjoint_sets::DisjointSets;
 pub use error::{CurveError, Fault, FileError, MeshError};

@@ -92,7 +92,7 @@ fn obj_lines_are_polylines_in_space_or_curves_of_the_mesh_itself() {
     let file = read_curves_bytes(own.as_bytes(), CurveFormat::Obj, &mesh).unwrap();
     assert_eq!(file.curves.curves, [Curve::signed([0, 1, 2, 3].map(vertex))]);
     assert_eq!(file.warnings.len(), 1, "one line was turned: {:?}", file.warnings);
-    assert_eq!(curves_from_lines(&[vec![0, 1, 2], vec![3]], &mesh).unwrap().points, [vertex(3)]);
+    assert_eq!(curves_from_lines(&[vec![0, 1, 2], vec![3]], &mesh).unwrap().curves.points, [vertex(3)]);
     assert!(curves_from_lines(&[vec![0, 9]], &mesh).unwrap_err().to_string().contains("vertex 9"));
 }
 

@@ -13,7 +13,7 @@ mod winding_text;
 use crate::curve::{Curve, CurveKind, SurfaceCurves};
 use crate::error::{CurveError, FileError};
 use crate::id::{Edge, Face};
-use crate::io::{decode_text, write_atomically};
+use crate::io::{decode_text, without_gzip, write_atomically};
 use crate::mesh::TriangleMesh;
 use crate::point::SurfacePoint;
 pub use obj::curves_from_lines;
@@ -79,16 +79,15 @@ pub enum CurveFormat {
 impl CurveFormat {
     /// The format of a file, by what is in it; the extension decides where the content does not.
     pub fn detect(path: &Path, bytes: &[u8]) -> CurveFormat {
-        let bytes = decode_text(bytes);
-        let text = String::from_utf8_lossy(&bytes);
+        let text = curve_text(bytes);
         let text = text.trim_start();
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         if text.starts_with('{') {
             return CurveFormat::Json;
         }
-        for line in text.lines() {
-            let mut words = line.split_whitespace();
-            match (words.next(), words.count()) {
+        for (i, line) in text.lines().enumerate() {
+            let words = Line::new("", i, line).words;
+            match (words.first().copied(), words.len().saturating_sub(1)) {
                 (Some("signed_curve" | "unsigned_curve" | "unsigned_point"), _) => {
                     return CurveFormat::SignedHeatDemo;
                 }
@@ -125,9 +124,15 @@ impl CurveFormat {
 /// Linear in the file (n log n for the joining of SWN segments).
 pub fn read_curves(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<CurveFile, FileError> {
     let path = path.as_ref();
-    let bytes =
-        std::fs::read(path).map_err(|fault| FileError::Io { path: path.display().to_string(), fault })?;
+    let name = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|fault| FileError::Io { path: name.clone(), fault })?;
+    let bytes = without_gzip(bytes, &name)?;
     read_curves_bytes(&bytes, CurveFormat::detect(path, &bytes), mesh)
+}
+
+/// The text of a curve file in UTF-8 with `\n` at the ends of lines, whatever its encoding and line ends.
+pub fn curve_text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(&decode_text(bytes)).replace("\r\n", "\n").replace('\r', "\n")
 }
 
 /// The curves in the bytes of a file.
@@ -147,8 +152,7 @@ pub fn read_curves_bytes(
     format: CurveFormat,
     mesh: &TriangleMesh,
 ) -> Result<CurveFile, FileError> {
-    let bytes = decode_text(bytes);
-    let text = String::from_utf8_lossy(&bytes);
+    let text = curve_text(bytes);
     match format {
         CurveFormat::Json => json::read(&text, mesh),
         CurveFormat::Obj => obj::read(&text, mesh),
@@ -229,6 +233,12 @@ struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
+    /// The line at this place, counted from 0. A comment behind other words is passed over.
+    fn new(format: &'static str, index: usize, text: &'a str) -> Self {
+        let words = text.split_whitespace().enumerate();
+        let words = words.take_while(|(i, word)| *i == 0 || !word.starts_with('#')).map(|(_, word)| word);
+        Line { format, number: index + 1, words: words.collect() }
+    }
     /// A [`FileError::Syntax`] at this line.
     fn error(&self, problem: impl std::fmt::Display) -> FileError {
         FileError::syntax(self.format, format!("line {}", self.number), problem.to_string())

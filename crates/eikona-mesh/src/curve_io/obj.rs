@@ -1,30 +1,59 @@
-//! Lines of OBJ files: curves through the vertices of the mesh, or polylines in space.
+//! Lines of OBJ files: curves through the vertices of the mesh, or polylines in space. The file itself is read by the mesh reader.
 
-use super::{CurveFile, Line, SpacePolyline, chain};
+use super::{CurveFile, SpacePolyline, chain};
 use crate::curve::{Curve, CurveKind, SurfaceCurves};
 use crate::error::{CurveError, FileError};
 use crate::id::Vertex;
+use crate::io::{MeshFormat, read_mesh_bytes};
 use crate::mesh::TriangleMesh;
 use crate::point::SurfacePoint;
 
-const FORMAT: &str = "OBJ";
-
-/// Oriented curves through vertices of the mesh, from the `l` lines (0-based) of its own file.
+/// The curves that the `l` lines (0-based vertices) of a mesh's own file describe.
 ///
 /// A line of three or more vertices is a curve. Lines of two vertices are joined where exactly two of them meet, whichever
 /// way they run, since modelling programs write single edges in any direction; the curve runs the way most of them do.
-/// Vertices that no edge joins make segments across faces, which tracing resolves. Lines of one vertex become points.
+/// Lines of one vertex become points.
+///
+/// A curve through vertices of faces is a curve on the mesh; where no edge joins them its segments run across faces, which
+/// tracing resolves. A curve with a vertex that no face uses, as of a separate object in the same file, is a polyline in space.
+/// Points that no face uses are left out with a warning.
 ///
 /// # Errors
 /// [`CurveError::VertexOutOfRange`] with the index of the line and the place in it.
-pub fn curves_from_lines(lines: &[Vec<u32>], mesh: &TriangleMesh) -> Result<SurfaceCurves, CurveError> {
+pub fn curves_from_lines(lines: &[Vec<u32>], mesh: &TriangleMesh) -> Result<CurveFile, CurveError> {
     for (c, line) in lines.iter().enumerate() {
         for (n, &vertex) in line.iter().enumerate() {
             SurfacePoint::Vertex { vertex }.locate(mesh).map_err(|e| e.at(c, n))?;
         }
     }
-    let (joined, points, _) = join_lines(lines, mesh.vertex_count());
-    Ok(surface_curves(joined, points))
+    let is_on_mesh = |v: u32| !mesh.vertex_corners(Vertex(v)).is_empty();
+    Ok(curve_file(lines, mesh.positions(), is_on_mesh))
+}
+
+/// Indices are in range. `is_on_mesh`: whether a vertex is one of the mesh.
+fn curve_file(lines: &[Vec<u32>], positions: &[[f64; 3]], is_on_mesh: impl Fn(u32) -> bool) -> CurveFile {
+    let mut file = CurveFile::default();
+    let (joined, points, turned) = join_lines(lines, positions.len());
+    if turned > 0 {
+        file.warnings.push(format!(
+            "{turned} two-vertex l lines ran against the others of their curve and were turned; check the direction"
+        ));
+    }
+    let (on_mesh, in_space): (Vec<_>, Vec<_>) =
+        joined.into_iter().partition(|line| line.iter().all(|&v| is_on_mesh(v)));
+    let (points, loose): (Vec<u32>, Vec<u32>) = points.into_iter().partition(|&v| is_on_mesh(v));
+    file.curves = surface_curves(on_mesh, points);
+    for line in in_space {
+        let points = line.into_iter().map(|v| positions[v as usize]).collect();
+        file.polylines.push(SpacePolyline::from_points(CurveKind::Signed, points));
+    }
+    if !loose.is_empty() {
+        file.warnings.push(format!(
+            "{} single points in space were left out: give points on the mesh by vertex, edge or face",
+            loose.len()
+        ));
+    }
+    file
 }
 
 fn surface_curves(lines: Vec<Vec<u32>>, points: Vec<u32>) -> SurfaceCurves {
@@ -56,75 +85,21 @@ fn join_lines(lines: &[Vec<u32>], vertices: usize) -> (Vec<Vec<u32>>, Vec<u32>, 
 }
 
 pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileError> {
-    let mut file = CurveFile::default();
-    let mut positions: Vec<[f64; 3]> = Vec::new();
-    let mut lines: Vec<Vec<u32>> = Vec::new();
-    // Indices count from 1; negative ones count back from the vertices read so far.
-    for (i, line) in text.lines().enumerate() {
-        let line = Line { format: FORMAT, number: i + 1, words: line.split_whitespace().collect() };
-        match line.words.first() {
-            Some(&"v") => positions.push([
-                line.number(1, "x coordinate")?,
-                line.number(2, "y coordinate")?,
-                line.number(3, "z coordinate")?,
-            ]),
-            Some(&"l") => {
-                let indices = (1..line.words.len()).map(|k| vertex_index(&line, k, positions.len()));
-                let indices = indices.collect::<Result<Vec<u32>, _>>()?;
-                if indices.len() < 2 {
-                    return Err(line.error("an l line needs 2 vertices or more"));
-                }
-                lines.push(indices);
-            }
-            Some(&"p") => {
-                for k in 1..line.words.len() {
-                    lines.push(vec![vertex_index(&line, k, positions.len())?]);
-                }
-            }
-            _ => {}
-        }
+    let read = read_mesh_bytes(text.as_bytes(), MeshFormat::Obj)?;
+    let positions = &read.mesh.positions;
+    let lines: Vec<Vec<u32>> =
+        read.lines.into_iter().chain(read.points.into_iter().map(|v| vec![v])).collect();
+    if let Some(v) = lines.iter().flatten().find(|&&v| !positions[v as usize].iter().all(|x| x.is_finite())) {
+        let problem = format!("vertex {} has a coordinate that is not finite; correct it", v + 1);
+        return Err(FileError::syntax("OBJ", "v lines", problem));
     }
-    let (joined, points, turned) = join_lines(&lines, positions.len());
-    if turned > 0 {
-        file.warnings.push(format!(
-            "{turned} two-vertex l lines ran against the others of their curve and were turned; check the direction"
-        ));
-    }
-    if positions == mesh.positions() {
-        file.curves = surface_curves(joined, points);
-        return Ok(file);
-    }
-    for line in joined {
-        let points = line.into_iter().filter_map(|v| positions.get(v as usize).copied()).collect();
-        file.polylines.push(SpacePolyline::from_points(CurveKind::Signed, points));
-    }
-    if !points.is_empty() {
-        file.warnings.push(format!(
-            "{} single points in space were left out: give points on the mesh by vertex, edge or face",
-            points.len()
-        ));
-    }
-    if file.polylines.is_empty() {
+    let is_own = positions == mesh.positions();
+    let is_on_mesh = |v: u32| is_own && !mesh.vertex_corners(Vertex(v)).is_empty();
+    let mut file = curve_file(&lines, positions, is_on_mesh);
+    if lines.is_empty() {
         file.warnings.push("the file has no l lines, so there is no curve in it".into());
     }
     Ok(file)
-}
-
-fn vertex_index(line: &Line, place: usize, count: usize) -> Result<u32, FileError> {
-    let word = line.word(place, "vertex index")?;
-    let given: i64 = word
-        .split('/')
-        .next()
-        .and_then(|w| w.parse().ok())
-        .ok_or_else(|| line.error(format!("\"{word}\" is not a vertex index")))?;
-    let index = if given < 0 { given.saturating_add(count as i64) } else { given - 1 };
-    if (0..count as i64).contains(&index) {
-        Ok(index as u32)
-    } else {
-        Err(line.error(format!(
-            "vertex {given} does not exist: {count} vertices come before this line, numbered from 1; correct the index"
-        )))
-    }
 }
 
 /// Positions and `l` lines. The kind of the curves and the isolated points are not kept (points become `p` lines).

@@ -18,7 +18,7 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
     let mut file = CurveFile::default();
     let mut block = None;
     for (i, line) in text.lines().enumerate() {
-        let line = Line { format: FORMAT, number: i + 1, words: line.split_whitespace().collect() };
+        let line = Line::new(FORMAT, i, line);
         let Some(&first) = line.words.first() else { continue };
         if first.starts_with('#') {
             continue;

@@ -16,7 +16,7 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
     // Segments may name nodes that come later in the file, so they are resolved at the end.
     let mut segment_lines: Vec<(Line, i64)> = Vec::new();
     for (i, line) in text.lines().enumerate() {
-        let line = Line { format: FORMAT, number: i + 1, words: line.split_whitespace().collect() };
+        let line = Line::new(FORMAT, i, line);
         match line.words.first() {
             None | Some(&"n") => {} // "n" parts the curves for a reader; the segments tell it anyway
             Some(&"#offset") => {

@@ -306,6 +306,7 @@ impl Collected {
         let mesh = self.faces.finish(self.positions)?;
         Ok(MeshFile {
             mesh,
+            points: Vec::new(),
             lines: self.lines,
             vertex_scalars: self.scalars,
             face_scalars: Vec::new(),

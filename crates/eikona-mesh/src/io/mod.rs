@@ -105,6 +105,8 @@ pub struct MeshFile {
     pub mesh: PolygonMesh,
     /// Polylines, as 0-based vertices.
     pub lines: Vec<Vec<u32>>,
+    /// Isolated points (`p` lines of OBJ), as 0-based vertices. Not written.
+    pub points: Vec<u32>,
     /// Named values, one a vertex, in the order of the file. NaN where the file has none.
     pub vertex_scalars: Vec<(String, Vec<f64>)>,
     /// Named values, one a face, in the order of the file. NaN where the file has none.

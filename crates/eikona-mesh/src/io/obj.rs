@@ -1,4 +1,4 @@
-//! Wavefront OBJ: `v`, `f` and `l` lines; everything else is passed over.
+//! Wavefront OBJ: `v`, `vt`, `f`, `l` and `p` lines; everything else is passed over.
 //!
 //! Own reader: tobj triangulates or re-indexes by position/texture/normal triples, which loses the order and count of
 //! vertices, and drops `l` lines.
@@ -35,6 +35,10 @@ pub fn read_obj(bytes: &[u8]) -> Result<MeshFile, FileError> {
                 content.indices(&mut words, Keyword::Line)?;
                 content.lines.push(content.corners.clone());
             }
+            Some(b"p") => {
+                content.indices(&mut words, Keyword::Point)?;
+                content.points.extend_from_slice(&content.corners);
+            }
             _ => {}
         }
         if !words.next_line() {
@@ -69,19 +73,21 @@ fn begins_statement(line: &[u8]) -> bool {
 enum Keyword {
     Face,
     Line,
+    Point,
 }
 
 #[derive(Default)]
 struct Content {
     mesh: PolygonMesh,
     lines: Vec<Vec<u32>>,
+    points: Vec<u32>,
     /// Texture coordinates; NaN for what is no number.
     textures: Vec<[f64; 2]>,
     /// Which of them each corner of a face has, from 0; corners that have none are left out.
     corner_textures: Vec<usize>,
     /// Colours of the first vertices; NaN where a vertex before a coloured one has none.
     colours: Vec<[f64; 3]>,
-    /// The vertices of the current `f` or `l` line.
+    /// The vertices of the current `f`, `l` or `p` line.
     corners: Vec<u32>,
     /// Forward references, (line, 1-based index), each larger than all before: the first to exceed the final count is
     /// among them.
@@ -119,9 +125,13 @@ impl Content {
         self.textures.push([coordinate(f64::NAN), coordinate(0.0)]);
     }
 
-    /// Reads the vertices of an `f` or `l` line into `corners`; what follows a slash is texture and normal.
+    /// Reads the vertices of an `f`, `l` or `p` line into `corners`; what follows a slash is texture and normal.
     fn indices(&mut self, words: &mut Words, line: Keyword) -> Result<(), FileError> {
-        let keyword = if line == Keyword::Face { "f" } else { "l" };
+        let keyword = match line {
+            Keyword::Face => "f",
+            Keyword::Line => "l",
+            Keyword::Point => "p",
+        };
         self.corners.clear();
         let vertices = self.mesh.positions.len() as i64;
         while let Some(word) = words.word_on_line() {
@@ -174,7 +184,8 @@ impl Content {
             );
             return Err(FileError::syntax(OBJ, format!("line {line}"), problem));
         }
-        let mut file = MeshFile { mesh: self.mesh, lines: self.lines, ..MeshFile::default() };
+        let mut file =
+            MeshFile { mesh: self.mesh, lines: self.lines, points: self.points, ..MeshFile::default() };
         let corners: usize = file.mesh.faces().map(<[u32]>::len).sum();
         if corners > 0 && self.corner_textures.len() == corners {
             let coordinates = self.corner_textures.iter().map(|&i| self.textures.get(i).copied());

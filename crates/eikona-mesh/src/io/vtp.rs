@@ -167,6 +167,7 @@ impl Collected {
         warnings.extend(self.odd);
         Ok(MeshFile {
             mesh: self.faces.finish(self.positions)?,
+            points: Vec::new(),
             lines: self.lines,
             vertex_scalars: self.vertex_scalars,
             face_scalars: self.face_scalars,
