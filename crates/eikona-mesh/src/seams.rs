@@ -35,7 +35,8 @@ const MOST_PER_EDGE: usize = 16;
 pub struct Seams {
     /// Vertices next to another one: at the same place (a seam) or a gap away (a crack). In increasing order.
     pub joints: Vec<Joint>,
-    /// Vertices inside an edge of other faces (T-junctions), each with the nearest such edge. In increasing order.
+    /// Vertices inside an edge of other faces, along which the boundary runs there (T-junctions); each with the nearest such edge.
+    /// In increasing order.
     pub hanging: Vec<HangingVertex>,
     /// Whether the search was given up, because vertices lie inside so many edges that the tolerance can not be right for this
     /// mesh. What was found up to there is listed.
@@ -137,6 +138,8 @@ pub(crate) struct Contacts {
     own: Vec<f64>,
     /// The vertex that each one is joined to; itself if there is none.
     pub(crate) target: Vec<u32>,
+    /// Boundary edges after joining, by either end.
+    rim: Vec<[u32; 2]>,
 }
 
 impl Contacts {
@@ -165,7 +168,28 @@ impl Contacts {
                 None => near.activate(i),
             }
         }
-        (joints, Contacts { near, tolerance, own, target })
+        let mut rim: Vec<[u32; 2]> = boundary_edges(mesh)
+            .flat_map(|e| {
+                let [a, b] = mesh.edge_vertices(e).map(|v| target[v.index()]);
+                [[a, b], [b, a]]
+            })
+            .collect();
+        rim.sort_unstable();
+        (joints, Contacts { near, tolerance, own, target, rim })
+    }
+
+    /// Whether a boundary edge at a vertex runs along the edge from `a` to `b` that the vertex lies inside. A boundary that crosses
+    /// the edge there belongs to a part that lies over the other one, and is not to be joined.
+    fn runs_along(&self, mesh: &TriangleMesh, vertex: Vertex, [a, b]: [[f64; 3]; 2], within: f64) -> bool {
+        let p = mesh.position(vertex);
+        let first = self.rim.partition_point(|ends| ends[0] < vertex.0);
+        let own = self.rim[first..].iter().take_while(|ends| ends[0] == vertex.0);
+        own.map(|ends| mesh.position(Vertex(ends[1]))).any(|q| {
+            // They part at the end of the shorter one.
+            let forward = dot(sub(q, p), sub(b, a)) > 0.0;
+            let end = if forward { b } else { a };
+            distance_to_segment(q, [p, end]) <= within || distance_to_segment(end, [p, q]) <= within
+        })
     }
 
     /// The ends of an edge after joining, the smaller one first, so that edges that come to lie on one another are the same.
@@ -189,13 +213,13 @@ impl Contacts {
             if length == 0.0 || !length.is_finite() {
                 continue;
             }
-            let along = [0, 1, 2].map(|k| (b[k] - a[k]) / length);
+            let along = sub(b, a).map(|x| x / length);
             let within = self.tolerance.min(SHARE_OF_EDGE * length);
             self.near.near_segment([a, b], within, |p, vertex, its| {
                 let within = within.min(its);
-                let from = [0, 1, 2].map(|k| p[k] - a[k]);
-                let place = (0..3).map(|k| from[k] * along[k]).sum::<f64>();
-                let gap = distance([0, 1, 2].map(|k| from[k] - place * along[k]), [0.0; 3]);
+                let from = sub(p, a);
+                let place = dot(from, along);
+                let gap = distance(from, along.map(|x| place * x));
                 let at_end = [(a, ends[0]), (b, ends[1])]
                     .into_iter()
                     .any(|(end, v)| distance(p, end) <= within.min(self.own[v as usize]));
@@ -206,7 +230,9 @@ impl Contacts {
                 let is_corner = |h: &Halfedge| {
                     mesh.face_vertices(h.face()).into_iter().any(|v| self.target[v.index()] == vertex.0)
                 };
-                if !mesh.edge_halfedges(edge).iter().any(is_corner) {
+                if !mesh.edge_halfedges(edge).iter().any(is_corner)
+                    && self.runs_along(mesh, vertex, [a, b], within)
+                {
                     visit(HangingVertex { vertex, edge, gap }, place);
                     rest = rest.saturating_sub(1);
                 }
@@ -219,10 +245,15 @@ impl Contacts {
     }
 }
 
+/// The edges with one face.
+fn boundary_edges(mesh: &TriangleMesh) -> impl Iterator<Item = Edge> {
+    mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() == 1)
+}
+
 /// See [`Contacts::own`].
 fn tolerances(mesh: &TriangleMesh, tolerance: f64) -> Vec<f64> {
     let mut own = vec![f64::INFINITY; mesh.vertex_count()];
-    for e in mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() == 1) {
+    for e in boundary_edges(mesh) {
         mesh.edge_vertices(e).into_iter().for_each(|v| own[v.index()] = tolerance);
     }
     for v in mesh.vertices().filter(|v| own[v.index()] < f64::INFINITY).collect::<Vec<_>>() {
@@ -240,4 +271,21 @@ fn tolerances(mesh: &TriangleMesh, tolerance: f64) -> Vec<f64> {
 /// The distance of two points, at any scale. Infinite only if it is beyond the range of doubles.
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1]).hypot(a[2] - b[2])
+}
+
+/// The distance of a point from a segment of positive length.
+fn distance_to_segment(p: [f64; 3], [a, b]: [[f64; 3]; 2]) -> f64 {
+    let length = distance(a, b);
+    let along = sub(b, a).map(|x| x / length);
+    let from = sub(p, a);
+    let place = dot(from, along).clamp(0.0, length);
+    distance(from, along.map(|x| place * x))
+}
+
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -5,7 +5,6 @@ use eikona_mesh::{
     Face, Fault, MeshError, Quality, Seams, Stitched, SurfacePoint, Topology, TriangleMesh, Vertex, stitch,
     weld,
 };
-use std::time::Instant;
 
 /// reports.md F6: a square, and beside it two rectangles of half its height.
 fn squares_of_different_height() -> TriangleMesh {
@@ -181,6 +180,10 @@ fn boundaries_that_are_close_without_touching_are_no_cracks() {
     // Ten times the tolerance is a gap that is meant.
     assert!(Seams::of(&strips([6, 6], 3e-5)).is_empty());
     assert!(Seams::of(&strips([6, 7], 3e-5)).is_empty());
+    // A triangle over a square, with a corner on its diagonal.
+    let mut positions = vec![[0., 0., 0.], [2., 0., 0.], [2., 2., 0.], [0., 2., 0.]];
+    positions.extend([[1., 1., 0.], [3., 0.5, 0.], [3., 1.5, 0.]]);
+    assert!(Seams::of(&mesh(positions, vec![[0, 1, 2], [0, 2, 3], [4, 5, 6]])).is_empty());
     // A tiny part beside a large one is not closed upon itself: its own edges tell the scale.
     let mut positions = vec![[0., 0., 0.], [1e7, 0., 0.], [0., 1e7, 0.]];
     positions.extend([
@@ -338,11 +341,12 @@ fn degenerate_inputs_take_no_quadratic_time() {
         |v: u32| if v % 3 == 0 { [1e-9 * f64::from(v), 0., 0.] } else { [1.0, f64::from(v) + 1.0, 0.] };
     let far =
         |v: u32| if v < 3 { corner(v).map(|x| 1e12 * x) } else { [f64::from(v), f64::from(v % 2), 0.0] };
-    for place in [&(|_| [0.0; 3]) as &dyn Fn(u32) -> [f64; 3], &corner, &near, &far] {
+    let places: [(&dyn Fn(u32) -> [f64; 3], bool); 4] =
+        [(&|_| [0.0; 3], false), (&corner, false), (&near, true), (&far, false)];
+    for (place, truncated) in places {
         let input = soup(place);
-        let start = Instant::now();
         let seams = Seams::of(&input);
-        assert!(start.elapsed().as_secs() < 20, "a quadratic number of pairs took 150 s");
+        assert_eq!(seams.truncated, truncated);
         assert!(seams.joints.len() + seams.hanging.len() <= input.vertex_count());
     }
     let refused = stitch(&soup(&near), None).map(|_| ());
