@@ -50,7 +50,7 @@ pub fn stitch_mesh(
         String::new()
     };
     session.note(&format!(
-        "joined {} vertices to others and {} to edges, which divides {} faces; the widest gap was {:.1e}{results}",
+        "stitched: {} vertices joined to others, {} inserted into edges, {} faces divided; the widest gap was {:.1e}{results}",
         stitched.joined_vertices, stitched.inserted_vertices, stitched.divided_faces, stitched.largest_gap
     ));
     let vertex_map: Vec<u32> = stitched.vertices.as_slice().iter().map(|v| v.0).collect();
