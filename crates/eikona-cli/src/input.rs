@@ -1,7 +1,7 @@
 //! The mesh that a verb works on: read from a file or the standard input, repaired where that was asked for, triangulated.
 
 use crate::exit::Failure;
-use crate::seams::{Stitch, parse_stitch, stitch_mesh};
+use crate::seams::{Stitch, looks_loose, parse_stitch, stitch_mesh};
 use crate::session::Session;
 use clap::Args;
 use eikona_mesh::io::{MeshFile, MeshFormat, MeshOut, read_mesh, read_mesh_bytes, without_gzip};
@@ -487,11 +487,6 @@ fn invalid(path: &Path, fault: MeshError, all: bool) -> Failure {
         }
     }
     Failure::Input(text)
-}
-
-/// Whether every face has three vertices of its own.
-pub fn looks_loose(mesh: &TriangleMesh) -> bool {
-    mesh.face_count() > 1 && mesh.vertices().all(|v| mesh.vertex_corners(v).len() <= 1)
 }
 
 fn facts(path: &Path, format: Option<MeshFormat>, file: &MeshFile, mesh: &TriangleMesh) -> Value {

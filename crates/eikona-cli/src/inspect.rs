@@ -167,7 +167,8 @@ fn advice(fault: &Fault, orientation: &Orientation, seams: &Seams) -> String {
         Fault::DuplicateFace { .. } => "remove the copies, unless the surface is meant to be double".into(),
         Fault::CoincidentVertices { .. } => "add --weld if the surface should hang together there".into(),
         Fault::HangingVertex { .. } | Fault::Crack { .. } => {
-            format!("nothing crosses there; {}", remedy(seams))
+            let more = if seams.truncated { "there are more; " } else { "" };
+            format!("{more}nothing crosses there; {}", remedy(seams))
         }
         Fault::Sliver { .. } => {
             "harmless if they are few; where a region consists of them, distance loses digits: remesh it"

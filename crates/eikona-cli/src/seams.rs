@@ -1,7 +1,6 @@
 //! Boundaries that lie on one another without being joined: what is said of them, and the repair.
 
 use crate::exit::Failure;
-use crate::input::looks_loose;
 use crate::session::Session;
 use eikona_mesh::{Components, MeshError, Seams, Stitched, SurfaceCurves, TriangleMesh, stitch};
 use serde_json::{Value, json};
@@ -63,13 +62,18 @@ pub fn stitch_mesh(
     Ok(Some((stitched, facts)))
 }
 
-/// What to do about seams, as given and once found.
+/// The repair that joins these boundaries.
 pub fn remedy(seams: &Seams) -> &'static str {
     if seams.hanging.is_empty() && seams.largest_gap() == 0.0 {
         "add --weld if the surface should hang together there"
     } else {
         "add --stitch if the surface should hang together there"
     }
+}
+
+/// Whether every face has three vertices of its own.
+pub fn looks_loose(mesh: &TriangleMesh) -> bool {
+    mesh.face_count() > 1 && mesh.vertices().all(|v| mesh.vertex_corners(v).len() <= 1)
 }
 
 /// Warns of boundaries that touch without being joined, on parts of the surface that the curves and points lie on: results would
@@ -112,8 +116,9 @@ pub fn warn_of_seams(mesh: &TriangleMesh, source: &SurfaceCurves, session: &mut 
         0.0 => String::new(),
         gap => format!("; the widest gap is {gap:.1e}"),
     };
+    let at_least = if seams.truncated { "at least " } else { "" };
     session.warn(format!(
-        "boundaries touch without being joined, and nothing crosses them: {}{gap}; {}",
+        "boundaries touch without being joined, and nothing crosses them: {at_least}{}{gap}; {}",
         parts.join("; "),
         remedy(&seams)
     ));

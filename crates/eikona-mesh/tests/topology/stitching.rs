@@ -337,8 +337,9 @@ fn degenerate_inputs_take_no_quadratic_time() {
     // All vertices in one place; all triangles in one place; corners of all triangles within the tolerance of one place; and a
     // mesh that is smaller than the tolerance, since one face reaches far away.
     let corner = |v: u32| [f64::from(v % 3), f64::from(v % 3 / 2), 0.0];
-    let near =
-        |v: u32| if v % 3 == 0 { [1e-9 * f64::from(v), 0., 0.] } else { [1.0, f64::from(v) + 1.0, 0.] };
+    let near = |v: u32| {
+        if v.is_multiple_of(3) { [1e-9 * f64::from(v), 0., 0.] } else { [1.0, f64::from(v) + 1.0, 0.] }
+    };
     let far =
         |v: u32| if v < 3 { corner(v).map(|x| 1e12 * x) } else { [f64::from(v), f64::from(v % 2), 0.0] };
     let places: [(&dyn Fn(u32) -> [f64; 3], bool); 4] =

@@ -5,7 +5,8 @@ use eikona_mesh::{Face, TriangleMesh};
 use eikona_numeric::Complex;
 
 /// A triangle in the plane of complex numbers, counter-clockwise: corner 0 at the origin, corner 1 on the positive real axis.
-/// Made from edge lengths only, so that it is the same for every way in which the surface may be bent.
+/// It depends on edge lengths only, so it is the same for every way in which the surface may be bent; where corners are known,
+/// they give more digits of it.
 ///
 /// A flat triangle (of a height below 1e-8 of its longest side) is mollified: no side is left shorter than 1e-7 of the longest,
 /// and all are made longer by 1e-14 of it, so that it has angles while no length changes by more than 1e-7 of the longest side.
@@ -29,7 +30,7 @@ const SHORTEST_SIDE: f64 = 1e-7;
 const SLACK: f64 = 1e-14;
 
 impl Triangle {
-    /// The triangle of a face of a mesh. The area comes from the coordinates, which keep more digits of it than lengths do.
+    /// The triangle of a face of a mesh.
     pub fn of_face(mesh: &TriangleMesh, face: Face) -> Triangle {
         Triangle::of_corners(mesh.face_positions(face))
     }
