@@ -7,8 +7,8 @@ use crate::near::NearVertices;
 
 /// Gap, relative to the diagonal of the bounding box, up to which boundaries count as meant to be joined.
 ///
-/// Coordinates of single precision differ by up to 1e-7 of the largest where they should be equal; text of six digits by up to
-/// 1e-6. Gaps that are meant are far wider.
+/// Coordinates that should be equal differ by up to 1e-7 of the mesh's size in single precision, and by up to 1e-6 in text of six
+/// digits. Gaps that are meant are far wider. Single precision far from the origin leaves wider ones; name a tolerance for these.
 pub const SEAM_TOLERANCE: f64 = 1e-6;
 
 /// Gaps are closed only if they are at most this share of the edges at the vertex. So no edge collapses when both its ends move.
