@@ -1,12 +1,13 @@
 //! The mesh that a verb works on: read from a file or the standard input, repaired where that was asked for, triangulated.
 
 use crate::exit::Failure;
+use crate::seams::{Stitch, looks_loose, parse_stitch, stitch_mesh};
 use crate::session::Session;
 use clap::Args;
 use eikona_mesh::io::{MeshFile, MeshFormat, MeshOut, read_mesh_as, read_mesh_bytes, without_gzip};
 use eikona_mesh::{
-    Face, Fault, IndexMaps, MeshError, PolygonMesh, RepairedPolygons, SurfacePoint, TriangleMesh, Vertex,
-    drop_broken_polygons, drop_degenerate_faces, weld_polygons,
+    Face, Fault, IndexMaps, MeshError, PolygonMesh, RepairedPolygons, Stitched, SurfacePoint, TriangleMesh,
+    Vertex, drop_broken_polygons, drop_degenerate_faces, weld_polygons,
 };
 use serde_json::{Value, json};
 use std::io::Read;
@@ -28,6 +29,10 @@ pub struct MeshArguments {
     /// Drop faces without area and faces that name a vertex twice; the vertices stay
     #[arg(long)]
     pub drop_degenerate: bool,
+    /// Join boundaries that touch, or are at most TOL apart (in the unit of the mesh): vertices at vertices, and vertices inside
+    /// edges (T-junctions), which are divided there with their faces
+    #[arg(long, value_name = "TOL", num_args = 0..=1, require_equals = true, default_missing_value = "auto", value_parser = parse_stitch)]
+    pub stitch: Option<Stitch>,
     /// Whether a mesh that is not valid is refused with all its faults rather than the first few.
     #[arg(skip)]
     pub all_faults: bool,
@@ -84,6 +89,8 @@ pub struct MeshInput {
     of_file: Option<MeshOfFile>,
     /// From the vertices of that mesh to those of `mesh`, where they were joined.
     joined: Option<IndexMaps>,
+    /// From there to `mesh`, where boundaries were joined after that.
+    stitched: Option<Stitched>,
 }
 
 /// A mesh as its file numbers it.
@@ -181,7 +188,7 @@ impl MeshInput {
             if !is_stl {
                 renumbered |= from != to || lost > 0;
                 joined = Some(welded.maps);
-            } else if lost > 0 || arguments.drop_degenerate {
+            } else if lost > 0 || arguments.drop_degenerate || arguments.stitch.is_some() {
                 // No curve can name the vertices of an STL file, which has none of its own; but its faces.
                 joined_stl = Some(with_vertices(&file.mesh, &welded));
                 renumbered |= lost > 0;
@@ -211,7 +218,18 @@ impl MeshInput {
                 renumbered = true;
             }
         }
-        if weld.is_none() && looks_loose(&mesh) {
+        let mut stitched = None;
+        if let Some(how) = arguments.stitch
+            && let Some((found, facts)) = stitch_mesh(&mesh, how, session)?
+        {
+            repairs.push(facts);
+            parts_of = found.parent.as_slice().iter().map(|f| parts_of[f.index()]).collect();
+            mesh = found.mesh.clone();
+            stitched = Some(found);
+            kept_polygons = false;
+            renumbered = true;
+        }
+        if weld.is_none() && arguments.stitch.is_none() && looks_loose(&mesh) {
             session.warn(format!(
                 "{}: no two faces share a vertex, so nothing connects them; add --weld to join vertices at the same place",
                 path.display()
@@ -229,7 +247,7 @@ impl MeshInput {
         let same = parts_of.len() == file.mesh.face_count()
             && parts_of.iter().enumerate().all(|(triangle, f)| f.index() == triangle);
         let parts_of = (!same).then_some(parts_of);
-        Ok(MeshInput { path, file, mesh, surface, parts_of, of_file, joined })
+        Ok(MeshInput { path, file, mesh, surface, parts_of, of_file, joined, stitched })
     }
 
     /// Refuses a mesh on which there is nothing to measure.
@@ -292,10 +310,12 @@ impl MeshInput {
 
     /// Values given at the vertices of the file, at the vertices of the mesh. Where vertices were joined the first one counts.
     pub fn vertex_values(&self, values: &[f64]) -> Vec<f64> {
-        let Some(maps) = &self.joined else { return values.to_vec() };
+        if self.joined.is_none() && self.stitched.is_none() {
+            return values.to_vec();
+        }
         let mut result = vec![f64::NAN; self.mesh.vertex_count()];
-        for (new, &value) in maps.vertices.as_slice().iter().zip(values).rev() {
-            if let Some(place) = new.and_then(|v| result.get_mut(v.index())) {
+        for (v, &value) in values.iter().enumerate().rev() {
+            if let Some(place) = result.get_mut(self.new_vertex(v as u32) as usize) {
                 *place = value;
             }
         }
@@ -348,21 +368,32 @@ impl MeshInput {
     /// The vertex of the mesh that a vertex of the file was joined to.
     fn new_vertex(&self, vertex: u32) -> u32 {
         let new = self.joined.as_ref().and_then(|maps| *maps.vertices.get(Vertex(vertex))?);
-        new.map_or(vertex, |v| v.0)
+        let welded = new.map_or(vertex, |v| v.0);
+        let stitched = self.stitched.as_ref().and_then(|s| s.vertices.get(Vertex(welded)));
+        stitched.map_or(welded, |v| v.0)
     }
 
     /// A point named by vertices of the file, named by vertices of the mesh. Where its face or edge was dropped, there is no such
     /// point any more.
     pub fn renumber(&self, point: SurfacePoint) -> SurfacePoint {
-        let new = |v: u32| self.new_vertex(v);
-        match point {
-            SurfacePoint::Vertex { vertex } => SurfacePoint::Vertex { vertex: new(vertex) },
-            SurfacePoint::Edge { vertices: [a, b], t } => match [new(a), new(b)] {
-                [a, b] if a == b => SurfacePoint::Vertex { vertex: a },
-                vertices => SurfacePoint::Edge { vertices, t },
-            },
-            SurfacePoint::Face { vertices, bary } => SurfacePoint::Face { vertices: vertices.map(new), bary },
-        }
+        let welded = match &self.joined {
+            Some(maps) => renumbered(point, maps),
+            None => point,
+        };
+        self.stitched.as_ref().map_or(welded, |stitched| stitched.point(welded))
+    }
+}
+
+/// A point named by the vertices that its own were joined to.
+fn renumbered(point: SurfacePoint, maps: &IndexMaps) -> SurfacePoint {
+    let new = |v: u32| maps.vertices.get(Vertex(v)).copied().flatten().map_or(v, |v| v.0);
+    match point {
+        SurfacePoint::Vertex { vertex } => SurfacePoint::Vertex { vertex: new(vertex) },
+        SurfacePoint::Edge { vertices: [a, b], t } => match [new(a), new(b)] {
+            [a, b] if a == b => SurfacePoint::Vertex { vertex: a },
+            vertices => SurfacePoint::Edge { vertices, t },
+        },
+        SurfacePoint::Face { vertices, bary } => SurfacePoint::Face { vertices: vertices.map(new), bary },
     }
 }
 
@@ -447,11 +478,6 @@ fn invalid(path: &Path, fault: MeshError, all: bool) -> Failure {
         }
     }
     Failure::Input(text)
-}
-
-/// Whether every face has three vertices of its own.
-fn looks_loose(mesh: &TriangleMesh) -> bool {
-    mesh.face_count() > 1 && mesh.vertices().all(|v| mesh.vertex_corners(v).len() <= 1)
 }
 
 fn facts(path: &Path, format: Option<MeshFormat>, file: &MeshFile, mesh: &TriangleMesh) -> Value {

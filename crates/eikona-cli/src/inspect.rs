@@ -3,11 +3,14 @@
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::number::rounded;
+use crate::seams::remedy;
 use crate::session::{General, Session, check_outputs, print_bytes};
 use crate::source::{SourceArguments, files_read, read_source_if_any, warn_of_sides};
 use clap::Args;
 use eikona::contour::{CurveReport, MeetingKind};
-use eikona_mesh::{Fault, Orientation, Quality, SurfaceCurves, Topology, validate};
+use eikona_mesh::{
+    Fault, Orientation, Quality, Seams, SurfaceCurves, Topology, TriangleMesh, slivers, validate,
+};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 
@@ -47,8 +50,9 @@ pub fn run(arguments: &InspectArguments, general: &General) -> Result<u8, Failur
     let topology = session.phase("topology", || Topology::of(mesh));
     let quality = session.phase("quality", || Quality::of(mesh));
     let orientation = session.phase("orientation", || Orientation::of(mesh));
-    let faults = session.phase("faults", || validate(mesh));
-    let kinds = by_kind(&faults, &orientation);
+    let seams = session.phase("seams", || Seams::of(mesh));
+    let faults = session.phase("faults", || all_faults(mesh, &seams));
+    let kinds = by_kind(&faults, &orientation, &seams);
 
     let mut text = mesh_text(&input, &topology, &quality);
     text += &faults_text(&kinds, arguments.all);
@@ -79,13 +83,37 @@ struct Kind<'a> {
     faults: Vec<&'a Fault>,
 }
 
-fn by_kind<'a>(faults: &'a [Fault], orientation: &Orientation) -> Vec<Kind<'a>> {
+impl Kind<'_> {
+    /// The widest gap, if these are faults with gaps.
+    fn largest_gap(&self) -> Option<f64> {
+        let gap = |fault: &&Fault| match fault {
+            Fault::HangingVertex { gap, .. } | Fault::Crack { gap, .. } => Some(*gap),
+            _ => None,
+        };
+        self.faults.iter().filter_map(gap).reduce(f64::max)
+    }
+}
+
+/// The faults of a mesh, touching boundaries and slivers among them. Slivers of zero area are listed once, as such.
+fn all_faults(mesh: &TriangleMesh, seams: &Seams) -> Vec<Fault> {
+    let mut faults = validate(mesh);
+    faults.extend(seams.faults(mesh));
+    let is_zero = |fault: &Fault| if let Fault::ZeroArea { face, .. } = fault { Some(*face) } else { None };
+    let zero: Vec<_> = faults.iter().filter_map(is_zero).collect();
+    let thin = slivers(mesh).into_iter().filter(|s| zero.binary_search(&s.face).is_err());
+    faults.extend(thin.map(|s| Fault::Sliver { face: s.face, height: s.height }));
+    faults
+}
+
+fn by_kind<'a>(faults: &'a [Fault], orientation: &Orientation, seams: &Seams) -> Vec<Kind<'a>> {
     let mut kinds: Vec<Kind> = Vec::new();
     for fault in faults {
         let (name, key) = kind_of(fault);
         match kinds.iter_mut().find(|k| k.key == key) {
             Some(kind) => kind.faults.push(fault),
-            None => kinds.push(Kind { name, key, advice: advice(fault, orientation), faults: vec![fault] }),
+            None => {
+                kinds.push(Kind { name, key, advice: advice(fault, orientation, seams), faults: vec![fault] })
+            }
         }
     }
     kinds
@@ -108,11 +136,16 @@ fn kind_of(fault: &Fault) -> (&'static str, &'static str) {
         }
         Fault::DuplicateFace { .. } => ("faces that are there twice", "duplicate_faces"),
         Fault::CoincidentVertices { .. } => ("vertices that lie on another one", "coincident_vertices"),
+        Fault::HangingVertex { .. } => {
+            ("vertices inside edges of other faces (T-junctions)", "hanging_vertices")
+        }
+        Fault::Crack { .. } => ("boundary vertices a small gap away from another one (cracks)", "cracks"),
+        Fault::Sliver { .. } => ("faces with almost no height (slivers)", "slivers"),
         _ => ("other faults", "other"),
     }
 }
 
-fn advice(fault: &Fault, orientation: &Orientation) -> String {
+fn advice(fault: &Fault, orientation: &Orientation, seams: &Seams) -> String {
     match fault {
         Fault::ZeroArea { .. } => {
             "sdf copes with them; --drop-degenerate removes them (after --weld, if there are slits)".into()
@@ -131,6 +164,14 @@ fn advice(fault: &Fault, orientation: &Orientation) -> String {
         }
         Fault::DuplicateFace { .. } => "remove the copies, unless the surface is meant to be double".into(),
         Fault::CoincidentVertices { .. } => "add --weld if the surface should hang together there".into(),
+        Fault::HangingVertex { .. } | Fault::Crack { .. } => {
+            let more = if seams.truncated { "there are more; " } else { "" };
+            format!("{more}nothing crosses there; {}", remedy(seams))
+        }
+        Fault::Sliver { .. } => {
+            "harmless if they are few; where a region consists of them, distance loses digits: remesh it"
+                .into()
+        }
         _ => "correct the file".into(),
     }
 }
@@ -233,7 +274,11 @@ fn faults_text(kinds: &[Kind], all: bool) -> String {
     }
     let mut text = String::from("  faults\n");
     for kind in kinds {
-        let _ = writeln!(text, "    {} {}: {}", kind.faults.len(), kind.name, kind.advice);
+        let gap = match kind.largest_gap() {
+            Some(gap) if gap > 0.0 => format!(", the widest gap is {gap:.1e}"),
+            _ => String::new(),
+        };
+        let _ = writeln!(text, "    {} {}{gap}: {}", kind.faults.len(), kind.name, kind.advice);
         let shown = if all { kind.faults.len() } else { SHOWN };
         for fault in kind.faults.iter().take(shown) {
             let _ = writeln!(text, "      {fault}");
@@ -283,7 +328,11 @@ fn faults_json(kinds: &[Kind], all: bool) -> Value {
     let entry = |kind: &Kind| {
         let shown = if all { kind.faults.len() } else { SHOWN };
         let list: Vec<String> = kind.faults.iter().take(shown).map(|f| f.to_string()).collect();
-        json!({"count": kind.faults.len(), "advice": kind.advice, "first": list})
+        let mut entry = json!({"count": kind.faults.len(), "advice": kind.advice, "first": list});
+        if let Some(gap) = kind.largest_gap() {
+            entry["largest_gap"] = json!(gap);
+        }
+        entry
     };
     Value::Object(kinds.iter().map(|k| (k.key.to_string(), entry(k))).collect())
 }

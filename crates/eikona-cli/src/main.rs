@@ -14,6 +14,7 @@ mod progress;
 mod render;
 mod report;
 mod sdf;
+mod seams;
 mod session;
 mod source;
 mod winding;

@@ -6,6 +6,7 @@ use crate::input::{MeshArguments, MeshInput};
 use crate::isoline_file::{IsolineArguments, check_flat_for_svg, check_isoline_path, output_isolines};
 use crate::number::{brief, rounded};
 use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
+use crate::seams::warn_of_seams;
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source, warn_of_sides};
 use clap::Args;
@@ -169,6 +170,7 @@ pub fn run(arguments: &SdfArguments, general: &General) -> Result<u8, Failure> {
         session.warn("--level-sets per-component holds nothing: there is no curve, only points");
     }
     warn_if_short(arguments.method.time, &mut session);
+    warn_of_seams(&input.mesh, &source, &mut session);
     let solution = solve(arguments, &input, &source, &mut session)?;
     write_outputs(arguments, format, &input, &source, &solution, &mut session)?;
     session.finish()

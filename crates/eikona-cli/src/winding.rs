@@ -5,6 +5,7 @@ use crate::input::{MeshArguments, MeshInput};
 use crate::make::curve_format;
 use crate::number::within;
 use crate::picture::{PictureArguments, check_picture_path};
+use crate::seams::warn_of_seams;
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source};
 use crate::winding_file::{Formats, write_outputs};
@@ -156,6 +157,7 @@ pub fn run(arguments: &WindingArguments, general: &General) -> Result<u8, Failur
     }
     let reference = reference(&arguments.method, &input)?;
     let (curves, _) = read_source(source, &input, &mut session)?;
+    warn_of_seams(&input.mesh, &curves, &mut session);
     let winding = solve(arguments, (&input, reference), &curves, &mut session)?;
     write_outputs(arguments, &formats, &winding, (&input, &curves), &mut session)?;
     session.finish()

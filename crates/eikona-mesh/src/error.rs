@@ -81,6 +81,33 @@ pub enum Fault {
         /// The first one with these vertices.
         first: Face,
     },
+    /// A vertex inside an edge of faces that it does not belong to (a T-junction).
+    HangingVertex {
+        /// The vertex.
+        vertex: Vertex,
+        /// The edge.
+        edge: Edge,
+        /// Its ends.
+        vertices: [Vertex; 2],
+        /// The distance of the vertex from the edge.
+        gap: f64,
+    },
+    /// A boundary vertex a small gap away from another one that it is not joined to.
+    Crack {
+        /// The later vertex.
+        vertex: Vertex,
+        /// The one before it.
+        to: Vertex,
+        /// Their distance.
+        gap: f64,
+    },
+    /// A face of very small height.
+    Sliver {
+        /// The face.
+        face: Face,
+        /// Its height above its longest edge, relative to that edge.
+        height: f64,
+    },
     /// Two vertices have exactly the same position.
     CoincidentVertices {
         /// The later vertex.
@@ -119,6 +146,16 @@ impl fmt::Display for Fault {
                 write!(f, "the two faces at {edge} ({a} to {b}) are oriented against each other")
             }
             Fault::DuplicateFace { face, first } => write!(f, "{face} has the same vertices as {first}"),
+            Fault::HangingVertex { vertex, edge, vertices: [a, b], gap } => {
+                write!(f, "{vertex} lies inside {edge} ({a} to {b}), whose faces do not have it")?;
+                if *gap > 0.0 { write!(f, "; the gap is {gap:.1e}") } else { Ok(()) }
+            }
+            Fault::Crack { vertex, to, gap } => {
+                write!(f, "{vertex} is not joined to {to}, across a gap of {gap:.1e}")
+            }
+            Fault::Sliver { face, height } => {
+                write!(f, "{face} has a height of {height:.1e} times its longest edge")
+            }
             Fault::CoincidentVertices { vertex, first } => {
                 write!(f, "{vertex} lies exactly on {first}")
             }

@@ -13,13 +13,17 @@ mod field;
 mod id;
 pub mod io;
 mod mesh;
+mod near;
 mod orientation;
 mod point;
 mod polygon;
 mod quality;
 pub mod random;
 mod repair;
+mod seams;
 pub mod shapes;
+mod slivers;
+mod stitch;
 mod topology;
 mod validate;
 
@@ -41,5 +45,8 @@ pub use repair::{
     IndexMaps, Repaired, RepairedPolygons, drop_broken_polygons, drop_degenerate_faces, drop_duplicate_faces,
     drop_unreferenced_vertices, orient, split_nonmanifold_vertices, weld, weld_polygons,
 };
+pub use seams::{HangingVertex, Joint, SEAM_TOLERANCE, Seams};
+pub use slivers::{SLIVER, Sliver, slivers};
+pub use stitch::{Stitched, stitch};
 pub use topology::{BoundaryLoop, Component, Components, NonmanifoldVertex, Topology};
 pub use validate::validate;

@@ -153,6 +153,12 @@ impl TriangleShape {
         longest == 0.0 || 0.5 * self.double_area < ZERO_AREA * longest * longest
     }
 
+    /// The height above the longest side, over that side; 0 if all corners coincide.
+    pub(crate) fn relative_height(&self) -> f64 {
+        let longest = self.longest();
+        if longest == 0.0 { 0.0 } else { self.double_area / longest / longest }
+    }
+
     /// The angles at the corners, in radians; `None` where a side has length zero.
     fn angles(&self) -> [Option<f64>; 3] {
         [0, 1, 2].map(|k| {

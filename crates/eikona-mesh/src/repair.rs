@@ -325,7 +325,7 @@ fn number_kept(kept: impl Iterator<Item = bool>) -> FaceField<Option<Face>> {
 
 /// The positions of the vertices that are their own target, and the new number of each vertex. A target never comes after
 /// the vertices merged into it.
-fn keep_vertices(positions: &[[f64; 3]], target: &[u32]) -> (Vec<[f64; 3]>, Vec<Vertex>) {
+pub(crate) fn keep_vertices(positions: &[[f64; 3]], target: &[u32]) -> (Vec<[f64; 3]>, Vec<Vertex>) {
     let mut kept = Vec::new();
     let mut map: Vec<Vertex> = Vec::with_capacity(positions.len());
     for (v, &t) in target.iter().enumerate() {

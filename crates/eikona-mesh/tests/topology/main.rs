@@ -7,3 +7,4 @@ mod random_complexes;
 mod renumbering;
 mod repairs;
 mod shapes;
+mod stitching;

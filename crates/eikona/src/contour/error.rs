@@ -28,7 +28,7 @@ pub enum ContourError {
     },
     /// No path over the surface joins two nodes.
     #[error(
-        "node {from} and node {to} lie on pieces of the surface that no edge joins; split the curve between them"
+        "node {from} and node {to} lie on pieces of the surface that no edge joins; join the pieces if they touch (`weld` or `stitch`, or --weld or --stitch on the command line), else split the curve between the nodes"
     )]
     NotConnected {
         /// 0-based index of the first node.

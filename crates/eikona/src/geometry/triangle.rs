@@ -1,11 +1,12 @@
 //! One triangle laid out in its own plane: everything intrinsic about it.
 
-use crate::geometry::vector::{cross, distance, norm, sub};
+use crate::geometry::vector::{cross, distance, dot, norm, sub};
 use eikona_mesh::{Face, TriangleMesh};
 use eikona_numeric::Complex;
 
 /// A triangle in the plane of complex numbers, counter-clockwise: corner 0 at the origin, corner 1 on the positive real axis.
-/// Made from edge lengths only, so that it is the same for every way in which the surface may be bent.
+/// It depends on edge lengths only, so it is the same for every way in which the surface may be bent; where corners are known,
+/// they give more digits of it.
 ///
 /// A flat triangle (of a height below 1e-8 of its longest side) is mollified: no side is left shorter than 1e-7 of the longest,
 /// and all are made longer by 1e-14 of it, so that it has angles while no length changes by more than 1e-7 of the longest side.
@@ -29,46 +30,47 @@ const SHORTEST_SIDE: f64 = 1e-7;
 const SLACK: f64 = 1e-14;
 
 impl Triangle {
-    /// The triangle of a face of a mesh. The area comes from the coordinates, which keep more digits of it than lengths do.
+    /// The triangle of a face of a mesh.
     pub fn of_face(mesh: &TriangleMesh, face: Face) -> Triangle {
         Triangle::of_corners(mesh.face_positions(face))
     }
 
+    /// Angles come from products of edge vectors: those of a face of height `h` (relative to its longest side) are off by
+    /// 1e-16 / h, those found from lengths by 1e-16 / h^2.
     pub(crate) fn of_corners([a, b, c]: [[f64; 3]; 3]) -> Triangle {
         let lengths = [distance(a, b), distance(b, c), distance(c, a)];
-        let longest = lengths.iter().fold(0.0f64, |m, &l| m.max(l));
-        let unit = power_of_two_near(longest);
-        let [u, v] = [sub(b, a), sub(c, a)].map(|x| x.map(|x| x / unit));
-        let area = 0.5 * norm(cross(u, v)) * unit * unit;
-        Triangle::with_area(lengths, area)
+        let longest = (0..3).fold(0, |l, k| if lengths[k] > lengths[l] { k } else { l });
+        let unit = power_of_two_near(lengths[longest]);
+        let sides = [sub(b, a), sub(c, b), sub(a, c)].map(|side| side.map(|x| x / unit));
+        // The product of the two shorter sides has the smallest rounding error.
+        let sin = norm(cross(sides[(longest + 1) % 3], sides[(longest + 2) % 3]));
+        let area = 0.5 * sin * unit * unit;
+        if !is_solid(&lengths, area) {
+            return Triangle::mollified(lengths);
+        }
+        let angles = [0, 1, 2].map(|k| unit_complex(-dot(sides[k], sides[(k + 2) % 3]), sin));
+        Triangle { lengths, angles, area, mollified: false }
     }
 
     /// The triangle with these side lengths. Lengths that violate the triangle inequality are mollified.
     pub fn from_lengths(lengths: [f64; 3]) -> Triangle {
-        Triangle::with_area(lengths, area_from_lengths(lengths))
+        let area = area_from_lengths(lengths);
+        if is_solid(&lengths, area) {
+            Triangle { lengths, angles: angles_from_lengths(lengths, area), area, mollified: false }
+        } else {
+            Triangle::mollified(lengths)
+        }
     }
 
-    fn with_area(mut lengths: [f64; 3], mut area: f64) -> Triangle {
+    fn mollified(lengths: [f64; 3]) -> Triangle {
         let longest = lengths.iter().fold(0.0f64, |m, &l| m.max(l));
-        let solid = 2.0 * area >= FLAT * longest * longest && area > 0.0;
-        let mollified = !solid; // also for areas that are NaN
-        if mollified {
-            let unit = if longest > 0.0 { longest } else { 1e-60 };
-            lengths = lengths.map(|l| l.max(SHORTEST_SIDE * unit));
-            let slack = |k: usize| lengths[(k + 1) % 3] + lengths[(k + 2) % 3] - lengths[k];
-            let add = SLACK * unit - slack(0).min(slack(1)).min(slack(2)).min(0.0);
-            lengths = lengths.map(|l| l + add);
-            area = area_from_lengths(lengths);
-        }
-        let angles = [0, 1, 2].map(|k| {
-            // Between side k and side k - 1, opposite side k + 1.
-            let (b, c, a) = (lengths[k], lengths[(k + 2) % 3], lengths[(k + 1) % 3]);
-            let cos = ((b - a) * (b + a) + c * c) / (2.0 * b * c);
-            let sin = 2.0 * area / (b * c);
-            let norm = (cos * cos + sin * sin).sqrt();
-            Complex { re: cos / norm, im: sin / norm }
-        });
-        Triangle { lengths, angles, area, mollified }
+        let unit = if longest > 0.0 { longest } else { 1e-60 };
+        let lengths = lengths.map(|l| l.max(SHORTEST_SIDE * unit));
+        let slack = |k: usize| lengths[(k + 1) % 3] + lengths[(k + 2) % 3] - lengths[k];
+        let add = SLACK * unit - slack(0).min(slack(1)).min(slack(2)).min(0.0);
+        let lengths = lengths.map(|l| l + add);
+        let area = area_from_lengths(lengths);
+        Triangle { lengths, angles: angles_from_lengths(lengths, area), area, mollified: true }
     }
 
     /// Unit vector along each side.
@@ -113,6 +115,25 @@ pub fn mean_edge_length(mesh: &TriangleMesh, triangles: &[Triangle]) -> f64 {
         triangles[h.face().index()].lengths[h.side()]
     };
     mesh.edges().map(length).sum::<f64>() / mesh.edge_count().max(1) as f64
+}
+
+/// Whether a triangle is high enough for its angles to be used; false for an area that is NaN.
+fn is_solid(lengths: &[f64; 3], area: f64) -> bool {
+    let longest = lengths.iter().fold(0.0f64, |m, &l| m.max(l));
+    2.0 * area >= FLAT * longest * longest && area > 0.0
+}
+
+fn angles_from_lengths(lengths: [f64; 3], area: f64) -> [Complex; 3] {
+    [0, 1, 2].map(|k| {
+        // Between side k and side k - 1, opposite side k + 1.
+        let (b, c, a) = (lengths[k], lengths[(k + 2) % 3], lengths[(k + 1) % 3]);
+        unit_complex(((b - a) * (b + a) + c * c) / (2.0 * b * c), 2.0 * area / (b * c))
+    })
+}
+
+fn unit_complex(re: f64, im: f64) -> Complex {
+    let norm = (re * re + im * im).sqrt();
+    Complex { re: re / norm, im: im / norm }
 }
 
 /// Heron's formula in Kahan's arrangement, accurate for slivers.

@@ -14,8 +14,10 @@ pub enum SignedHeatError {
     /// The mesh has no faces.
     #[error("the mesh has no faces, so there is no surface to measure on")]
     NoFaces,
-    /// All faces have area zero.
-    #[error("every face has area zero, so there is no surface to measure on")]
+    /// All faces are degenerate: their height is below 1e-8 of their longest side.
+    #[error(
+        "every face has a height below 1e-8 of its longest edge, so there is no surface to measure on; remesh with better shaped faces"
+    )]
     NoArea,
     /// An option is out of range.
     #[error("{name} = {value:?} is out of range: {bound}")]

@@ -106,6 +106,8 @@ const CONSTRAINT_TOLERANCE: f64 = 1e-10;
 const CONSTRAINT_ITERATIONS: usize = 50;
 /// Values that are held exactly may miss by this share of the largest before it is told.
 const CONSTRAINT_MISSED: f64 = 1e-8;
+/// Below this share of the surface's size a miss is rounding.
+const CONSTRAINT_ROUNDING: f64 = 1e-14;
 
 impl Integration {
     /// The same way to hold for all components; `None` for [`LevelSets::Free`] and [`LevelSets::Automatic`].
@@ -184,7 +186,9 @@ impl Integration {
         let violation = Some(largest_miss(&rows, &x));
         let residual = self.multiplier_residual(&x, b, &rows, &multipliers);
         let missed = largest(&misses_of(&x));
-        let allowed = CONSTRAINT_MISSED * largest(&x);
+        // Where all values are held at zero there is nothing to compare with but the surface's size.
+        let allowed =
+            (CONSTRAINT_MISSED * largest(&x)).max(CONSTRAINT_ROUNDING * largest(&self.size_of_component));
         let warning = (missed > allowed).then(|| {
             format!("level sets are held but for {missed:.1e}: the constraints are nearly dependent; give fewer nodes where curves crowd")
         });

@@ -54,6 +54,7 @@ mod normals;
 mod options;
 mod report;
 mod sheets;
+mod slivers;
 mod solution;
 mod solver;
 mod source;

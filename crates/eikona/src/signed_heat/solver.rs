@@ -12,6 +12,7 @@ use crate::signed_heat::integration::{Integration, Memory, PreparedIntegration, 
 use crate::signed_heat::options::{DiffusionTime, LevelSets, SOFT_WEIGHTS, SolveOptions, SolverOptions};
 use crate::signed_heat::report::{KeptNormals, Preparation, Report};
 use crate::signed_heat::sheets::Sheets;
+use crate::signed_heat::slivers::note_slivers;
 use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
@@ -75,7 +76,7 @@ impl Solver {
         let mesh = consistently_wound(mesh, &mut warnings);
         let triangles = lay_out(&mesh);
         check_scale(&triangles)?;
-        note_mollified(&triangles, &mut warnings);
+        note_slivers(&mesh, &triangles, &mut warnings);
         let time = choose_time(&mesh, &triangles, options.time)?;
         let components = Components::of(&mesh);
         phases.end("geometry");
@@ -348,15 +349,4 @@ fn check_scale(triangles: &[Triangle]) -> Result<(), SignedHeatError> {
         return Err(scale(its_face));
     }
     Ok(())
-}
-
-fn note_mollified(triangles: &[Triangle], warnings: &mut Vec<String>) {
-    let count = triangles.iter().filter(|t| t.mollified).count();
-    if let Some(first) = triangles.iter().position(|t| t.mollified) {
-        warnings.push(format!(
-            "{} no area to speak of, the first is face {first}: angles are found without changing a length by more than 1e-7 \
-             of their longest side",
-            counted(count, "face has", "faces have")
-        ));
-    }
 }
