@@ -276,7 +276,7 @@ fn the_demo_makes_its_picture() {
     let outcome = folder.done("demo -o second --report r.json -q");
     assert!(!folder.0.join("second/report.json").exists());
     let report = folder.json("r.json");
-    assert_eq!((&report["verb"], &report["input"]["source"]["curves"]), (&"sdf".into(), &22.into()));
+    assert_eq!((&report["verb"], &report["input"]["source"]["curves"]), (&"sdf".into(), &11.into()));
     assert!(!outcome.stderr.contains("look at"), "{}", outcome.stderr);
     folder.refused("demo -o third --report no/such/r.json", 2, &["no/such"]);
 }

@@ -147,7 +147,7 @@ fn errors_name_line_and_value_and_say_what_to_do() {
         (SurfaceWinding, "v 1\nl 1\n", ["line 2", "node index", "add it"]),
         (SurfaceWinding, "v 99999999999999999999\n", ["line 1", "99999999999999999999", "whole number"]),
         (SurfaceWinding, "v -9223372036854775808\n", ["line 1", "-9223372036854775808", "does not exist"]),
-        (Obj, "v 0 0 0\nl 1 2\n", ["line 2", "vertex 2", "numbered from 1"]),
+        (Obj, "v 0 0 0\nl 1 2\n", ["line 2", "vertex 2", "(1 to 1)"]),
         (Json, "{\"eikona\":\"curves\",\"version\":1,\n\"curvs\":[]}", ["line 2", "curvs", "polylines"]),
         (Json, "{\"eikona\":\"curves\",\"version\":2}", ["version 2", "\"version\": 1", "newer"]),
         (
