@@ -163,7 +163,7 @@ fn advice(fault: &Fault, orientation: &Orientation, seams: &Seams) -> String {
             "the surface is one-sided: give signed curves their `up` in JSON, or use --unsigned".into()
         }
         Fault::DuplicateFace { .. } => "remove the copies, unless the surface is meant to be double".into(),
-        Fault::CoincidentVertices { .. } => "add --weld if the surface should hang together there".into(),
+        Fault::CoincidentVertices { .. } => "add --weld to connect the surface there".into(),
         Fault::HangingVertex { .. } | Fault::Crack { .. } => {
             let more = if seams.truncated { "there are more; " } else { "" };
             format!("{more}nothing crosses there; {}", remedy(seams))

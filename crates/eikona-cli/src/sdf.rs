@@ -322,12 +322,12 @@ fn solve(
     session.detail(&format!(
         "diffusion time {:.3e} = {} h² with h = {:.3e} ({})",
         report.time.time,
-        brief(report.time.coefficient),
+        brief((1e4 * report.time.coefficient).round() / 1e4),
         report.time.edge_spacing,
         report.time.reason
     ));
     let weight = match report.level_sets.level_sets {
-        LevelSets::Soft(w) => format!("={}", brief(w)),
+        LevelSets::Soft(w) => format!("={w:.4}"),
         _ => String::new(),
     };
     session.detail(&format!("level sets {level_sets}{weight} ({})", report.level_sets.reason));

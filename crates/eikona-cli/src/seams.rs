@@ -65,9 +65,9 @@ pub fn stitch_mesh(
 /// The repair that joins these boundaries.
 pub fn remedy(seams: &Seams) -> &'static str {
     if seams.hanging.is_empty() && seams.largest_gap() == 0.0 {
-        "add --weld if the surface should hang together there"
+        "add --weld to connect the surface there"
     } else {
-        "add --stitch if the surface should hang together there"
+        "add --stitch to connect the surface there"
     }
 }
 

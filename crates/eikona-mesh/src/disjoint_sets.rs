@@ -1,4 +1,4 @@
-//! Which things hang together.
+//! Union-find.
 
 /// Disjoint sets of the numbers 0, 1, ..., each known by its smallest number.
 ///
