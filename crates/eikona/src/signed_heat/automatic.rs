@@ -102,10 +102,17 @@ impl Integration {
 
         let (along, pieces) =
             self.rows(mesh, triangles, source, &vec![Hold::Softly(1.0); self.component_count]);
-        let (free, _) = self.fit(b)?;
+        // One whole piece of curve can contradict nothing.
+        let judged: Vec<bool> = self
+            .pieces_of_components(&along, pieces)
+            .into_iter()
+            .enumerate()
+            .map(|(c, pieces)| signed[c] && (broken[c] || pieces > 1))
+            .collect();
+        let free = if judged.contains(&true) { self.fit(b)?.0 } else { held.values.clone() };
         let disagreements = self.disagreements(&along, pieces, b, &free, &held.values);
         let mut changed = false;
-        for c in (0..self.component_count).filter(|&c| signed[c]) {
+        for c in (0..self.component_count).filter(|&c| judged[c]) {
             let apart = (LEVELS_APART_EDGES * edge).max(LEVELS_APART_SIZE * self.size_of_component[c]);
             if let Some(hold) = disagreements[c].other_hold(broken[c], edge, apart) {
                 holds[c] = hold;
@@ -157,6 +164,20 @@ impl Integration {
             }
         }
         broken
+    }
+
+    /// How many connected pieces of curve each component has.
+    fn pieces_of_components(&self, along: &[Row], pieces: usize) -> Vec<usize> {
+        let mut seen = vec![false; pieces];
+        let mut count = vec![0; self.component_count];
+        for row in along {
+            if let Some(c) = self.component_of_row(row)
+                && !std::mem::replace(&mut seen[row.group as usize], true)
+            {
+                count[c] += 1;
+            }
+        }
+        count
     }
 
     fn disagreements(
