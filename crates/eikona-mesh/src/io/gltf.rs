@@ -190,10 +190,7 @@ fn glb_chunks(bytes: &[u8]) -> Result<Chunks<'_>, FileError> {
     let mut end = word(8).ok_or_else(|| cut_off(8))? as usize;
     let (mut json, mut binary) = (None, None);
     let mut at: usize = 12;
-    if end < at {
-        end = bytes.len();
-    }
-    while at < bytes.len() && at < end {
+    while at < bytes.len() && (at < end || json.is_none()) {
         let length = word(at).ok_or_else(|| cut_off(at))? as usize;
         let kind = word(at + 4).ok_or_else(|| cut_off(at))?;
         let chunk = bytes.get(at + 8..).and_then(|b| b.get(..length)).ok_or_else(|| cut_off(at))?;

@@ -185,7 +185,12 @@ impl Body<'_> {
             (0..=2, _) => vec![words],
             (_, 0) if is_whole => vec![words, behind],
             // The number of edges and the first vertices share a line.
-            (first, second) if is_whole && self.vertices > 1 && first % width == 1 && second % width == 0 => {
+            (first, second)
+                if is_whole
+                    && self.vertices > 1
+                    && (first % width == 1 && second % width == 0
+                        || second >= width && first == second + 1) =>
+            {
                 vec![behind]
             }
             _ => vec![words],
@@ -198,6 +203,7 @@ impl Body<'_> {
         let mut columns: Vec<(&str, Vec<f64>)> = header.scalars().map(|name| (name, Vec::new())).collect();
         let passed_over = usize::from(header.colours && layout.alpha) + if header.texture { 2 } else { 0 };
         let mut positions = Vec::with_capacity(vertices.min(words.remaining() / 6)); // "0 0 0" and a line end
+        let mut line_before = 0;
         for i in 0..vertices {
             let mut position = [0.0; 3];
             let mut line = 0;
@@ -234,6 +240,11 @@ impl Body<'_> {
                 for _ in 0..passed_over {
                     words.word();
                 }
+                // With three numbers of a colour for four, vertices would begin and end in the middle of lines.
+                if header.colours && line == line_before && words.line() > line {
+                    return Err(words.fault(OFF, format!("vertex {i} does not lie in one line")));
+                }
+                line_before = words.line();
             }
         }
         let mut polygons = Faces::default();

@@ -84,7 +84,7 @@ pub(super) fn warning(mesh: &MeshOut, offset: [f64; 3], format: &str) -> Option<
     let collapsed = before.len() - after.len();
     let coincide = match collapsed {
         0 => String::new(),
-        n => format!("; of {} places {n} fall together with others", before.len()),
+        n => format!("; {n} of {} positions coincide with others then", before.len()),
     };
     Some(format!(
         "the 32-bit floats of {format} move vertices by up to {moved:.1e}, where the shortest edge is {scale:.1e}{coincide}; write \

@@ -196,10 +196,13 @@ fn read_ascii(text: &[u8]) -> Result<MeshFile, FileError> {
             }
             Some(Keyword::Facet | Keyword::EndFacet) => {
                 let begins = keyword == Some(Keyword::Facet);
-                let expected = if begins && !facet_open { 0 } else { 3 };
-                if corners != expected || !begins && !facet_open {
-                    let problem =
-                        format!("before this there are {corners} vertices; a facet has three vertices");
+                let problem = match corners {
+                    3 if facet_open => None,
+                    0 if begins && !facet_open => None,
+                    _ if !begins && !facet_open => Some("endfacet ends no facet".to_string()),
+                    n => Some(format!("before this there are {n} vertices; a facet has three vertices")),
+                };
+                if let Some(problem) = problem {
                     return Err(words.fault(STL, problem));
                 }
                 facet_open = begins;
