@@ -107,7 +107,8 @@ fn sparse_accessors_replace_elements_of_their_view_or_of_zeros() {
         root["accessors"][0].as_object_mut().unwrap().remove("bufferView");
     });
     assert_eq!(file.mesh.positions, [[0.; 3], [0.; 3], [5., 6., 7.], [0.; 3]]);
-    // The last corner of the second triangle becomes 1: the first two bytes of view 1 from offset 2.
+    // The last corner of the second triangle becomes 1: the first two bytes of view 1 from offset
+    // 2.
     let file = read(|root| {
         root["accessors"][1]["sparse"] = json!({
             "count": 1, "indices": { "bufferView": 2, "componentType": 5121 }, "values": { "bufferView": 1, "byteOffset": 2 }

@@ -77,8 +77,8 @@ fn faults_of_ascii_stl_are_named_with_their_line() {
         let refusal = read_stl(text.as_bytes()).unwrap_err().to_string();
         assert!(words.iter().all(|w| refusal.contains(w)), "{refusal}");
     }
-    let inside = plain.find("0.5").unwrap();
-    let refusal = read_stl(&plain.as_bytes()[..inside - 20]).unwrap_err().to_string();
+    let inside = plain.find("vertex 1").unwrap();
+    let refusal = read_stl(&plain.as_bytes()[..inside]).unwrap_err().to_string();
     assert!(refusal.contains("inside a facet, after 1"), "{refusal}");
 }
 

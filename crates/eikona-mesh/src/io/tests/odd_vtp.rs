@@ -152,7 +152,8 @@ fn counts_of_a_piece_that_its_arrays_do_not_have_are_told() {
     );
 }
 
-/// VTK numbers cells by vertices, lines, polygons, strips: VTK 9.7 wrote this file with `id` the number of the cell.
+/// VTK numbers cells by vertices, lines, polygons, strips: VTK 9.7 wrote this file with `id` the
+/// number of the cell.
 #[test]
 fn values_of_cells_go_to_polygons_before_strips() {
     let cells = |tag: &str, connectivity: &str, end: usize| {

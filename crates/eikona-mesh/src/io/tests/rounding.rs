@@ -37,7 +37,8 @@ fn gltf_keeps_an_offset_so_that_utm_coordinates_survive() {
         let mesh = patch(corner);
         for format in [MeshFormat::Glb, MeshFormat::Gltf] {
             let (file, warnings, bytes) = round_trip(&mesh, format);
-            // Half a unit in the last place of a float of size 1, and of the coordinates themselves.
+            // Half a unit in the last place of a float of size 1, and of the coordinates
+            // themselves.
             let ulp = |x: f64| x.abs().next_up() - x.abs();
             let allowed = 2f64.powi(-25) + corner.iter().map(|&x| ulp(x)).fold(0.0, f64::max);
             let error = farthest(&file.mesh.positions, mesh.positions());
@@ -72,7 +73,8 @@ fn gltf_keeps_an_offset_so_that_utm_coordinates_survive() {
 fn binary_stl_warns_of_vertices_that_its_floats_move() {
     let mesh = patch(UTM);
     let (file, warnings, _) = round_trip(&mesh, MeshFormat::Stl);
-    // Floats near 4.6e6 are 0.5 apart, so y from .125 to 1.125 in steps of .05 has 3 values; x keeps its 21.
+    // Floats near 4.6e6 are 0.5 apart, so y from .125 to 1.125 in steps of .05 has 3 values; x
+    // keeps its 21.
     assert_eq!(warnings.len(), 1);
     for part in [
         "of STL move vertices by up to 2.",
