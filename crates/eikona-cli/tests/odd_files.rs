@@ -95,7 +95,11 @@ fn meshes_and_curves_in_utf_16_give_the_same_distance() {
 fn a_file_whose_faces_were_all_dropped_is_not_called_empty() {
     let folder = Folder::new();
     folder.write("d.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
-    folder.refused("sdf d.obj --points 0 --drop-degenerate -o o.csv", 3, &["the repairs dropped all 1 faces"]);
+    folder.refused(
+        "sdf d.obj --points 0 --drop-degenerate -o o.csv",
+        3,
+        &["the repairs dropped all 1 faces"],
+    );
     folder.write("e.obj", "v 0 0 0\n");
     folder.refused("sdf e.obj --points 0 -o o.csv", 3, &["there are no faces in this file"]);
 }

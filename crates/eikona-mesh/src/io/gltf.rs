@@ -1,7 +1,8 @@
 //! glTF 2.0, read: the geometry of a scene as one mesh.
 //!
-//! Own reader: the iterators of the crate gltf add offsets without checking for overflow, never end at stride 0 and panic on
-//! some damaged files; only a small part of glTF is geometry.
+//! Own reader: the iterators of the crate gltf 1.4 add offsets without checking for overflow, never
+//! end at stride 0 and panic on some damaged files, such as a length of 0 in the header. It refuses
+//! JSON padded with zeros or in UTF-16. Only a small part of glTF is geometry.
 
 use super::gltf_buffers::{Accessor, Buffer, BufferView, Data};
 use super::text::decode_text;

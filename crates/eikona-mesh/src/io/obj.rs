@@ -1,7 +1,7 @@
 //! Wavefront OBJ: `v`, `f` and `l` lines; everything else is passed over.
 //!
-//! Own reader: tobj triangulates or re-indexes by position/texture/normal triples, which loses the order and count of
-//! vertices, and drops `l` lines.
+//! Own reader: tobj triangulates or re-indexes by position/texture/normal triples, which loses the
+//! order and count of vertices, and drops `l` lines. Version 4.0 reads UTF-16 as an empty mesh.
 
 use super::text::decode_text;
 use super::words::{Number, Words, integer, number, shown};

@@ -58,8 +58,8 @@ impl Header {
 /// The mesh of an OFF text. The keyword may be missing; the counts may follow it or be on lines of
 /// their own. Lines with several vertices or faces are read if there is only one way to do so.
 /// Normals of NOFF become the vertex scalars `nx`, `ny`, `nz`, colours of COFF `red`, `green`,
-/// `blue`, as they are written (0 to 1 or 0 to 255); other values behind vertices and colours
-/// behind faces are not kept.
+/// `blue`, as they are written (0 to 1 or 0 to 255); other values after vertices and colours
+/// after faces are not kept.
 ///
 /// # Errors
 /// [`FileError::Syntax`] with the line, also when there are fewer vertices or faces than announced; [`FileError::Mesh`] with
@@ -98,15 +98,12 @@ pub fn read_off(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let mut found: Vec<MeshFile> = Vec::new();
     for start in starts {
         for face_lines in [true, false] {
-            for alpha in [false, true] {
+            for alpha in [false, true].into_iter().take(if header.colours { 2 } else { 1 }) {
                 let layout = Layout { vertex_lines: false, face_lines, alpha };
-                let file = body.read(start.clone(), layout);
-                if let Some(file) = file.ok().filter(|f| f.warnings.is_empty() && is_plausible(&f.mesh))
-                    && (!alpha || header.colours)
-                    && !found.contains(&file)
-                {
-                    found.push(file);
-                }
+                let file = body.read(start.clone(), layout).ok();
+                found.extend(file.filter(|file| {
+                    file.warnings.is_empty() && is_plausible(&file.mesh) && !found.contains(file)
+                }));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Stanford PLY, read: ascii and binary, polygons and triangle strips, every scalar property of vertices and faces.
 //!
-//! Own reader: ply-rs-bw makes a hash map of every element, which is some twenty times slower than a million triangles may
-//! take.
+//! Own reader: ply-rs-bw makes a hash map of every element, which is some twenty times slower than
+//! a million triangles may take. Version 4.0 ignores surplus values on a line without a warning.
 
 use super::MeshFile;
 use super::faces::Faces;

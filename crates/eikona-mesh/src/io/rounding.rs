@@ -91,8 +91,8 @@ pub(super) fn warning(mesh: &MeshOut, offset: [f64; 3], format: &str) -> Option<
         n => format!("; {n} of {} positions coincide with others then", before.len()),
     };
     Some(format!(
-        "the 32-bit floats of {format} move vertices by up to {moved:.1e}, where the shortest edge is {scale:.1e}{coincide}; write \
-         .ply, .vtp, .obj or .off, or move the mesh to the origin"
+        "the 32-bit floats of {format} change coordinates by up to {moved:.1e}, where the shortest edge is {scale:.1e}{coincide}; write \
+         .ply, .vtp, .obj or .off, or move the mesh closer to the origin"
     ))
 }
 

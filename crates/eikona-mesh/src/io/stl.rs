@@ -1,6 +1,8 @@
 //! STL, ascii and binary. A facet names no vertices, so each has its own three, in order; welding is a separate step.
 //!
-//! Own reader: stl_io welds equal positions while it reads, which loses the order and count of vertices.
+//! Own reader: stl_io 0.11 welds equal positions while it reads, which loses the order and count of
+//! vertices. It also refuses ascii with several statements per line, "end loop" or upper case, and
+//! returns no facets where the header leaves their count at 0.
 
 use super::text::decode_text;
 use super::words::{Number, Words, number, shown};
@@ -66,7 +68,7 @@ fn read_binary(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let mut count = announced;
     // Programs that stream facets leave the count at 0 or all ones.
     let unset = announced == 0 || announced == u32::MAX as usize;
-    let exact = body.len() % FACET == 0;
+    let exact = body.len().is_multiple_of(FACET);
     if announced != whole && (unset || exact && announced < whole) {
         let rest = body.chunks_exact(FACET).skip(if unset { 0 } else { announced });
         if rest.len() > 0 && rest.clone().all(is_plausible) {

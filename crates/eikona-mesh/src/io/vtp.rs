@@ -1,4 +1,7 @@
 //! VTK's PolyData as XML, read: ascii, base64 and appended arrays, plain or zlib.
+//!
+//! Own reader: vtkio 0.6 refuses files with bit or string arrays or padded attributes, and drops
+//! the text of an array after a comment.
 
 use super::MeshFile;
 use super::faces::Faces;

@@ -86,7 +86,7 @@ fn morph_targets_and_instances_are_passed_over_with_a_warning() {
         root["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": { "attributes": {} } });
     });
     assert_eq!(file.mesh.positions, SQUARE);
-    let words = ["morph targets of 1 meshes (first: mesh 0)", "1 nodes (first: node 0) have copies"];
+    let words = ["morph targets of 1 meshes (first: mesh 0)", "1 nodes (first: node 0) have instances"];
     assert_eq!(file.warnings.len(), 2);
     assert!(file.warnings.iter().zip(words).all(|(w, part)| w.contains(part)), "{:?}", file.warnings);
 }

@@ -77,7 +77,7 @@ fn binary_stl_warns_of_vertices_that_its_floats_move() {
     // keeps its 21.
     assert_eq!(warnings.len(), 1);
     for part in [
-        "of STL move vertices by up to 2.",
+        "of STL change coordinates by up to 2.",
         "shortest edge is 5.0e-2",
         "378 of 441 positions coincide",
         "write .ply",
@@ -110,7 +110,7 @@ fn gltf_warns_where_an_offset_does_not_help() {
     let shifted = far.triangles().iter().map(|t| t.map(|v| v + 441));
     let mesh = TriangleMesh::new(both, near.triangles().iter().copied().chain(shifted).collect()).unwrap();
     let (_, warnings, _) = round_trip(&mesh, MeshFormat::Glb);
-    assert!(warnings.len() == 1 && warnings[0].contains("floats of GLB move"), "{warnings:?}");
+    assert!(warnings.len() == 1 && warnings[0].contains("floats of GLB change"), "{warnings:?}");
 }
 
 #[test]
