@@ -1,4 +1,6 @@
-//! Writes the seeds of the fuzz targets: tiny files from our own writers. `cargo run --example seeds` in `fuzz/`.
+//! Writes the seeds of the fuzz targets: tiny files from our own writers. `cargo run --example
+//! seeds` in `fuzz/`. The seeds whose name begins with `odd-` are not written here: they are files
+//! as other programs write them.
 
 use eikona_mesh::io::{Encoding, MeshFormat, MeshOut, write_mesh_bytes};
 use eikona_mesh::{

@@ -1,15 +1,15 @@
-//! Which format a file has, by its content first and by its name where the content does not tell.
+//! Format detection: by content first, by file name where the content does not decide.
 
 use super::text::decode_text;
 use super::words::Words;
 use super::{MeshFormat, off, stl};
 use std::path::Path;
 
-/// The start of a file that is looked at; comments before the first statement may be long.
+/// Bytes that are examined; comments before the first statement may be long.
 const HEAD: usize = 1 << 16;
 
 impl MeshFormat {
-    /// The format that a file name stands for; a last `.gz` is passed over.
+    /// Format of a file name's extension, ignoring a final `.gz`.
     ///
     /// ```
     /// use eikona_mesh::io::MeshFormat;
@@ -31,7 +31,7 @@ impl MeshFormat {
         })
     }
 
-    /// The format that the content has, as far as its beginning (for binary STL also its length) tells it.
+    /// Format of the content, judged by its first bytes and, for binary STL, its length.
     ///
     /// ```
     /// use eikona_mesh::io::MeshFormat;
@@ -71,7 +71,7 @@ impl MeshFormat {
         }
     }
 
-    /// The format of a file: what its content tells, else what its name does.
+    /// Format of the content if [`sniff`](Self::sniff) recognises it, else that of the name.
     ///
     /// ```
     /// use eikona_mesh::io::MeshFormat;
@@ -83,12 +83,12 @@ impl MeshFormat {
     }
 }
 
-/// Whether a text contains this word of ASCII letters, in any case.
+/// Whether a text contains an ASCII word, ignoring case.
 fn contains(text: &[u8], part: &[u8]) -> bool {
     text.windows(part.len()).any(|w| w.eq_ignore_ascii_case(part))
 }
 
-/// What a file is that begins like a known kind of file which is not read, and the remedy.
+/// Kind of file and remedy, for content that is recognised but cannot be read.
 pub(super) fn foreign(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
     const UNPACK: &str = "unpack it first";
     const EXPORT: &str = "export the mesh as .obj, .ply, .stl, .off, .glb or .vtp";

@@ -1,7 +1,8 @@
 //! glTF 2.0, read: the geometry of a scene as one mesh.
 //!
-//! Own reader: the iterators of the crate gltf add offsets without checking for overflow, never end at stride 0 and panic on
-//! some damaged files; only a small part of glTF is geometry.
+//! Own reader: the iterators of the crate gltf 1.4 add offsets without checking for overflow, never
+//! end at stride 0 and panic on some damaged files, such as a length of 0 in the header. It refuses
+//! JSON padded with zeros or in UTF-16. Only a small part of glTF is geometry.
 
 use super::gltf_buffers::{Accessor, Buffer, BufferView, Data};
 use super::text::decode_text;
@@ -16,15 +17,16 @@ pub(super) const GLTF: &str = "glTF";
 
 /// The meshes of a glTF scene, from a `.glb` or from JSON whose buffers are data URIs, as [`read_mesh`](super::read_mesh) says.
 ///
-/// The nodes of the scene are walked depth first; each primitive is placed by its node and appended. Primitives of one mesh
-/// that share their vertices keep sharing them. Triangles, strips and fans become faces (turned over where a node mirrors
-/// them), lines become lines. Scalar attributes whose name begins with `_` become vertex scalars without it. Materials,
-/// normals, texture coordinates and animations are passed over, skins and morph targets with a warning; the transform of a
-/// skinned mesh's node does not count, as the specification has it.
+/// The nodes of the scene are walked depth first; each primitive is placed by its node and
+/// appended. Primitives of one mesh that share their vertices keep sharing them. Triangles, strips
+/// and fans become faces (turned over where a node mirrors them), lines become lines. Scalar
+/// attributes whose name begins with `_` become vertex scalars without it. Materials, normals,
+/// texture coordinates and animations are passed over, skins and morph targets with a warning; the
+/// transform of a skinned mesh's node does not count, as the specification has it.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the element, also for a buffer that is missing; [`FileError::Unsupported`] for compressed
-/// geometry and glTF 1.
+/// [`FileError::Syntax`] with the element, also for a buffer that is missing;
+/// [`FileError::Unsupported`] for compressed geometry and glTF 1.
 pub fn read_gltf(bytes: &[u8]) -> Result<MeshFile, FileError> {
     read(bytes, None)
 }
@@ -120,9 +122,9 @@ fn read(bytes: &[u8], folder: Option<&Path>) -> Result<MeshFile, FileError> {
     Ok(file)
 }
 
-/// The JSON as far as it is needed.
+/// Parses the part of the JSON that is needed.
 fn parse(json: &[u8]) -> Result<Root, FileError> {
-    // Old exporters fill the chunk up with zeros instead of blanks.
+    // Old exporters pad the chunk with zeros instead of spaces.
     let end = json.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
     let mut deserializer = serde_json::Deserializer::from_slice(&json[..end]);
     let root = serde_path_to_error::deserialize(&mut deserializer)
@@ -135,7 +137,7 @@ fn parse(json: &[u8]) -> Result<Root, FileError> {
     })
 }
 
-/// What serde says, without its names of Rust types.
+/// Rewrites an error of serde without names of Rust types.
 fn plain_words(message: &str) -> String {
     let message = message.rsplit_once(" at line ").map_or(message, |(what, _)| what);
     if let Some(field) = message.strip_prefix("missing field ") {
@@ -161,15 +163,15 @@ fn plain_words(message: &str) -> String {
     format!("{found} stands where {expected} is expected")
 }
 
-/// The parts of a file.
+/// Chunks of a file.
 struct Chunks<'a> {
     json: &'a [u8],
     binary: Option<&'a [u8]>,
-    /// Bytes of unknown meaning behind the end that the header announces.
+    /// Number of bytes after the announced end, other than padding.
     left_over: usize,
 }
 
-/// The chunks of a `.glb`, up to the length in its header unless a chunk shows that it is wrong.
+/// Splits a `.glb` into chunks, up to the length in its header unless a chunk contradicts it.
 fn glb_chunks(bytes: &[u8]) -> Result<Chunks<'_>, FileError> {
     let word = |at: usize| {
         let bytes = bytes.get(at..)?.first_chunk::<4>()?;
@@ -190,10 +192,7 @@ fn glb_chunks(bytes: &[u8]) -> Result<Chunks<'_>, FileError> {
     let mut end = word(8).ok_or_else(|| cut_off(8))? as usize;
     let (mut json, mut binary) = (None, None);
     let mut at: usize = 12;
-    if end < at {
-        end = bytes.len();
-    }
-    while at < bytes.len() && at < end {
+    while at < bytes.len() && (at < end || json.is_none()) {
         let length = word(at).ok_or_else(|| cut_off(at))? as usize;
         let kind = word(at + 4).ok_or_else(|| cut_off(at))?;
         let chunk = bytes.get(at + 8..).and_then(|b| b.get(..length)).ok_or_else(|| cut_off(at))?;

@@ -25,7 +25,7 @@ pub(super) struct Accessor {
     sparse: Option<Sparse>,
 }
 
-/// Elements that replace those of an accessor.
+/// Replacements for some elements of an accessor.
 #[derive(Deserialize)]
 struct Sparse {
     count: usize,
@@ -70,19 +70,20 @@ pub(super) struct Buffer {
 /// The accessors of a file with the bytes behind them.
 pub(super) struct Data<'a> {
     root: &'a Root,
-    /// The buffers, or why one can not be used: many files name some that their geometry does not need.
+    /// The buffers, or why one cannot be used: a file may name buffers that its geometry does not
+    /// need.
     buffers: Vec<Result<Cow<'a, [u8]>, String>>,
-    /// How many elements may still be made from nothing, by accessors without data.
+    /// Number of elements that accessors without data may still create.
     zeros_left: Cell<usize>,
 }
 
-/// Where elements lie: view, offset in it, their number and bytes each.
+/// Location of elements in a buffer view.
 struct Place {
     view: usize,
     offset: usize,
     count: usize,
     size: usize,
-    /// Whether the view may hold them further apart.
+    /// Whether the stride of the view applies.
     strided: bool,
 }
 
@@ -118,7 +119,7 @@ impl<'a> Data<'a> {
         self.root.accessors.get(accessor).is_some_and(|a| a.shape == "SCALAR")
     }
 
-    /// Whether an accessor names no data.
+    /// Whether an accessor refers to no data.
     pub fn is_empty(&self, accessor: usize) -> bool {
         self.root.accessors.get(accessor).is_some_and(|a| a.buffer_view.is_none() && a.sparse.is_none())
     }
@@ -154,7 +155,7 @@ impl<'a> Data<'a> {
         Ok(values.into_iter().map(|[x]| x as i64).collect())
     }
 
-    /// The numbers of an accessor as they are stored: those of its view, or zeros without one, with the sparse ones replaced.
+    /// Unscaled values of an accessor: from its view, or zeros without one, then the sparse ones.
     fn elements<const N: usize>(
         &self,
         index: usize,

@@ -1,4 +1,4 @@
-//! The meshes of a glTF scene, each where its node places it, as one mesh.
+//! The meshes of a glTF scene, placed by their nodes and joined into one.
 
 use super::MeshFile;
 use super::faces::Faces;
@@ -7,7 +7,7 @@ use super::gltf_buffers::Data;
 use crate::error::{FileError, MeshError};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Everything in the scene, one node after the other.
+/// Reads all meshes of the scene.
 pub(super) fn read(root: &Root, data: &Data) -> Result<MeshFile, FileError> {
     let mut scene = Collected::default();
     for (node, mesh, place) in placed_meshes(root)? {
@@ -57,7 +57,8 @@ fn missing(place: String, what: &str, index: usize, count: usize) -> FileError {
     FileError::syntax(GLTF, place, format!("it names {what} {index}, but there are {count}, numbered from 0"))
 }
 
-/// Node, mesh and place of every mesh in the scene, depth first. Without nodes, every mesh where it is.
+/// Node, mesh and place of every mesh in the scene, depth first. Without nodes, every mesh where it
+/// is.
 fn placed_meshes(root: &Root) -> Result<Vec<(usize, usize, Place)>, FileError> {
     if root.nodes.is_empty() {
         return Ok((0..root.meshes.len()).map(|mesh| (0, mesh, IDENTITY)).collect());
@@ -85,8 +86,8 @@ fn placed_meshes(root: &Root) -> Result<Vec<(usize, usize, Place)>, FileError> {
         }
         let place = compose(&parent, &node.place());
         if let Some(mesh) = node.mesh {
-            // "Only the joint transforms are applied to the skinned mesh; the transform of the skinned mesh node MUST be
-            // ignored" (glTF 2.0, 3.7.3.3).
+            // "Only the joint transforms are applied to the skinned mesh; the transform of the
+            // skinned mesh node MUST be ignored" (glTF 2.0, 3.7.3.3).
             placed.push((n, mesh, if node.skin.is_some() { IDENTITY } else { place }));
         }
         stack.extend(node.children.iter().rev().map(|&child| (child, place)));
@@ -94,7 +95,7 @@ fn placed_meshes(root: &Root) -> Result<Vec<(usize, usize, Place)>, FileError> {
     Ok(placed)
 }
 
-/// Refuses a primitive without plain data.
+/// Refuses a primitive whose data exists only in compressed form.
 fn refuse_compression(data: &Data, primitive: &Primitive, name: &str) -> Result<(), FileError> {
     const DRACO: &str = "KHR_draco_mesh_compression";
     let has_no_data = |&accessor: &usize| data.is_empty(accessor);
@@ -117,7 +118,7 @@ struct Collected {
     /// Names of scalars that some primitive does not have.
     incomplete: BTreeSet<String>,
     stitches: usize,
-    /// Nodes with skins, and with copies of their mesh.
+    /// Nodes with skins, and nodes with instances of their mesh.
     skinned: Vec<usize>,
     instanced: Vec<usize>,
     /// Meshes with morph targets.
@@ -139,7 +140,8 @@ impl Collected {
             self.skinned.extend(n.skin.map(|_| node));
             self.instanced.extend(n.extensions.contains_key("EXT_mesh_gpu_instancing").then_some(node));
         }
-        // First vertex and number of vertices of what has been appended, by the accessors it came from.
+        // First vertex and number of vertices of what has been appended, by the accessors it came
+        // from.
         let mut appended: BTreeMap<Vec<(&str, usize)>, (usize, usize)> = BTreeMap::new();
         for (p, primitive) in mesh.primitives.iter().enumerate() {
             let name = format!("mesh {m}, primitive {p}");
@@ -250,7 +252,8 @@ impl Collected {
                 }
             }
             5 => {
-                // A doubled first vertex turns every triangle of the strip over; it makes one stitch of its own.
+                // A doubled first vertex turns every triangle of the strip over; it makes one
+                // stitch of its own.
                 let doubled = if mirrored { indices.first() } else { None };
                 let strip: Vec<i64> = doubled.into_iter().chain(indices).copied().collect();
                 let stitches = self.faces.push_strip(&strip)?;
@@ -287,8 +290,8 @@ impl Collected {
         }
         if let Some(node) = self.skinned.first() {
             warnings.push(format!(
-                "{} skinned meshes (first: node {node}) were read as they are stored: joints are passed over, and the transform of \
-                 such a node does not count by the specification",
+                "{} skinned meshes (first: node {node}) were read as stored: joints are ignored, and by the specification so is the transform of \
+                 the node",
                 self.skinned.len()
             ));
         }
@@ -300,7 +303,7 @@ impl Collected {
         if let Some(node) = self.instanced.first() {
             let count = self.instanced.len();
             warnings.push(format!(
-                "{count} nodes (first: node {node}) have copies of their mesh, which were left out"
+                "{count} nodes (first: node {node}) have instances of their mesh, which were left out"
             ));
         }
         let mesh = self.faces.finish(self.positions)?;

@@ -15,10 +15,12 @@ const POINTS: u32 = 0;
 const LINES: u32 = 1;
 const TRIANGLES: u32 = 4;
 
-/// Writes a `.glb`. Positions and scalars are 32-bit floats, as glTF asks; a scalar `name` is the attribute `_name`. NaN in a
-/// scalar is written as it is, though strict validators complain: any number in its place would be false. Colours are made
-/// linear, as glTF defines them, and are floats, because MeshLab misreads 16-bit ones. Lines are a second primitive over the same vertices.
-/// A mesh far from the origin is moved there by an offset, which is the translation of its node.
+/// Writes a `.glb`. Positions and scalars are 32-bit floats, as glTF asks; a scalar `name` is the
+/// attribute `_name`. NaN in a scalar is written as it is, though strict validators complain: any
+/// number in its place would be false. Colours are made linear, as glTF defines them, and are
+/// floats, because MeshLab misreads 16-bit ones. Lines are a second primitive over the same
+/// vertices. A mesh far from the origin is stored relative to an offset, the translation of its
+/// node.
 pub(super) fn write_glb(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     let mut parts = Parts::of(mesh);
     let mut json = serde_json::to_vec(&parts.root(None))?;
@@ -48,7 +50,7 @@ pub(super) fn write_gltf(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> 
 
 #[derive(Default)]
 struct Parts {
-    /// What has been subtracted from the positions: the translation of the node.
+    /// Offset subtracted from the positions: the translation of the node.
     offset: [f64; 3],
     bytes: Vec<u8>,
     views: Vec<Value>,

@@ -10,8 +10,9 @@
 //! | GLB, glTF | all primitives, placed by their nodes; `_NAME` scalars | GLB: triangles, lines, scalars, colours |
 //! | VTP | ascii, base64 and raw data, zlib | polygons, lines, scalars, colours |
 //!
-//! Text may be UTF-8, UTF-16 or UTF-32. Formats of 32-bit floats (STL, GLB, glTF) come with a warning when they do not hold the
-//! coordinates; glTF keeps an offset in the translation of its node.
+//! Text may be UTF-8, UTF-16 or UTF-32. Writing to a format of 32-bit floats (STL, GLB, glTF) gives
+//! a warning if they cannot hold the coordinates; glTF keeps an offset in the translation of its
+//! node.
 //!
 //! Coordinates that are NaN or infinite are kept as read; [`TriangleMesh::new`](crate::TriangleMesh::new) refuses them with
 //! the vertex. What a file's header announces is checked against its length before memory is set aside.
@@ -121,8 +122,10 @@ pub struct MeshFile {
 /// A file holds at most this many bytes (uncompressed), so that 32-bit indices can name what is in it.
 const MOST_BYTES: u64 = u32::MAX as u64;
 
-/// Reads a mesh file. The content tells the format, or failing that the name; where both disagree there is a warning. gzip is
-/// undone whatever the name. The buffers of a glTF file are looked for beside it.
+/// Reads a mesh file in the format of its content, or of its name if the content does not decide.
+///
+/// A name that contradicts the content gives a warning. gzip is undone whatever the name. The
+/// buffers of a glTF file are looked for beside it.
 ///
 /// # Errors
 /// [`FileError::Io`] when the file can not be read, [`FileError::Unsupported`] when its format is not known, else as
@@ -131,7 +134,8 @@ pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, FileError> {
     read_mesh_as(path, None).map(|(file, _)| file)
 }
 
-/// As [`read_mesh`], but in the given format if there is one. Returns the format that was read, too.
+/// Reads a mesh file as [`read_mesh`] does, but in the given format if any. Also returns the
+/// format.
 ///
 /// # Errors
 /// As [`read_mesh`].
@@ -169,7 +173,7 @@ fn read_detected(
         }
         format => read_mesh_bytes(bytes, format)?,
     };
-    // Readers of glTF tell its two kinds by the content anyway.
+    // Both kinds of glTF have one reader.
     let kind = |f: MeshFormat| if f == MeshFormat::Gltf { MeshFormat::Glb } else { f };
     if let Some(named) = by_name
         && kind(named) != kind(format)
@@ -185,7 +189,7 @@ fn read_detected(
     Ok((file, format))
 }
 
-/// Adds a warning if 32-bit floats have lost what the mesh needs.
+/// Adds a warning if rounding to 32-bit floats has spoiled the mesh.
 fn with_rounding_warning(mut file: MeshFile) -> MeshFile {
     file.warnings.extend(rounding::lost_digits(&file.mesh));
     file

@@ -1,17 +1,17 @@
-//! Names of scalars, each used once.
+//! Unique names for scalars.
 
 use std::collections::{HashMap, HashSet};
 
-/// The names given away so far.
+/// Names in use.
 #[derive(Default)]
 pub(super) struct Names {
     used: HashSet<String>,
-    /// How often a name has been asked for again.
+    /// The last number appended to a name that was already in use.
     repeats: HashMap<String, usize>,
 }
 
 impl Names {
-    /// This name if it is free, else the first free one of `name_2`, `name_3`, ...
+    /// Reserves `name`, or if it is taken the first free one of `name_2`, `name_3`, ...
     pub fn claim(&mut self, name: String) -> String {
         if self.used.insert(name.clone()) {
             return name;

@@ -1,7 +1,7 @@
 //! Wavefront OBJ: `v`, `vt`, `f`, `l` and `p` lines; everything else is passed over.
 //!
-//! Own reader: tobj triangulates or re-indexes by position/texture/normal triples, which loses the order and count of
-//! vertices, and drops `l` lines.
+//! Own reader: tobj triangulates or re-indexes by position/texture/normal triples, which loses the
+//! order and count of vertices, and drops `l` lines. Version 4.0 reads UTF-16 as an empty mesh.
 
 use super::text::decode_text;
 use super::words::{Number, Words, integer, number, shown};
@@ -54,12 +54,13 @@ pub fn read_obj(bytes: &[u8]) -> Result<MeshFile, FileError> {
     Ok(file)
 }
 
-/// Whether a line is a statement and not the rest of the line before it, as after `g C:\`: a keyword, and what comes behind it.
+/// Whether the text begins with a statement, which a backslash before it (as in `g C:\`) does not
+/// join.
 fn begins_statement(line: &[u8]) -> bool {
     let mut words = Words::new(line);
     let (keyword, value) = (words.word_on_line(), words.word_on_line());
     match keyword {
-        // Groups may have such names, but no numbers behind them.
+        // A continued list of names may contain these letters, but then no number follows.
         Some(b"v" | b"vn" | b"vt" | b"vp" | b"f" | b"l" | b"p") => {
             value.and_then(|w| w.split(|&b| b == b'/').next()).and_then(number).is_some()
         }

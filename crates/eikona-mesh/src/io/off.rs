@@ -21,8 +21,8 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// `[ST][C][N][4][n]OFF` in any case; returns also the digits behind it, since many files of ModelNet begin with
-    /// `OFF4 2 0`.
+    /// Parses `[ST][C][N][4][n]OFF` in any case. Also returns digits that follow directly, since
+    /// many ModelNet files begin with `OFF4 2 0`.
     pub fn parse(word: &[u8]) -> Option<(Header, &[u8])> {
         let at = word.windows(3).position(|w| w.eq_ignore_ascii_case(b"OFF"))?;
         let (prefix, rest) = word.split_at(at);
@@ -47,7 +47,7 @@ impl Header {
             .then_some((Header { normals, colours, texture, unsupported: dimensions || four }, digits))
     }
 
-    /// The scalars of a vertex that are kept, in their order.
+    /// Names of the scalars per vertex that are kept, in the order of the file.
     fn scalars(self) -> impl Iterator<Item = &'static str> {
         let normals = if self.normals { &["nx", "ny", "nz"][..] } else { &[] };
         let colours = if self.colours { &["red", "green", "blue"][..] } else { &[] };
@@ -55,10 +55,11 @@ impl Header {
     }
 }
 
-/// The mesh of an OFF text. The keyword may be missing, and the counts may stand behind it or on lines of their own. Every
-/// vertex and face begins a line; a file whose lines hold more than one is read if that is possible in one way only.
-/// Normals of NOFF become the vertex scalars `nx`, `ny`, `nz`, colours of COFF `red`, `green`, `blue`, as they are written
-/// (0 to 1 or 0 to 255); other values behind vertices and colours behind faces are not kept.
+/// The mesh of an OFF text. The keyword may be missing; the counts may follow it or be on lines of
+/// their own. Lines with several vertices or faces are read if there is only one way to do so.
+/// Normals of NOFF become the vertex scalars `nx`, `ny`, `nz`, colours of COFF `red`, `green`,
+/// `blue`, as they are written (0 to 1 or 0 to 255); other values after vertices and colours
+/// after faces are not kept.
 ///
 /// # Errors
 /// [`FileError::Syntax`] with the line, also when there are fewer vertices or faces than announced; [`FileError::Mesh`] with
@@ -93,19 +94,16 @@ pub fn read_off(bytes: &[u8]) -> Result<MeshFile, FileError> {
     if by_line.as_ref().is_ok_and(|file| file.warnings.is_empty()) {
         return by_line;
     }
-    // Lines with several elements: only a layout that uses up every word of the file is believed.
+    // Lines with several elements: accept only a layout that consumes every word of the file.
     let mut found: Vec<MeshFile> = Vec::new();
     for start in starts {
         for face_lines in [true, false] {
-            for alpha in [false, true] {
+            for alpha in [false, true].into_iter().take(if header.colours { 2 } else { 1 }) {
                 let layout = Layout { vertex_lines: false, face_lines, alpha };
-                let file = body.read(start.clone(), layout);
-                if let Some(file) = file.ok().filter(|f| f.warnings.is_empty() && is_plausible(&f.mesh))
-                    && (!alpha || header.colours)
-                    && !found.contains(&file)
-                {
-                    found.push(file);
-                }
+                let file = body.read(start.clone(), layout).ok();
+                found.extend(file.filter(|file| {
+                    file.warnings.is_empty() && is_plausible(&file.mesh) && !found.contains(file)
+                }));
             }
         }
     }
@@ -120,7 +118,7 @@ pub fn read_off(bytes: &[u8]) -> Result<MeshFile, FileError> {
     }
 }
 
-/// Whether every face has three or more corners, all different.
+/// Whether every face has at least three corners, all distinct.
 fn is_plausible(mesh: &PolygonMesh) -> bool {
     let mut corners = Vec::new();
     mesh.faces().all(|face| {
@@ -131,18 +129,18 @@ fn is_plausible(mesh: &PolygonMesh) -> bool {
     })
 }
 
-/// How vertices and faces lie in lines.
+/// Arrangement of vertices and faces in lines.
 #[derive(Clone, Copy)]
 struct Layout {
-    /// Whether each vertex ends with its line, whatever else stands there.
+    /// Whether the rest of a line after a vertex is ignored.
     vertex_lines: bool,
-    /// Whether each face ends with its line.
+    /// Whether the rest of a line after a face is ignored.
     face_lines: bool,
-    /// Whether colours have a fourth number, where vertices do not end with their line.
+    /// Whether colours have a fourth component; matters only without `vertex_lines`.
     alpha: bool,
 }
 
-/// What the beginning of the file tells of the rest.
+/// Announcements of the header about the rest of the file.
 struct Body<'a> {
     header: Header,
     keyword: &'a [u8],
@@ -151,8 +149,8 @@ struct Body<'a> {
 }
 
 impl Body<'_> {
-    /// The words from the first vertex on, given those behind the number of faces: the number of edges comes first, on this
-    /// line or a later one, but is often left out. More than one place if the lines do not tell.
+    /// Skips the number of edges, given the words after the number of faces. It may be on this
+    /// line, on a later one, or missing; returns both possibilities if the lines do not decide.
     fn starts<'t>(&self, mut words: Words<'t>) -> Vec<Words<'t>> {
         let width = 3 + self.header.scalars().count();
         let mut next = words.clone();
@@ -160,7 +158,7 @@ impl Body<'_> {
             if number(word).is_some_and(|x| whole(x).is_none()) {
                 return vec![words]; // a coordinate
             }
-            // What else stands there may be vertices.
+            // The rest of the line may hold vertices.
             if words_on_line(next.clone()) < width {
                 next.next_line();
             }
@@ -184,8 +182,13 @@ impl Body<'_> {
             (1, _) if is_whole => vec![behind],
             (0..=2, _) => vec![words],
             (_, 0) if is_whole => vec![words, behind],
-            // The number of edges and the first vertices share a line.
-            (first, second) if is_whole && self.vertices > 1 && first % width == 1 && second % width == 0 => {
+            // The number of edges shares a line with the first vertices.
+            (first, second)
+                if is_whole
+                    && self.vertices > 1
+                    && (first % width == 1 && second % width == 0
+                        || second >= width && first == second + 1) =>
+            {
                 vec![behind]
             }
             _ => vec![words],
@@ -198,6 +201,7 @@ impl Body<'_> {
         let mut columns: Vec<(&str, Vec<f64>)> = header.scalars().map(|name| (name, Vec::new())).collect();
         let passed_over = usize::from(header.colours && layout.alpha) + if header.texture { 2 } else { 0 };
         let mut positions = Vec::with_capacity(vertices.min(words.remaining() / 6)); // "0 0 0" and a line end
+        let mut line_before = 0;
         for i in 0..vertices {
             let mut position = [0.0; 3];
             let mut line = 0;
@@ -234,6 +238,11 @@ impl Body<'_> {
                 for _ in 0..passed_over {
                     words.word();
                 }
+                // Guards against reading four colour components as three, or the reverse.
+                if header.colours && line == line_before && words.line() > line {
+                    return Err(words.fault(OFF, format!("vertex {i} does not lie in one line")));
+                }
+                line_before = words.line();
             }
         }
         let mut polygons = Faces::default();

@@ -255,8 +255,9 @@ pub(super) fn one_word(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_graphic() { c } else { '_' }).collect()
 }
 
-/// Writes a mesh file in the format that its name stands for, whole or not at all; `.gz` behind it compresses. Returns what
-/// the format has no place for and whether 32-bit floats spoil the coordinates, one sentence each.
+/// Writes a mesh file in the format that its name stands for, whole or not at all; `.gz` behind it
+/// compresses. Returns what the format has no place for and whether 32-bit floats spoil the
+/// coordinates, one sentence each.
 ///
 /// # Errors
 /// [`FileError::Unsupported`] when the name tells no format, or the format can not hold the mesh (polygons in STL and GLB,

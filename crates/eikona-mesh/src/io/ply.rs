@@ -1,7 +1,7 @@
 //! Stanford PLY, read: ascii and binary, polygons and triangle strips, every scalar property of vertices and faces.
 //!
-//! Own reader: ply-rs-bw makes a hash map of every element, which is some twenty times slower than a million triangles may
-//! take.
+//! Own reader: ply-rs-bw makes a hash map of every element, which is some twenty times slower than
+//! a million triangles may take. Version 4.0 ignores surplus values on a line without a warning.
 
 use super::MeshFile;
 use super::faces::Faces;
@@ -16,12 +16,13 @@ use crate::error::FileError;
 /// own names; `edge` elements become lines of two nodes; strips become triangles. List properties other than the vertex
 /// list, and other elements, are left out with a warning.
 ///
-/// Lines of ascii need not be those of the elements. What follows the elements announced is left out with a warning.
+/// Elements of ascii files need not begin a line. Data after the announced elements is left out
+/// with a warning.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the line of the header or the element, also when the header announces more than the file
-/// holds; [`FileError::Mesh`] with every face that names a vertex that does not exist; [`FileError::Unsupported`] for binary
-/// data in UTF-16.
+/// [`FileError::Syntax`] with the line of the header or the element, also when the header announces
+/// more than the file holds; [`FileError::Mesh`] with every face that names a vertex that does not
+/// exist; [`FileError::Unsupported`] for binary data in UTF-16.
 pub fn read_ply(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let text = decode_text(bytes);
     let Header { encoding, elements, length, lines } = Header::parse(&text)?;

@@ -1,12 +1,15 @@
-//! Ascii PLY whose lines do not have the values that the header announces.
+//! Diagnosis of ascii PLY whose lines do not match the properties in the header.
 
 use super::ply_header::{Element, Kind, PLY};
 use super::words::Words;
 use crate::error::FileError;
 
-/// The first line that has another number of values than its element, if the body has a line for every element: then not the
-/// counts but the properties in the header are wrong, and reading value after value would shift the coordinates. `before` is
-/// the number of lines before the body.
+/// Finds the first line whose number of values differs from the number of properties of its
+/// element.
+///
+/// Applies only if the body has at least one line per element: then the properties in the header
+/// are wrong rather than the counts, and reading value by value would shift the coordinates.
+/// `before` is the number of lines before the body.
 ///
 /// # Cost
 /// O(bytes).

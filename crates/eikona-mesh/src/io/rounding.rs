@@ -1,4 +1,4 @@
-//! What 32-bit floats do to coordinates: STL, GLB and glTF hold no others.
+//! Rounding of coordinates to the 32-bit floats of STL, GLB and glTF.
 
 use super::MeshOut;
 use crate::polygon::PolygonMesh;
@@ -7,7 +7,7 @@ use std::collections::HashSet;
 /// Significant bits of a 32-bit float.
 const BITS: i32 = 24;
 
-/// The box around points.
+/// Axis-aligned bounding box.
 #[derive(Clone, Copy)]
 struct Bounds {
     least: [f64; 3],
@@ -34,8 +34,11 @@ impl Bounds {
     }
 }
 
-/// An offset to be subtracted before coordinates become 32-bit floats: zero for an axis on which the mesh lies nearer to the
-/// origin than 8 times its size, else close to its centre and a multiple of a power of two, so that the difference is exact.
+/// Offset to subtract before coordinates are rounded to 32-bit floats.
+///
+/// It is zero along an axis on which the centre of the mesh is within 8 times its size of the
+/// origin. Otherwise it is the centre rounded to a multiple of a power of two near the size, so
+/// that the subtraction is exact.
 pub(super) fn offset(positions: &[[f64; 3]]) -> [f64; 3] {
     const FAR: f64 = 8.0;
     let Some(bounds) = Bounds::of(positions) else { return [0.0; 3] };
@@ -45,17 +48,18 @@ pub(super) fn offset(positions: &[[f64; 3]]) -> [f64; 3] {
         if !centre.is_finite() || centre.abs() <= FAR * size {
             return 0.0;
         }
-        // A mesh without size is one point, which is its own offset.
+        // A mesh of size zero is a single point, which is its own offset.
         let step = if size > 0.0 { size.log2().floor().exp2() } else { 0.0 };
         if step > 0.0 { (centre / step).round() * step } else { centre }
     })
 }
 
-/// Says how far 32-bit floats move vertices, if that is more than a hundredth of the shortest edge or some come to coincide.
-/// The offset is kept exactly by the file.
+/// Warns if rounding to 32-bit floats moves a vertex by more than a hundredth of the shortest edge.
+///
+/// `offset` is what the file stores at full precision.
 ///
 /// # Cost
-/// O(V + F); a table of all positions where vertices move that far.
+/// O(V + F), with a hash table of the positions only if there is a warning.
 pub(super) fn warning(mesh: &MeshOut, offset: [f64; 3], format: &str) -> Option<String> {
     const HARMLESS: f64 = 0.01;
     let positions = mesh.positions();
@@ -84,19 +88,21 @@ pub(super) fn warning(mesh: &MeshOut, offset: [f64; 3], format: &str) -> Option<
     let collapsed = before.len() - after.len();
     let coincide = match collapsed {
         0 => String::new(),
-        n => format!("; of {} places {n} fall together with others", before.len()),
+        n => format!("; {n} of {} positions coincide with others then", before.len()),
     };
     Some(format!(
-        "the 32-bit floats of {format} move vertices by up to {moved:.1e}, where the shortest edge is {scale:.1e}{coincide}; write \
-         .ply, .vtp, .obj or .off, or move the mesh to the origin"
+        "the 32-bit floats of {format} change coordinates by up to {moved:.1e}, where the shortest edge is {scale:.1e}{coincide}; write \
+         .ply, .vtp, .obj or .off, or move the mesh closer to the origin"
     ))
 }
 
-/// Says so if a mesh has faces with coinciding corners and coordinates that look as if 32-bit floats had made them so: all are
-/// such floats, and their spacing at the mesh is coarse for its size.
+/// Warns of faces whose corners coincide because the coordinates were rounded to 32-bit floats.
+///
+/// This is assumed if all coordinates are such floats and their spacing is coarse for the size of
+/// the mesh.
 ///
 /// # Cost
-/// O(V) for most meshes, O(V + F) for such.
+/// O(V), and O(F) more if the spacing is coarse.
 pub(super) fn lost_digits(mesh: &PolygonMesh) -> Option<String> {
     const COARSE: f64 = 1e-4;
     let bounds = Bounds::of(&mesh.positions)?;

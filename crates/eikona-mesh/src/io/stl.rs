@@ -1,6 +1,8 @@
 //! STL, ascii and binary. A facet names no vertices, so each has its own three, in order; welding is a separate step.
 //!
-//! Own reader: stl_io welds equal positions while it reads, which loses the order and count of vertices.
+//! Own reader: stl_io 0.11 welds equal positions while it reads, which loses the order and count of
+//! vertices. It also refuses ascii with several statements per line, "end loop" or upper case, and
+//! returns no facets where the header leaves their count at 0.
 
 use super::text::decode_text;
 use super::words::{Number, Words, number, shown};
@@ -18,8 +20,9 @@ const FACET: usize = 50;
 /// The facets of an STL file: face `f` has the vertices `3 f`, `3 f + 1`, `3 f + 2`. Normals and the two free bytes of a
 /// facet are not kept.
 ///
-/// A file is binary when its length fits its facet count, even if it begins with "solid"; else it is ascii if it begins with
-/// "solid" or "facet" and is text. The keywords of ascii may be in any case and stand on any line.
+/// A file is binary if its length fits its facet count, even if it begins with "solid". Otherwise
+/// it is ascii if it is text that begins with "solid" or "facet". Ascii keywords may be in any case
+/// and on any line.
 ///
 /// # Errors
 /// [`FileError::Syntax`] with the line or byte: cut off, not a number, a facet without exactly three vertices.
@@ -27,7 +30,7 @@ pub fn read_stl(bytes: &[u8]) -> Result<MeshFile, FileError> {
     if is_binary(bytes) {
         return read_binary(bytes);
     }
-    // The free text of a binary file may be UTF-16.
+    // The header of a binary file may be UTF-16, too.
     let text = decode_text(bytes);
     if text.is_empty() || is_ascii(&text) { read_ascii(&text) } else { read_binary(bytes) }
 }
@@ -42,7 +45,8 @@ fn announced(bytes: &[u8]) -> Option<usize> {
     Some(u32::from_le_bytes(*count) as usize)
 }
 
-/// Whether this is text that begins like ascii STL. Binary files have zero bytes soon, in their facet count at the latest.
+/// Whether the text begins like ascii STL. Binary files have a zero byte early, usually in the
+/// facet count.
 pub(super) fn is_ascii(text: &[u8]) -> bool {
     const HEAD: usize = 512;
     let head = text.get(..HEAD).unwrap_or(text);
@@ -62,9 +66,9 @@ fn read_binary(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let whole = body.len() / FACET;
     let mut file = MeshFile::default();
     let mut count = announced;
-    // Programs that write facets as they come leave the count 0 or all ones.
+    // Programs that stream facets leave the count at 0 or all ones.
     let unset = announced == 0 || announced == u32::MAX as usize;
-    let exact = body.len() % FACET == 0;
+    let exact = body.len().is_multiple_of(FACET);
     if announced != whole && (unset || exact && announced < whole) {
         let rest = body.chunks_exact(FACET).skip(if unset { 0 } else { announced });
         if rest.len() > 0 && rest.clone().all(is_plausible) {
@@ -103,12 +107,12 @@ fn vertices(facet: &[u8]) -> impl Iterator<Item = [f32; 3]> {
         .map(|v| [0, 4, 8].map(|k| f32::from_le_bytes([v[k], v[k + 1], v[k + 2], v[k + 3]])))
 }
 
-/// Whether these bytes may be a facet that the header does not count: finite, and not the zeros that fill up a file.
+/// Whether the bytes can be a facet that the header does not count: finite, and not zero padding.
 fn is_plausible(facet: &[u8]) -> bool {
     facet.iter().any(|&b| b != 0) && vertices(facet).flatten().all(f32::is_finite)
 }
 
-/// The words of ascii STL; two words like "end loop" are one.
+/// Keywords of ascii STL, which may be written as two words ("end loop").
 #[derive(Clone, Copy, PartialEq)]
 enum Keyword {
     Solid,
@@ -122,7 +126,7 @@ enum Keyword {
 }
 
 impl Keyword {
-    /// The keyword that a word begins; takes the next word from `words` if it belongs to it.
+    /// Parses a keyword; consumes the next word if it belongs to it.
     fn parse(word: &[u8], words: &mut Words) -> Option<Keyword> {
         use Keyword::*;
         const KEYWORDS: [(&[u8], Keyword); 9] = [
@@ -154,7 +158,7 @@ impl Keyword {
     }
 }
 
-/// Passes over a name up to the end of its line, or to the facet that begins there.
+/// Skips a name up to the end of its line or to a facet that begins there.
 fn skip_name(words: &mut Words) {
     loop {
         let mut behind = words.clone();
@@ -178,7 +182,7 @@ fn read_ascii(text: &[u8]) -> Result<MeshFile, FileError> {
     let mut facet_open = false;
     // Vertices since the last facet began or ended.
     let mut corners = 0;
-    // What stands behind a keyword on its line may be anything.
+    // Unknown words after a keyword are ignored up to the end of the line.
     let mut first_on_line = true;
     loop {
         let Some(word) = words.word_on_line() else {
@@ -190,16 +194,19 @@ fn read_ascii(text: &[u8]) -> Result<MeshFile, FileError> {
             Some(Keyword::Solid | Keyword::EndSolid) => {
                 solid_open = keyword == Some(Keyword::Solid);
                 if facet_open && corners == 3 {
-                    (facet_open, corners) = (false, 0); // some files leave endfacet out
+                    (facet_open, corners) = (false, 0); // some files omit endfacet
                 }
                 skip_name(&mut words);
             }
             Some(Keyword::Facet | Keyword::EndFacet) => {
                 let begins = keyword == Some(Keyword::Facet);
-                let expected = if begins && !facet_open { 0 } else { 3 };
-                if corners != expected || !begins && !facet_open {
-                    let problem =
-                        format!("before this there are {corners} vertices; a facet has three vertices");
+                let problem = match corners {
+                    3 if facet_open => None,
+                    0 if begins && !facet_open => None,
+                    _ if !begins && !facet_open => Some("endfacet ends no facet".to_string()),
+                    n => Some(format!("before this there are {n} vertices; a facet has three vertices")),
+                };
+                if let Some(problem) = problem {
                     return Err(words.fault(STL, problem));
                 }
                 facet_open = begins;
@@ -237,13 +244,13 @@ fn read_ascii(text: &[u8]) -> Result<MeshFile, FileError> {
     }
     if facet_open || solid_open {
         let missing = if facet_open { "endfacet" } else { "endsolid" };
-        file.warnings.push(format!("the end of the file has no \"{missing}\"; it may be cut off"));
+        file.warnings.push(format!("\"{missing}\" is missing at the end of the file; it may be cut off"));
     }
     file.mesh = unwelded(positions);
     Ok(file)
 }
 
-/// Passes over the components of a normal, on this line or the next.
+/// Skips the components of a normal, on this line or the next.
 fn skip_numbers(words: &mut Words) {
     for _ in 0..3 {
         let mut behind = words.clone();

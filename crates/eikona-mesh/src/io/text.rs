@@ -1,12 +1,14 @@
-//! Text encodings. Readers work on bytes in which digits and keywords are ASCII.
+//! Text encodings. The readers need bytes in which digits and keywords are ASCII.
 
 use std::borrow::Cow;
 
-/// Text as UTF-8 without a byte-order mark: UTF-16 and UTF-32, which Windows programs and PowerShell's `>` write, are decoded.
-/// All other bytes are returned as they are.
+/// Decodes UTF-16 and UTF-32 to UTF-8 and strips a byte-order mark; returns all other bytes
+/// unchanged.
 ///
-/// UTF-16 and UTF-32 are recognised by their byte-order mark, or without one by the zero bytes beside the first two
-/// characters. Units that encode no character become U+FFFD.
+/// Windows programs and PowerShell's `>` write UTF-16.
+///
+/// Both are recognised by their byte-order mark or, without one, by the zero bytes of the first two
+/// characters. Invalid code units become U+FFFD.
 ///
 /// ```
 /// use eikona_mesh::io::decode_text;
@@ -16,7 +18,7 @@ use std::borrow::Cow;
 /// ```
 ///
 /// # Cost
-/// O(1) for UTF-8, O(bytes) else.
+/// O(1) for UTF-8, O(bytes) otherwise.
 pub fn decode_text(bytes: &[u8]) -> Cow<'_, [u8]> {
     let text = match Encoding::of(bytes) {
         Encoding::Bytes => return Cow::Borrowed(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)),
@@ -39,7 +41,7 @@ pub fn decode_text(bytes: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(text.strip_prefix(MARK).map(str::to_owned).unwrap_or(text).into_bytes())
 }
 
-/// Whether [`decode_text`] changes more than a UTF-8 byte-order mark. Binary data do not survive the conversion to such a text.
+/// Whether the bytes are UTF-16 or UTF-32. Binary data does not survive conversion to either.
 pub(super) fn is_wide(bytes: &[u8]) -> bool {
     !matches!(Encoding::of(bytes), Encoding::Bytes)
 }
@@ -50,9 +52,9 @@ enum Order {
     Big,
 }
 
-/// What the bytes of a file are.
+/// Encoding of a file.
 enum Encoding {
-    /// UTF-8, an 8-bit encoding that contains ASCII, or no text.
+    /// UTF-8, another superset of ASCII, or binary.
     Bytes,
     Utf16(Order),
     Utf32(Order),
@@ -63,7 +65,7 @@ impl Encoding {
         use Order::{Big, Little};
         let ascii = |b: u8| matches!(b, b'\t' | b'\n' | b'\r' | b' '..=b'~');
         match *bytes {
-            // No text has a zero character after the mark of UTF-16, so this is the mark of UTF-32.
+            // Text has no NUL after the mark of UTF-16, so this is the mark of UTF-32.
             [0xff, 0xfe, 0, 0, ..] => Encoding::Utf32(Little),
             [0, 0, 0xfe, 0xff, ..] => Encoding::Utf32(Big),
             [0xff, 0xfe, ..] => Encoding::Utf16(Little),

@@ -1,4 +1,7 @@
 //! VTK's PolyData as XML, read: ascii, base64 and appended arrays, plain or zlib.
+//!
+//! Own reader: vtkio 0.6 refuses files with bit or string arrays or padded attributes, and drops
+//! the text of an array after a comment.
 
 use super::MeshFile;
 use super::faces::Faces;
@@ -9,9 +12,10 @@ use crate::error::FileError;
 use roxmltree::{Document, Node};
 use std::collections::BTreeSet;
 
-/// The mesh of a VTP file: all its pieces, one after the other. Polygons and strips become faces, lines lines; arrays of one
-/// component at points and cells become scalars, those of more components one scalar per component (`name_0`, ...). Vertex
-/// cells and arrays without numbers are left out with a warning.
+/// The mesh of a VTP file: all its pieces, one after the other. Polygons and strips become faces,
+/// lines lines; arrays of one component at points and cells become scalars, those of more
+/// components one scalar per component (`name_0`, ...). Vertex cells and arrays without numbers are
+/// left out with a warning.
 ///
 /// # Errors
 /// [`FileError::Syntax`] with the element, [`FileError::Mesh`] with every face that names a point that does not exist,
@@ -51,7 +55,7 @@ struct Collected {
     vertex_scalars: Columns,
     face_scalars: Columns,
     vertex_cells: usize,
-    /// Arrays that were left out or renamed, and counts that are not those announced; once each for all pieces.
+    /// Warnings, once for all pieces: arrays left out or renamed, counts other than announced.
     odd: BTreeSet<String>,
 }
 
@@ -189,8 +193,8 @@ fn append(scalars: &mut Columns, name: String, before: usize, values: Vec<f64>) 
     column.extend(values);
 }
 
-/// The arrays of a piece at its points or cells, each component by itself. Arrays that can not be read cost nothing but a
-/// warning; one of a name that has been used gets a number behind it.
+/// The arrays of a piece at its points or cells, one column per component. Arrays that cannot be
+/// read are left out with a warning; repeated names are numbered.
 fn columns(
     arrays: &Arrays,
     piece: Node,

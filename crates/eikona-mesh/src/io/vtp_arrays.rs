@@ -9,12 +9,12 @@ use std::io::Read;
 
 pub(super) const VTP: &str = "VTP";
 
-/// An attribute without the blanks around it, with which some programs reserve room for numbers.
+/// An attribute without surrounding blanks, with which some programs reserve space for numbers.
 pub(super) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
     node.attribute(name).map(str::trim)
 }
 
-/// The text of an element; other text may stand between its comments and elements.
+/// All text of an element, including that after comments and child elements.
 fn text<'a>(array: Node<'a, '_>) -> Cow<'a, str> {
     let mut parts = array.children().filter(Node::is_text).filter_map(|n| n.text());
     let first = parts.next().unwrap_or_default();
@@ -107,7 +107,7 @@ impl<'a> Arrays<'a> {
         })
     }
 
-    /// Whether appended data are bytes as they are.
+    /// Whether the appended data is raw bytes.
     pub fn has_raw_data(&self) -> bool {
         self.appended_storage == Storage::Raw
     }
@@ -121,7 +121,7 @@ impl<'a> Arrays<'a> {
         Ok(integers)
     }
 
-    /// Whether the numbers of an array can be read: strings and types of later versions of VTK can not.
+    /// Whether an array holds numbers of a known type.
     pub fn is_numeric(array: Node) -> bool {
         const TYPES: [&str; 11] = [
             "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64", "Float32", "Float64",
@@ -131,7 +131,7 @@ impl<'a> Arrays<'a> {
         attribute(array, "type").map_or(is_ascii, |kind| TYPES.contains(&kind))
     }
 
-    /// The numbers of an array; those of bits are filled up to whole bytes.
+    /// The numbers of an array. Bits are padded to whole bytes.
     pub fn floats(&self, array: Node) -> Result<Vec<f64>, FileError> {
         match attribute(array, "format").unwrap_or("ascii") {
             "ascii" => {

@@ -75,7 +75,7 @@ fn array(
     writeln!(out, "\n</DataArray>")
 }
 
-/// A name as an attribute. VTK looks for the end of the tag at the first `>`, although XML allows it in attributes.
+/// Escapes a name for an attribute. XML allows `>` there, but VTK takes it for the end of the tag.
 fn escaped(name: &str) -> String {
     let mut text = String::with_capacity(name.len());
     for c in name.chars() {
@@ -85,7 +85,7 @@ fn escaped(name: &str) -> String {
             '>' => text.push_str("&gt;"),
             '"' => text.push_str("&quot;"),
             '\'' => text.push_str("&apos;"),
-            // XML 1.0 has no way to write most of them.
+            // XML 1.0 cannot represent most of them.
             c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => text.push('_'),
             c => text.push(c),
         }

@@ -10,10 +10,10 @@ pub(super) struct Words<'a> {
     line: usize,
     /// A byte that starts a comment up to the end of the line.
     comment: Option<u8>,
-    /// Set where a backslash at the end of a line joins it with the next: says of the rest of the text behind it whether
-    /// it begins a statement of its own, in which case the lines are not joined.
+    /// Set if a backslash joins a line with the next. Tells whether the text after it begins a
+    /// statement of its own, in which case the lines are not joined.
     continuation: Option<fn(&[u8]) -> bool>,
-    /// The first line that was not joined for this reason.
+    /// The first line that was not joined for that reason.
     not_joined: Option<usize>,
 }
 
@@ -31,7 +31,8 @@ impl<'a> Words<'a> {
         self.continuation = Some(begins_statement);
         self
     }
-    /// The first line whose backslash did not continue it, since the next line begins a statement.
+    /// The first line ending in a backslash that was not joined with the next, a statement of its
+    /// own.
     pub fn not_joined(&self) -> Option<usize> {
         self.not_joined
     }
@@ -116,8 +117,8 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Skips a backslash at the end of a line, and the line end if it joins the line with the next. False if nothing was
-    /// skipped.
+    /// Skips a backslash at the end of a line, and the line end too if it joins the lines. Returns
+    /// whether there was one.
     fn skip_line_backslash(&mut self) -> bool {
         let Some(begins_statement) = self.continuation else { return false };
         let next = match &self.bytes[self.at..] {

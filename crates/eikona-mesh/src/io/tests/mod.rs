@@ -1,9 +1,16 @@
 //! Tests of the file formats, and the shapes they use.
 
 mod data_folder;
+mod detection;
 mod features;
 mod malformed;
+mod odd_gltf;
+mod odd_off;
+mod odd_stl;
+mod odd_text;
+mod odd_vtp;
 mod round_trips;
+mod rounding;
 
 use super::{MeshFormat, MeshOut, write_mesh_bytes};
 use crate::mesh::TriangleMesh;
@@ -39,4 +46,29 @@ fn written(format: MeshFormat, mesh: &MeshOut) -> Vec<u8> {
     let mut bytes = Vec::new();
     write_mesh_bytes(&mut bytes, format, mesh).unwrap();
     bytes
+}
+
+/// A folder of its own under the system's, removed at the end.
+struct Folder(std::path::PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Folder {
+        let path = std::env::temp_dir().join(format!("eikona-io-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Folder(path)
+    }
+    fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(&self.0)
+            .unwrap()
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        std::fs::remove_dir_all(&self.0).ok();
+    }
 }

@@ -1,6 +1,6 @@
 //! Write, read, compare.
 
-use super::{cube_positions, polygon_cube, triangle_cube, written};
+use super::{Folder, cube_positions, polygon_cube, triangle_cube, written};
 use crate::error::{FileError, MeshError};
 use crate::io::*;
 use crate::mesh::TriangleMesh;
@@ -223,31 +223,6 @@ fn arrays_of_wrong_length_and_wrong_indices_are_refused() {
     let refusal =
         write_mesh_bytes(&mut Vec::new(), MeshFormat::Obj, &MeshOut::from(&wrong)).unwrap_err().to_string();
     assert!(refusal.contains("face 0 names vertex 8"), "{refusal}");
-}
-
-/// A folder of its own under the system's, removed at the end.
-struct Folder(std::path::PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Folder {
-        let path = std::env::temp_dir().join(format!("eikona-io-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Folder(path)
-    }
-    fn names(&self) -> Vec<String> {
-        let mut names: Vec<String> = std::fs::read_dir(&self.0)
-            .unwrap()
-            .map(|e| e.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
-        names
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        std::fs::remove_dir_all(&self.0).ok();
-    }
 }
 
 #[test]
