@@ -52,8 +52,8 @@ pub fn check(bytes: &[u8]) {
         }
     }
     if let Ok(file) = eikona_mesh::io::read_obj(bytes) {
-        if let Ok(curves) = curves_from_lines(&file.lines, mesh()) {
-            check_curves(&curves);
+        if let Ok(file) = curves_from_lines(&file.lines, mesh()) {
+            check_file(&file);
         }
     }
 }

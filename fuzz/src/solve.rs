@@ -28,7 +28,13 @@ pub fn check(bytes: &[u8]) {
         Ok(solver) => solver,
         Err(fault) => return assert!(!fault.to_string().is_empty()),
     };
-    for level_sets in [LevelSets::Free, LevelSets::Zero, LevelSets::PerComponent, LevelSets::Soft(weight)] {
+    for level_sets in [
+        LevelSets::Automatic,
+        LevelSets::Free,
+        LevelSets::Zero,
+        LevelSets::PerComponent,
+        LevelSets::Soft(weight),
+    ] {
         match solver.solve(&source, &SolveOptions { level_sets, ..solve_options }) {
             Ok(solution) => {
                 check_solution(&mesh, &solution);
