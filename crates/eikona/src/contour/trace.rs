@@ -1,25 +1,39 @@
 //! Tracing: a polyline in space, or a curve whose segments span several faces, becomes a curve with each segment in one face.
 //!
 //! Each point is projected to the nearest point of the surface. Two points are joined by walking from face to face along the
-//! plane through both that contains the mean of their normals ([`PlaneWalk`]). Where the walk leaves the surface, runs
+//! plane through both that contains the mean of their normals ([`plane_walks`]). Where the walk leaves the surface, runs
 //! much longer than the segment or misses its end, the segment is halved in space, the middle is projected, and both halves
-//! are tried again. Where that fails too, the shortest path along edges, straightened, takes its place.
+//! are tried again. A walk that may be a detour is compared with the shortest way over the surface ([`WaySearch`]), which takes its
+//! place where it is shorter, and also where no walk arrives.
 
 use super::ContourError;
-use super::straighten::straighten;
-use super::vertex_path::path_between;
-use super::walk::PlaneWalk;
+use super::shortest::{AMBIGUOUS, WaySearch};
+use super::side::Fans;
+use super::straighten::path_length;
+use super::walk::{Walked, plane_walks};
 use crate::geometry::vector::{distance, lerp};
 use crate::spatial::Bvh;
-use eikona_mesh::{Curve, CurveKind, Located, TriangleMesh, Vertex, segment_host};
-use std::cell::OnceCell;
+use eikona_mesh::{Curve, CurveKind, Located, TriangleMesh, segment_host};
+use std::cell::{OnceCell, RefCell};
 
 /// Nodes this near to a vertex or edge, as a share of the face's size, are moved onto it: it keeps segments of length 1e-14
 /// out, and moves nothing that can be seen.
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 
-/// How often a segment is halved before the edge path takes its place: 64 pieces tell whether the polyline follows the surface.
+/// How often a segment is halved before the shortest way takes its place: 64 pieces tell whether the polyline follows the surface.
 const HALVINGS: u32 = 6;
+
+/// A walk stays where the shortest way is shorter by no more than this share.
+const DETOUR: f64 = 0.02;
+
+/// Searches for shortest ways settle at most this many nodes per curve for the sake of comparison (some 10 seconds)...
+const COMPARED: usize = 30_000_000;
+
+/// ... and this many times all vertices and edges of the mesh.
+const COMPARED_MESHES: usize = 20;
+
+/// Where no walk arrives, or the way is at least this many times as long as the segment in space, there may be others as short.
+const ROUNDABOUT: f64 = 1.25;
 
 /// A curve with each segment in one face, and what was done to make it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,8 +48,15 @@ pub struct Traced {
     pub merged: Vec<usize>,
     /// Input nodes whose following segment was halved and projected anew.
     pub subdivided: Vec<usize>,
-    /// Input nodes whose following segment was replaced by a straightened edge path.
+    /// Input nodes whose following segment does not follow the surface; the shortest way over it was taken.
     pub edge_paths: Vec<usize>,
+    /// Input nodes whose following segment follows the surface on a detour; the shortest way over it was taken.
+    pub shortened: Vec<usize>,
+    /// Input nodes whose following segment may as well take quite another way, longer by at most 3 %.
+    pub ambiguous: Vec<usize>,
+    /// Input nodes whose following segment may take a detour: too many long segments came before it to compare it with the shortest
+    /// way.
+    pub uncompared: Vec<usize>,
 }
 
 impl Traced {
@@ -55,6 +76,21 @@ impl Traced {
             warnings.push(format!(
                 "the segments after nodes {} do not follow the surface; the shortest path found over it takes their place",
                 list(&self.edge_paths)
+            ));
+        }
+        if !self.ambiguous.is_empty() {
+            warnings.push(format!(
+                "for the segments after nodes {} there are several ways over the surface whose lengths differ by less than {:.0} %, and one \
+                 of them was taken; give nodes in between to choose",
+                list(&self.ambiguous),
+                100.0 * AMBIGUOUS
+            ));
+        }
+        if !self.uncompared.is_empty() {
+            warnings.push(format!(
+                "the segments after nodes {} may take detours: the curve has too many long segments to compare them all with the shortest \
+                 way over the surface; give more nodes, so that segments are short",
+                list(&self.uncompared)
             ));
         }
         warnings
@@ -84,7 +120,9 @@ impl Traced {
 /// path between two points.
 ///
 /// # Cost
-/// O(log F) a point and O(1) a crossed face; O(F log F) for each segment that does not follow the surface.
+/// O(log F) per point and O(1) per crossed face. For each segment that does not follow the surface, or may do so on a detour,
+/// O(n log n) in the number n of faces from which the ends are no farther, in sum, than the way is long; the comparisons of one curve
+/// end after some 10 seconds, with a warning.
 pub fn trace_polyline(
     mesh: &TriangleMesh,
     bvh: &Bvh,
@@ -97,7 +135,7 @@ pub fn trace_polyline(
         let bound = "it is a share of a face, from 0 to 0.1";
         return Err(ContourError::Parameter { name: "tolerance", value: tolerance, bound });
     }
-    let tracer = Tracer { mesh, bvh: Some(bvh), own_bvh: OnceCell::new(), tolerance };
+    let tracer = Tracer::new(mesh, Some(bvh), tolerance);
     let mut nodes = Vec::with_capacity(points.len());
     let mut largest: f64 = 0.0;
     for (node, &position) in points.iter().enumerate() {
@@ -124,7 +162,7 @@ pub fn trace_polyline(
 /// # Cost
 /// As [`trace_polyline`]; a tree over the faces is built only if a segment has to be halved.
 pub fn trace_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Traced, ContourError> {
-    let tracer = Tracer { mesh, bvh: None, own_bvh: OnceCell::new(), tolerance: DEFAULT_TOLERANCE };
+    let tracer = Tracer::new(mesh, None, DEFAULT_TOLERANCE);
     let located = curve.nodes.iter().enumerate();
     let located: Result<Vec<Located>, _> =
         located.map(|(n, p)| p.locate(mesh).map_err(|e| e.at(0, n))).collect();
@@ -139,9 +177,19 @@ struct Tracer<'a> {
     bvh: Option<&'a Bvh>,
     own_bvh: OnceCell<Bvh>,
     tolerance: f64,
+    fans: RefCell<Fans<'a>>,
+    search: RefCell<WaySearch<'a>>,
+    /// Nodes that the searches may settle before comparisons end.
+    compared: usize,
 }
 
-impl Tracer<'_> {
+impl<'a> Tracer<'a> {
+    fn new(mesh: &'a TriangleMesh, bvh: Option<&'a Bvh>, tolerance: f64) -> Self {
+        let (fans, search) = (Fans::new(mesh, false).into(), WaySearch::new(mesh).into());
+        let compared = COMPARED + COMPARED_MESHES * (mesh.vertex_count() + mesh.edge_count());
+        Tracer { mesh, bvh, own_bvh: OnceCell::new(), tolerance, fans, search, compared }
+    }
+
     /// The nearest place on the mesh, on a vertex or edge if within the tolerance, and the distance to it.
     fn project(&self, p: [f64; 3]) -> Option<(Located, f64)> {
         let bvh = self.bvh.unwrap_or_else(|| self.own_bvh.get_or_init(|| Bvh::new(self.mesh)));
@@ -171,12 +219,21 @@ impl Tracer<'_> {
         }
         let mut path = vec![kept[0].1];
         traced.parents.push(kept[0].0);
+        // There and back between two opposite places is a circle: the way back is the other one.
+        let mut other: Option<Vec<Located>> = None;
         for pair in kept.windows(2) {
             let [(from, a), (to, b)] = [pair[0], pair[1]];
+            let back = other.take().filter(|way| way.first() == Some(&b) && way.last() == Some(&a));
             let piece = if segment_host(self.mesh, a, b).is_some() {
                 vec![b]
+            } else if let Some(way) = back {
+                traced.ambiguous.push(from);
+                way.into_iter().rev().skip(1).collect()
             } else {
-                self.join(a, b, from, &mut traced).ok_or(ContourError::NotConnected { from, to })?
+                let joined = self.join(a, b, from, &mut traced);
+                let (way, another) = joined.ok_or(ContourError::NotConnected { from, to })?;
+                other = another;
+                way
             };
             traced.parents.extend(piece.iter().map(|_| from));
             path.extend(piece);
@@ -202,21 +259,56 @@ impl Tracer<'_> {
         distance(a.position(self.mesh), b.position(self.mesh)) <= self.tolerance * size
     }
 
-    /// The nodes after `a` up to and including `b`. `None` if no path over the surface joins them.
-    fn join(&self, a: Located, b: Located, node: usize, traced: &mut Traced) -> Option<Vec<Located>> {
+    /// The nodes after `a` up to and including `b`, and those of another way (with `a`) if it is as good. `None` if no path over the
+    /// surface joins them.
+    fn join(
+        &self,
+        a: Located,
+        b: Located,
+        node: usize,
+        traced: &mut Traced,
+    ) -> Option<(Vec<Located>, Option<Vec<Located>>)> {
         // Enough to cross the whole mesh twice in all attempts together, so that no input makes the walks dwell.
         let mut budget = 2 * self.mesh.face_count() + 64;
-        if let Some(path) =
-            PlaneWalk::between(self.mesh, a, b, self.tolerance).and_then(|walk| walk.run(&mut budget))
-        {
-            return Some(path);
+        let mut walks = self.walks((a, b), &mut budget);
+        if walks.first().is_some_and(|walk| walk.direct) {
+            return Some((walks.swap_remove(0).path, None));
         }
-        if let Some(path) = self.halve(a, b, HALVINGS, &mut budget) {
-            traced.subdivided.push(node);
-            return Some(path);
+        let halved = walks.is_empty();
+        if halved {
+            let path = self.halve(a, b, HALVINGS, &mut budget);
+            walks.extend(path.map(|path| Walked::new(self.mesh, a, path)));
         }
-        traced.edge_paths.push(node);
-        self.edge_path(a, b)
+        let arrived = !walks.is_empty();
+        let mut search = self.search.borrow_mut();
+        let exhausted = search.settled > self.compared;
+        if exhausted && arrived {
+            traced.uncompared.push(node);
+            return Some((walks.swap_remove(0).path, None));
+        }
+        let (shortest, length) = search.shortest(a, b)?;
+        let way = match walks.into_iter().find(|walk| walk.length <= (1.0 + DETOUR) * length) {
+            Some(walk) => {
+                traced.subdivided.extend(halved.then_some(node));
+                [vec![a], walk.path].concat()
+            }
+            None => {
+                let list = if arrived { &mut traced.shortened } else { &mut traced.edge_paths };
+                list.push(node);
+                shortest
+            }
+        };
+        let long = length > ROUNDABOUT * distance(a.position(self.mesh), b.position(self.mesh));
+        let mut other = None;
+        if (long || !arrived) && !exhausted {
+            other = search.other_way(&way, path_length(self.mesh, &way));
+            traced.ambiguous.extend(other.is_some().then_some(node));
+        }
+        Some((way[1..].to_vec(), other))
+    }
+
+    fn walks(&self, ends: (Located, Located), budget: &mut usize) -> Vec<Walked> {
+        plane_walks(self.mesh, &mut self.fans.borrow_mut(), ends, self.tolerance, budget)
     }
 
     /// Joins both halves of a segment over the projection of its middle.
@@ -235,25 +327,11 @@ impl Tracer<'_> {
                 path.push(to);
                 continue;
             }
-            let walked =
-                PlaneWalk::between(self.mesh, from, to, self.tolerance).and_then(|walk| walk.run(budget));
-            path.extend(match walked {
-                Some(walked) => walked,
+            path.extend(match self.walks((from, to), budget).into_iter().next() {
+                Some(walk) => walk.path,
                 None => self.halve(from, to, depth - 1, budget)?,
             });
         }
         Some(path)
-    }
-
-    fn edge_path(&self, a: Located, b: Located) -> Option<Vec<Located>> {
-        let reach = |place: Located| -> Vec<(Vertex, f64)> {
-            let p = place.position(self.mesh);
-            place.weights(self.mesh).map(|(v, _)| (v, distance(p, self.mesh.position(v)))).collect()
-        };
-        let vertices = path_between(self.mesh, &reach(a), &reach(b))?;
-        let mut path = vec![a];
-        path.extend(vertices.into_iter().map(Located::Vertex).filter(|v| *v != a && *v != b));
-        path.push(b);
-        Some(straighten(self.mesh, &path).split_off(1))
     }
 }

@@ -1,13 +1,76 @@
-//! A walk over the faces along a plane.
+//! Walks over the faces along a plane.
+//!
+//! The plane contains both places and the mean of their normals. Whether two normals far apart point to one side of the
+//! surface is known only along a way between them, so both the sum and the difference of the normals span a candidate, and
+//! each walk transports the orientation of the faces to its goal: nothing depends on the orientation of single faces.
 
-use crate::geometry::vector::{Vec3, cross, distance, dot, norm, normalize, scale, sub};
+use super::side::Fans;
+use super::straighten::path_length;
+use crate::geometry::vector::{Vec3, add, cross, distance, dot, norm, normalize, scale, sub};
 use eikona_mesh::{Face, Located, TriangleMesh, Vertex, segment_host};
 
 /// A walk may be this many times as long as the straight segment: half a circle is 1.57 times its diameter.
 const LENGTH_LIMIT: f64 = 2.5;
 
-/// A walk from one place on a mesh to another, along the plane through both that contains the mean of their normals.
-pub(super) struct PlaneWalk<'a> {
+/// A walk at most this many times as long as the straight segment needs no comparison: no way is shorter than the segment.
+const NEARLY_STRAIGHT: f64 = 1.05;
+
+/// Normals whose product is beyond this (60 and 120 degrees) tell which candidate plane to try first.
+const DECISIVE: f64 = 0.5;
+
+/// A walk that has reached its goal.
+pub(super) struct Walked {
+    /// The nodes after the start, the goal last.
+    pub path: Vec<Located>,
+    pub length: f64,
+    /// Whether the walk is nearly straight, so that no other way can be much shorter.
+    pub direct: bool,
+    /// Whether the two normals that span the plane point to one side of the surface, seen along the walk.
+    oriented: bool,
+}
+
+impl Walked {
+    /// A path that has arrived after detours.
+    pub fn new(mesh: &TriangleMesh, from: Located, path: Vec<Located>) -> Self {
+        let first = distance(from.position(mesh), path.first().map_or(from, |&p| p).position(mesh));
+        let length = first + path_length(mesh, &path);
+        Walked { path, length, direct: false, oriented: true }
+    }
+}
+
+/// The walks from one place to another that get there, the one to prefer first: a single one where that is direct, else up to
+/// two. Each step costs one of `budget`.
+pub(super) fn plane_walks(
+    mesh: &TriangleMesh,
+    fans: &mut Fans,
+    (from, to): (Located, Located),
+    tolerance: f64,
+    budget: &mut usize,
+) -> Vec<Walked> {
+    let (Some(a), Some(b)) = (normal_at(mesh, fans, from), normal_at(mesh, fans, to)) else {
+        return Vec::new();
+    };
+    let product = dot(a, b);
+    let mut walks = Vec::new();
+    for sign in if product < 0.0 { [-1.0, 1.0] } else { [1.0, -1.0] } {
+        let Some(walk) = PlaneWalk::along(mesh, from, to, [a, scale(sign, b)], tolerance) else { continue };
+        let Some((path, length)) = walk.run(budget) else { continue };
+        let side = side_carried(mesh, fans, from, &path);
+        let direct = length <= NEARLY_STRAIGHT * walk.length;
+        walks.push(Walked { path, length, direct, oriented: side == sign });
+        if direct && product.abs() > DECISIVE {
+            break;
+        }
+    }
+    walks.sort_by(|v, w| {
+        (!v.direct, !v.oriented).cmp(&(!w.direct, !w.oriented)).then(v.length.total_cmp(&w.length))
+    });
+    walks.truncate(if walks.first().is_some_and(|w| w.direct) { 1 } else { 2 });
+    walks
+}
+
+/// A walk from one place on a mesh to another along a plane through both.
+struct PlaneWalk<'a> {
     mesh: &'a TriangleMesh,
     from: Located,
     to: Located,
@@ -21,16 +84,19 @@ pub(super) struct PlaneWalk<'a> {
 }
 
 impl<'a> PlaneWalk<'a> {
-    /// `None` where the plane is not defined: the segment runs along the normals.
-    pub fn between(mesh: &'a TriangleMesh, from: Located, to: Located, tolerance: f64) -> Option<Self> {
+    /// In the plane that contains the sum of these unit normals. `None` where that is not defined: the segment runs along the sum, or
+    /// the normals cancel.
+    fn along(
+        mesh: &'a TriangleMesh,
+        from: Located,
+        to: Located,
+        normals: [Vec3; 2],
+        tolerance: f64,
+    ) -> Option<Self> {
         let (origin, goal) = (from.position(mesh), to.position(mesh));
         let segment = sub(goal, origin);
         let direction = normalize(segment)?;
-        let (a, mut b) = (normal_at(mesh, from)?, normal_at(mesh, to)?);
-        if dot(a, b) < 0.0 {
-            b = scale(-1.0, b); // a surface that is not oriented throughout may have it either way
-        }
-        let plane = cross(direction, [a[0] + b[0], a[1] + b[1], a[2] + b[2]]);
+        let plane = cross(direction, add(normals[0], normals[1]));
         if norm(plane) < 1e-3 {
             return None; // within 0.03 degrees of the normal, the plane's direction is arbitrary
         }
@@ -38,8 +104,8 @@ impl<'a> PlaneWalk<'a> {
         Some(PlaneWalk { mesh, from, to, origin, direction, length: norm(segment), plane, tolerance })
     }
 
-    /// The nodes after the start, the goal last, or `None` where the walk does not get there. Each step costs one of `budget`.
-    pub fn run(&self, budget: &mut usize) -> Option<Vec<Located>> {
+    /// The nodes after the start, the goal last, and their length, or `None` where the walk does not get there.
+    fn run(&self, budget: &mut usize) -> Option<(Vec<Located>, f64)> {
         let mut path = Vec::new();
         let (mut here, mut came_through) = (self.from, None);
         let mut position = self.origin;
@@ -56,7 +122,7 @@ impl<'a> PlaneWalk<'a> {
             (here, came_through, position) = (next, Some(face), next_position);
         }
         path.push(self.to);
-        Some(path)
+        Some((path, walked + distance(position, self.to.position(self.mesh))))
     }
 
     /// The face to cross next and the place where the plane leaves it: of several, the most forward one.
@@ -124,13 +190,35 @@ impl<'a> PlaneWalk<'a> {
 }
 
 /// The unit normal at a place: the mean of its faces' normals by area, each turned to the side of the first.
-fn normal_at(mesh: &TriangleMesh, place: Located) -> Option<Vec3> {
+fn normal_at(mesh: &TriangleMesh, fans: &mut Fans, place: Located) -> Option<Vec3> {
+    let faces = place.faces(mesh);
     let mut sum = [0.0; 3];
-    for face in place.faces(mesh) {
+    for &face in &faces {
         let [a, b, c] = mesh.face_positions(face);
         let n = cross(sub(b, a), sub(c, a));
-        let sign = if dot(n, sum) < 0.0 { -1.0 } else { 1.0 };
-        sum = [0, 1, 2].map(|k| sum[k] + sign * n[k]);
+        let by_normal = || if dot(n, sum) < 0.0 { -1.0 } else { 1.0 };
+        let sign = fans.relative_winding(faces[0], face, place).unwrap_or_else(by_normal);
+        sum = add(sum, scale(sign, n));
     }
     normalize(sum)
+}
+
+/// +1 if the first faces at both ends of a path are oriented alike, seen along it, else -1. Where the path passes between faces
+/// that only a vertex joins, they count as oriented alike.
+fn side_carried(mesh: &TriangleMesh, fans: &mut Fans, from: Located, path: &[Located]) -> f64 {
+    let mut carried = 1.0;
+    let mut here = from;
+    let mut face = from.faces(mesh).first().copied();
+    for &next in path {
+        let host = here.faces(mesh).into_iter().find(|&f| next.weights_in_face(mesh, f).is_some());
+        if let (Some(f), Some(g)) = (face, host) {
+            carried *= fans.relative_winding(f, g, here).unwrap_or(1.0);
+            face = Some(g);
+        }
+        here = next;
+    }
+    if let (Some(f), Some(&g)) = (face, here.faces(mesh).first()) {
+        carried *= fans.relative_winding(f, g, here).unwrap_or(1.0);
+    }
+    carried
 }
