@@ -5,7 +5,7 @@
 //! obstacle; straightening does the rest.
 
 use super::straighten::{path_length, straighten};
-use crate::geometry::vector::{Vec3, distance, lerp};
+use crate::geometry::vector::{Vec3, distance};
 use eikona_mesh::{Edge, Face, Located, TriangleMesh, Vertex};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -13,30 +13,32 @@ use std::collections::{BinaryHeap, HashMap};
 /// Ways whose lengths differ by no more than this share are equally good to a reader of the curve.
 pub(super) const AMBIGUOUS: f64 = 0.03;
 
-/// Two ways differ if their middles lie this share of their length apart.
+/// Two ways differ if their middles lie this share of their length apart, measured over the surface.
 const APART: f64 = 0.25;
+
+/// Regular meshes have many ways whose lengths differ by rounding only. So that neither numbering nor scale chooses, the one whose
+/// nodes have smaller coordinates is preferred.
+const EQUAL: f64 = 1e-12;
 
 /// Searches over one mesh.
 pub(super) struct WaySearch<'a> {
     mesh: &'a TriangleMesh,
-    there: Reached,
-    back: Reached,
     /// Nodes that all searches so far have settled.
     pub settled: usize,
 }
 
 impl<'a> WaySearch<'a> {
     pub fn new(mesh: &'a TriangleMesh) -> Self {
-        WaySearch { mesh, there: Reached::default(), back: Reached::default(), settled: 0 }
+        WaySearch { mesh, settled: 0 }
     }
 
     /// The shortest way found, from `from` to `to`, and its length. `None` if no way over the surface joins them.
     ///
     /// # Cost
-    /// O(n log n) in the number of faces no farther from one end than a way over them is long.
+    /// O(n log n) in the number of faces whose distances from both ends add up to no more than the way's length.
     pub fn shortest(&mut self, from: Located, to: Located) -> Option<(Vec<Located>, f64)> {
-        let (last, _) = self.there.search(self.mesh, from, to, 1.0, &mut self.settled)?;
-        let mut path = self.there.path_to(self.mesh, last, from);
+        let (reached, last, _) = self.towards(from, to, 1.0)?;
+        let mut path = reached.way_to(self.mesh, last);
         path.push(to);
         path.dedup();
         let path = straighten(self.mesh, &path);
@@ -44,57 +46,159 @@ impl<'a> WaySearch<'a> {
         Some((path, length))
     }
 
-    /// A way of nearly the same length as `way` whose middle lies far from the middle of that: the farthest one there is.
+    /// A way that is hardly longer than the shortest one, of this length, and whose middle lies far from that of `way`: the farthest
+    /// one there is.
     ///
     /// # Cost
-    /// Two searches over all faces that such ways may touch.
+    /// Three searches over the faces that such ways may touch.
     pub fn other_way(&mut self, way: &[Located], length: f64) -> Option<Vec<Located>> {
         let (mesh, from, to) = (self.mesh, *way.first()?, *way.last()?);
         let slack = 1.0 + AMBIGUOUS;
-        let (_, found) = self.there.search(mesh, from, to, slack, &mut self.settled)?;
-        self.back.search(mesh, to, from, slack, &mut self.settled)?;
-        let middle = middle_of(mesh, way, length);
-        let through = |node: u32| {
-            let (there, back) = (self.there.length_to(node), self.back.length_to(node));
-            let halfway = (there - back).abs() < 0.1 * found && there + back <= slack * found;
-            let apart = distance(position(mesh, node), middle);
-            (halfway && apart >= APART * length).then_some((node, apart, there + back))
+        let (there, _, found) = self.towards(from, to, slack)?;
+        let (back, ..) = self.towards(to, from, slack)?;
+        let middle = middle_of(mesh, way)?;
+        let near = self.search(middle, |_| 0.0, |_, d, _| d <= APART * length);
+        let mut farthest: Option<(f64, u32)> = None;
+        let mut shortest: Option<(f64, u32)> = None;
+        for (&node, &(d, _)) in &there.nodes {
+            let rest = back.length_to(node);
+            let halfway = (d - rest).abs() < 0.1 * found && d + rest <= slack * found;
+            if !halfway || near.length_to(node) <= APART * length {
+                continue;
+            }
+            let off = distance(position(mesh, node), middle.position(mesh));
+            if farthest.is_none_or(|f| (off, node) > f) {
+                farthest = Some((off, node));
+            }
+            if shortest.is_none_or(|s| (d + rest, node) < s) {
+                shortest = Some((d + rest, node));
+            }
+        }
+        let through = |(_, node): (f64, u32)| {
+            let mut way = straighten(mesh, &there.way_to(mesh, node));
+            let mut rest = back.way_to(mesh, node);
+            rest.reverse();
+            way.extend(straighten(mesh, &rest).into_iter().skip(1));
+            way
         };
-        let nodes = || self.there.0.keys().copied().filter_map(through);
-        let farthest = nodes().max_by(|p, q| p.1.total_cmp(&q.1).then(q.0.cmp(&p.0)));
-        let shortest = nodes().min_by(|p, q| p.2.total_cmp(&q.2).then(p.0.cmp(&q.0)));
-        [farthest, shortest]
-            .into_iter()
-            .flatten()
-            .map(|(node, ..)| self.way_through(node, from, to))
-            .find(|other| path_length(mesh, other) <= slack * length)
+        let good = |way: &Vec<Located>| path_length(mesh, way) <= slack * length;
+        [farthest, shortest].into_iter().flatten().map(through).find(good)
     }
 
-    /// The straightened ways of the last two searches to and from a node, joined.
-    fn way_through(&self, node: u32, from: Located, to: Located) -> Vec<Located> {
-        let [mut way, mut rest] = [(&self.there, from), (&self.back, to)]
-            .map(|(reached, end)| reached.path_to(self.mesh, node, end));
+    /// What is reached on ways up to `slack` times as long as the shortest one found to `to`; the last node of that one before `to`, and
+    /// its length.
+    fn towards(&mut self, from: Located, to: Located, slack: f64) -> Option<(Reached, u32, f64)> {
+        let mesh = self.mesh;
+        let goal = to.position(mesh);
+        let rest: HashMap<u32, f64> = nodes_around(mesh, to).collect();
+        let mut best: Option<(f64, u32)> = None;
+        let goes_on = |node: u32, d: f64, bound: f64| {
+            let better = |e: f64, (length, last): (f64, u32)| {
+                let equal = (e - length).abs() <= EQUAL * length;
+                if equal { position(mesh, node) < position(mesh, last) } else { e < length }
+            };
+            if let Some(rest) = rest.get(&node)
+                && best.is_none_or(|b| better(d + rest, b))
+            {
+                best = Some((d + rest, node));
+            }
+            best.is_none_or(|b| bound <= slack * b.0)
+        };
+        let reached = self.search(from, |p| distance(p, goal), goes_on);
+        best.map(|(length, last)| (reached, last, length))
+    }
+
+    /// Settles nodes in the order of the length of their way plus `rest`, a lower bound of what follows, as long as `goes_on` with the
+    /// node, its length and that sum.
+    fn search(
+        &mut self,
+        from: Located,
+        rest: impl Fn(Vec3) -> f64,
+        mut goes_on: impl FnMut(u32, f64, f64) -> bool,
+    ) -> Reached {
+        let mesh = self.mesh;
+        // Lengths are not negative, so their bits order as they do. Ties go to the lower node.
+        let key = |d: f64, node: u32, p: Vec3| Reverse(((d + rest(p)).to_bits(), node));
+        let mut reached = Reached { from, nodes: HashMap::new() };
+        let mut queue = BinaryHeap::new();
+        for (node, d) in nodes_around(mesh, from) {
+            if d < reached.length_to(node) {
+                reached.nodes.insert(node, (d, NONE));
+                queue.push(key(d, node, position(mesh, node)));
+            }
+        }
+        let mut neighbours = Vec::new();
+        while let Some(Reverse((bits, node))) = queue.pop() {
+            let (p, d) = (position(mesh, node), reached.length_to(node));
+            if Reverse((bits, node)) != key(d, node, p) {
+                continue; // reached by a shorter way since
+            }
+            self.settled += 1;
+            if !goes_on(node, d, f64::from_bits(bits)) {
+                break;
+            }
+            neighbours.clear();
+            push_neighbours(mesh, node, &mut neighbours);
+            for &next in &neighbours {
+                let q = position(mesh, next);
+                let e = d + distance(p, q);
+                let (known, before) = reached.nodes.get(&next).copied().unwrap_or((f64::INFINITY, NONE));
+                if e < known * (1.0 - EQUAL) {
+                    reached.nodes.insert(next, (e, node));
+                    queue.push(key(e, next, q));
+                } else if e <= known * (1.0 + EQUAL)
+                    && d < known
+                    && before != NONE
+                    && p < position(mesh, before)
+                {
+                    reached.nodes.insert(next, (known, node));
+                }
+            }
+        }
+        reached
+    }
+}
+
+/// The nodes that one search has reached, each with the length of its way and the node before, or [`NONE`] for the start.
+struct Reached {
+    from: Located,
+    nodes: HashMap<u32, (f64, u32)>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Reached {
+    fn length_to(&self, node: u32) -> f64 {
+        self.nodes.get(&node).map_or(f64::INFINITY, |r| r.0)
+    }
+
+    fn way_to(&self, mesh: &TriangleMesh, node: u32) -> Vec<Located> {
+        let mut way = Vec::new();
+        let mut node = node;
+        while node != NONE {
+            way.push(place(mesh, node));
+            node = self.nodes.get(&node).map_or(NONE, |r| r.1);
+        }
+        way.push(self.from);
+        way.reverse();
         way.dedup();
-        rest.reverse();
-        rest.dedup();
-        let mut way = straighten(self.mesh, &way);
-        way.extend(straighten(self.mesh, &rest).into_iter().skip(1));
         way
     }
 }
 
-/// Where half of a path's length lies behind.
-fn middle_of(mesh: &TriangleMesh, path: &[Located], length: f64) -> Vec3 {
-    let mut left = 0.5 * length;
+/// The node of a path next to the half of its length.
+fn middle_of(mesh: &TriangleMesh, path: &[Located]) -> Option<Located> {
+    let half = 0.5 * path_length(mesh, path);
+    let mut gone = 0.0;
+    let mut nearest = (half, *path.first()?);
     for pair in path.windows(2) {
-        let [p, q] = [pair[0].position(mesh), pair[1].position(mesh)];
-        let step = distance(p, q);
-        if step >= left && step > 0.0 {
-            return lerp(p, q, left / step);
+        gone += path_length(mesh, pair);
+        let off = (gone - half).abs();
+        if off < nearest.0 {
+            nearest = (off, pair[1]);
         }
-        left -= step;
     }
-    path[path.len() - 1].position(mesh)
+    Some(nearest.1)
 }
 
 /// Vertices come first in the numbering of nodes, then edges, which stand for their midpoints.
@@ -105,116 +209,41 @@ fn place(mesh: &TriangleMesh, node: u32) -> Located {
     }
 }
 
+fn midpoint(mesh: &TriangleMesh, edge: Edge) -> u32 {
+    mesh.vertex_count() as u32 + edge.0
+}
+
 fn position(mesh: &TriangleMesh, node: u32) -> Vec3 {
     place(mesh, node).position(mesh)
 }
 
-/// What one search has reached: for each node the length of the way to it, and the node before.
-#[derive(Default)]
-struct Reached(HashMap<u32, (f64, u32)>);
+/// The nodes of the faces around a place, with their distances from it.
+fn nodes_around(mesh: &TriangleMesh, place: Located) -> impl Iterator<Item = (u32, f64)> {
+    let nodes = |f: Face| {
+        let (vertices, edges) = (mesh.face_vertices(f), mesh.face_edges(f));
+        vertices.map(|v| v.0).into_iter().chain(edges.map(|e| midpoint(mesh, e)))
+    };
+    let p = place.position(mesh);
+    place.faces(mesh).into_iter().flat_map(nodes).map(move |n| (n, distance(p, position(mesh, n))))
+}
 
-/// The start has no previous node.
-const NONE: u32 = u32::MAX;
-
-impl Reached {
-    /// Searches until every node is reached that lies on a way up to `slack` times as long as the shortest one found. The last node
-    /// of that, and its length.
-    fn search(
-        &mut self,
-        mesh: &TriangleMesh,
-        from: Located,
-        to: Located,
-        slack: f64,
-        settled: &mut usize,
-    ) -> Option<(u32, f64)> {
-        self.0 = HashMap::new(); // clearing a large one would cost every small search after it
-        let vertices = mesh.vertex_count() as u32;
-        let of_edge = |e: Edge| vertices + e.0;
-        let around = |place: Located| {
-            let nodes = move |f: Face| {
-                let (v, e) = (mesh.face_vertices(f), mesh.face_edges(f));
-                v.map(|v| v.0).into_iter().chain(e.map(of_edge))
-            };
-            let p = place.position(mesh);
-            place.faces(mesh).into_iter().flat_map(nodes).map(move |n| (n, distance(p, position(mesh, n))))
-        };
-        let goal = to.position(mesh);
-        // Lengths are not negative, so their bits order as they do. Ties go to the lower node.
-        let key = |d: f64, node: u32, p: Vec3| Reverse(((d + distance(p, goal)).to_bits(), node));
-        let mut queue = BinaryHeap::new();
-        for (node, d) in around(from) {
-            if d < self.length_to(node) {
-                self.0.insert(node, (d, NONE));
-                queue.push(key(d, node, position(mesh, node)));
+/// The other nodes of the faces around a node that a shortest way may lead to directly.
+fn push_neighbours(mesh: &TriangleMesh, node: u32, neighbours: &mut Vec<u32>) {
+    match place(mesh, node) {
+        Located::Edge(e, _) => {
+            for h in mesh.edge_halfedges(e) {
+                let (next, previous) = (h.next(), h.previous());
+                let sides = [next, previous].map(|h| midpoint(mesh, mesh.edge(h)));
+                neighbours.extend([mesh.origin(previous).0, sides[0], sides[1]]);
             }
         }
-        let rest: HashMap<u32, f64> = around(to).collect();
-        let mut best: Option<(u32, f64)> = None;
-        let mut neighbours = Vec::new();
-        while let Some(Reverse((bits, node))) = queue.pop() {
-            if best.is_some_and(|(_, length)| f64::from_bits(bits) > slack * length) {
-                break;
-            }
-            let (p, d) = (position(mesh, node), self.length_to(node));
-            if Reverse((bits, node)) != key(d, node, p) {
-                continue; // reached by a shorter way since
-            }
-            *settled += 1;
-            if let Some(rest) = rest.get(&node)
-                && best.is_none_or(|b| d + rest < b.1)
-            {
-                best = Some((node, d + rest));
-            }
-            neighbours.clear();
-            match place(mesh, node) {
-                Located::Edge(e, _) => {
-                    for h in mesh.edge_halfedges(e) {
-                        let (next, previous) = (h.next(), h.previous());
-                        neighbours.extend([
-                            mesh.origin(previous).0,
-                            of_edge(mesh.edge(next)),
-                            of_edge(mesh.edge(previous)),
-                        ]);
-                    }
-                }
-                // The midpoints of its own edges lie on no shorter way.
-                _ => {
-                    for c in mesh.vertex_corners(Vertex(node)) {
-                        let h = c.halfedge();
-                        neighbours.extend([
-                            mesh.tip(h).0,
-                            mesh.origin(h.previous()).0,
-                            of_edge(mesh.edge(h.next())),
-                        ]);
-                    }
-                }
-            }
-            for &next in &neighbours {
-                let q = position(mesh, next);
-                let e = d + distance(p, q);
-                if e < self.length_to(next) {
-                    self.0.insert(next, (e, node));
-                    queue.push(key(e, next, q));
-                }
+        // A way over the midpoint of one of its own edges is no shorter than the direct one.
+        _ => {
+            for c in mesh.vertex_corners(Vertex(node)) {
+                let h = c.halfedge();
+                let opposite = midpoint(mesh, mesh.edge(h.next()));
+                neighbours.extend([mesh.tip(h).0, mesh.origin(h.previous()).0, opposite]);
             }
         }
-        best
-    }
-
-    fn length_to(&self, node: u32) -> f64 {
-        self.0.get(&node).map_or(f64::INFINITY, |r| r.0)
-    }
-
-    /// The way from the start of the search to a node.
-    fn path_to(&self, mesh: &TriangleMesh, node: u32, start: Located) -> Vec<Located> {
-        let mut path = Vec::new();
-        let mut node = node;
-        while node != NONE {
-            path.push(place(mesh, node));
-            node = self.0.get(&node).map_or(NONE, |r| r.1);
-        }
-        path.push(start);
-        path.reverse();
-        path
     }
 }

@@ -9,7 +9,6 @@
 use super::ContourError;
 use super::shortest::{AMBIGUOUS, WaySearch};
 use super::side::Fans;
-use super::straighten::path_length;
 use super::walk::{Walked, plane_walks};
 use crate::geometry::vector::{distance, lerp};
 use crate::spatial::Bvh;
@@ -23,16 +22,17 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 /// How often a segment is halved before the shortest way takes its place: 64 pieces tell whether the polyline follows the surface.
 const HALVINGS: u32 = 6;
 
-/// A walk stays where the shortest way is shorter by no more than this share.
-const DETOUR: f64 = 0.02;
+/// A walk stays where it is at most this many times as long as the shortest way, if its plane contains the mean normal: it follows the
+/// polyline more closely.
+const DETOUR: f64 = 1.05;
 
-/// Searches for shortest ways settle at most this many nodes per curve for the sake of comparison (some 10 seconds)...
+/// Comparisons end when the searches of one curve have settled this many nodes (some 10 seconds)...
 const COMPARED: usize = 30_000_000;
 
 /// ... and this many times all vertices and edges of the mesh.
 const COMPARED_MESHES: usize = 20;
 
-/// Where no walk arrives, or the way is at least this many times as long as the segment in space, there may be others as short.
+/// Where no plane leads to the goal, or the way is at least this many times as long as the segment in space, others may be as short.
 const ROUNDABOUT: f64 = 1.25;
 
 /// A curve with each segment in one face, and what was done to make it.
@@ -121,8 +121,8 @@ impl Traced {
 ///
 /// # Cost
 /// O(log F) per point and O(1) per crossed face. For each segment that does not follow the surface, or may do so on a detour,
-/// O(n log n) in the number n of faces from which the ends are no farther, in sum, than the way is long; the comparisons of one curve
-/// end after some 10 seconds, with a warning.
+/// O(n log n) in the number n of faces whose distances from both ends add up to no more than the way's length; comparisons end, with a
+/// warning, when the searches of one curve have settled 30 million nodes and 20 times all vertices and edges of the mesh.
 pub fn trace_polyline(
     mesh: &TriangleMesh,
     bvh: &Bvh,
@@ -284,10 +284,15 @@ impl<'a> Tracer<'a> {
         let exhausted = search.settled > self.compared;
         if exhausted && arrived {
             traced.uncompared.push(node);
+            traced.subdivided.extend(halved.then_some(node));
             return Some((walks.swap_remove(0).path, None));
         }
         let (shortest, length) = search.shortest(a, b)?;
-        let way = match walks.into_iter().find(|walk| walk.length <= (1.0 + DETOUR) * length) {
+        let good = |walk: &Walked| walk.length <= length * if walk.trusted { DETOUR } else { 1.0 };
+        let walk = walks.into_iter().find(good);
+        let long = length > ROUNDABOUT * distance(a.position(self.mesh), b.position(self.mesh));
+        let doubtful = long || halved || walk.as_ref().is_none_or(|walk| !walk.trusted);
+        let way = match walk {
             Some(walk) => {
                 traced.subdivided.extend(halved.then_some(node));
                 [vec![a], walk.path].concat()
@@ -298,10 +303,9 @@ impl<'a> Tracer<'a> {
                 shortest
             }
         };
-        let long = length > ROUNDABOUT * distance(a.position(self.mesh), b.position(self.mesh));
         let mut other = None;
-        if (long || !arrived) && !exhausted {
-            other = search.other_way(&way, path_length(self.mesh, &way));
+        if doubtful && !exhausted {
+            other = search.other_way(&way, length);
             traced.ambiguous.extend(other.is_some().then_some(node));
         }
         Some((way[1..].to_vec(), other))
@@ -333,5 +337,31 @@ impl<'a> Tracer<'a> {
             });
         }
         Some(path)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eikona_mesh::shapes::geodesic_sphere;
+
+    #[test]
+    fn comparisons_end_with_a_warning_when_a_curve_has_too_many_long_segments() {
+        let mesh = geodesic_sphere(10).unwrap();
+        let bvh = Bvh::new(&mesh);
+        let mut tracer = Tracer::new(&mesh, Some(&bvh), DEFAULT_TOLERANCE);
+        tracer.compared = 5_000;
+        // A spiral, three nodes per turn.
+        let node = |i: usize| {
+            let (angle, z) = (2.0 * i as f64, 0.01 * i as f64 - 0.5);
+            [angle.cos(), angle.sin(), z]
+        };
+        let nodes: Vec<Located> = (0..100).map(|i| tracer.project(node(i)).unwrap().0).collect();
+        let traced = tracer.trace(&nodes, false).unwrap();
+        assert!(traced.uncompared.len() > 50 && traced.uncompared.len() < 99);
+        assert!(tracer.search.borrow().settled < 10_000);
+        assert!(traced.warnings().iter().any(|w| w.contains("may take detours")));
+        let traced = Tracer::new(&mesh, Some(&bvh), DEFAULT_TOLERANCE).trace(&nodes, false).unwrap();
+        assert_eq!(traced.warnings(), [""; 0]);
     }
 }

@@ -18,23 +18,27 @@ const NEARLY_STRAIGHT: f64 = 1.05;
 /// Normals whose product is beyond this (60 and 120 degrees) tell which candidate plane to try first.
 const DECISIVE: f64 = 0.5;
 
+/// A plane whose normals are nearly parallel to the segment, or cancel (their sum's part across the segment is shorter than
+/// this), is noise: other planes serve as well.
+const DEFINED: f64 = 0.2;
+
 /// A walk that has reached its goal.
 pub(super) struct Walked {
     /// The nodes after the start, the goal last.
     pub path: Vec<Located>,
     pub length: f64,
-    /// Whether the walk is nearly straight, so that no other way can be much shorter.
+    /// Whether the plane is well defined, and the two normals that span it point to one side of the surface, seen along the walk.
+    pub trusted: bool,
+    /// Whether the walk is nearly straight in a well-defined plane, so that no other way can be much shorter.
     pub direct: bool,
-    /// Whether the two normals that span the plane point to one side of the surface, seen along the walk.
-    oriented: bool,
 }
 
 impl Walked {
-    /// A path that has arrived after detours.
+    /// A path made of several walks.
     pub fn new(mesh: &TriangleMesh, from: Located, path: Vec<Located>) -> Self {
         let first = distance(from.position(mesh), path.first().map_or(from, |&p| p).position(mesh));
         let length = first + path_length(mesh, &path);
-        Walked { path, length, direct: false, oriented: true }
+        Walked { path, length, trusted: true, direct: false }
     }
 }
 
@@ -55,15 +59,15 @@ pub(super) fn plane_walks(
     for sign in if product < 0.0 { [-1.0, 1.0] } else { [1.0, -1.0] } {
         let Some(walk) = PlaneWalk::along(mesh, from, to, [a, scale(sign, b)], tolerance) else { continue };
         let Some((path, length)) = walk.run(budget) else { continue };
-        let side = side_carried(mesh, fans, from, &path);
-        let direct = length <= NEARLY_STRAIGHT * walk.length;
-        walks.push(Walked { path, length, direct, oriented: side == sign });
+        let trusted = walk.defined && side_carried(mesh, fans, from, &path) == sign;
+        let direct = walk.defined && length <= NEARLY_STRAIGHT * walk.length;
+        walks.push(Walked { path, length, trusted, direct });
         if direct && product.abs() > DECISIVE {
             break;
         }
     }
     walks.sort_by(|v, w| {
-        (!v.direct, !v.oriented).cmp(&(!w.direct, !w.oriented)).then(v.length.total_cmp(&w.length))
+        (!v.direct, !v.trusted).cmp(&(!w.direct, !w.trusted)).then(v.length.total_cmp(&w.length))
     });
     walks.truncate(if walks.first().is_some_and(|w| w.direct) { 1 } else { 2 });
     walks
@@ -78,8 +82,9 @@ struct PlaneWalk<'a> {
     /// Unit vector towards the goal, and the distance in space.
     direction: Vec3,
     length: f64,
-    /// Unit normal of the plane.
+    /// Unit normal of the plane, and whether it is well defined.
     plane: Vec3,
+    defined: bool,
     tolerance: f64,
 }
 
@@ -100,8 +105,9 @@ impl<'a> PlaneWalk<'a> {
         if norm(plane) < 1e-3 {
             return None; // within 0.03 degrees of the normal, the plane's direction is arbitrary
         }
-        let plane = normalize(plane)?;
-        Some(PlaneWalk { mesh, from, to, origin, direction, length: norm(segment), plane, tolerance })
+        let defined = norm(plane) >= DEFINED;
+        let (plane, length) = (normalize(plane)?, norm(segment));
+        Some(PlaneWalk { mesh, from, to, origin, direction, length, plane, defined, tolerance })
     }
 
     /// The nodes after the start, the goal last, and their length, or `None` where the walk does not get there.
