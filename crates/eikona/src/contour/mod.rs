@@ -14,6 +14,7 @@ mod levels;
 mod meeting;
 pub(crate) mod nearest_end;
 mod plane_cut;
+mod shortest;
 pub(crate) mod side;
 mod straighten;
 mod trace;

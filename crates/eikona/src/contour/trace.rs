@@ -1,25 +1,43 @@
-//! Tracing: a polyline in space, or a curve whose segments span several faces, becomes a curve with each segment in one face.
+//! Tracing: a polyline in space, or a curve whose segments span several faces, becomes a curve with
+//! each segment in one face.
 //!
-//! Each point is projected to the nearest point of the surface. Two points are joined by walking from face to face along the
-//! plane through both that contains the mean of their normals ([`PlaneWalk`]). Where the walk leaves the surface, runs
-//! much longer than the segment or misses its end, the segment is halved in space, the middle is projected, and both halves
-//! are tried again. Where that fails too, the shortest path along edges, straightened, takes its place.
+//! Each point is projected to the nearest point of the surface. Two points are joined by walking
+//! from face to face along the plane through both that contains the mean of their normals
+//! ([`plane_walks`]). Where the walk leaves the surface, runs much longer than the segment or
+//! misses its end, the segment is halved in space, the middle is projected, and both halves are
+//! tried again. A walk that may be a detour is compared with the shortest path over the surface
+//! ([`PathSearch`]), which replaces it if clearly shorter, and also where no walk arrives.
 
 use super::ContourError;
-use super::straighten::straighten;
-use super::vertex_path::path_between;
-use super::walk::PlaneWalk;
+use super::shortest::{AMBIGUOUS, PathSearch};
+use super::side::Fans;
+use super::walk::{Walked, plane_walks};
 use crate::geometry::vector::{distance, lerp};
 use crate::spatial::Bvh;
-use eikona_mesh::{Curve, CurveKind, Located, TriangleMesh, Vertex, segment_host};
-use std::cell::OnceCell;
+use eikona_mesh::{Curve, CurveKind, Located, TriangleMesh, segment_host};
+use std::cell::{OnceCell, RefCell};
 
-/// Nodes this near to a vertex or edge, as a share of the face's size, are moved onto it: it keeps segments of length 1e-14
-/// out, and moves nothing that can be seen.
+/// Nodes this near to a vertex or edge, as a share of the face's size, are moved onto it: it keeps
+/// segments of length 1e-14 out, and moves nothing that can be seen.
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 
-/// How often a segment is halved before the edge path takes its place: 64 pieces tell whether the polyline follows the surface.
+/// How often a segment is halved before the shortest path takes its place: 64 pieces tell whether
+/// the polyline follows the surface.
 const HALVINGS: u32 = 6;
+
+/// A walk in a trusted plane follows the polyline more closely than the shortest path does, and is
+/// kept if it is at most this many times as long.
+const DETOUR: f64 = 1.05;
+
+/// Comparisons end when the searches for one curve have settled this many nodes (some 10 seconds)
+/// plus [`COMPARED_MESHES`] times all vertices and edges.
+const COMPARED: usize = 30_000_000;
+
+/// See [`COMPARED`].
+const COMPARED_MESHES: usize = 20;
+
+/// A path this many times as long as the straight segment may have alternatives of the same length.
+const ROUNDABOUT: f64 = 1.25;
 
 /// A curve with each segment in one face, and what was done to make it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,14 +46,24 @@ pub struct Traced {
     pub curve: Curve,
     /// For each node of the curve, the 0-based index of the input node it stands for or follows.
     pub parents: Vec<usize>,
-    /// The largest distance between a point and its projection; 0 for curves that were on the surface already.
+    /// The largest distance between a point and its projection; 0 for curves that were on the
+    /// surface already.
     pub largest_projection_distance: f64,
     /// Input nodes that fell onto their predecessor and were left out.
     pub merged: Vec<usize>,
     /// Input nodes whose following segment was halved and projected anew.
     pub subdivided: Vec<usize>,
-    /// Input nodes whose following segment was replaced by a straightened edge path.
+    /// Input nodes whose following segment does not follow the surface and became the shortest
+    /// path.
     pub edge_paths: Vec<usize>,
+    /// Input nodes whose following segment would take a detour and became the shortest path
+    /// instead.
+    pub shortened: Vec<usize>,
+    /// Input nodes whose following segment has several paths whose lengths differ by at most 3 %.
+    pub ambiguous: Vec<usize>,
+    /// Input nodes whose following segment may take a detour: earlier long segments had used up the
+    /// effort allowed for comparisons with the shortest path.
+    pub uncompared: Vec<usize>,
 }
 
 impl Traced {
@@ -57,14 +85,29 @@ impl Traced {
                 list(&self.edge_paths)
             ));
         }
+        if !self.ambiguous.is_empty() {
+            warnings.push(format!(
+                "the segments after nodes {} are ambiguous: several paths over the surface have the same length \
+                 to within {:.0} %, and one of them was taken; add nodes in between to choose",
+                list(&self.ambiguous),
+                100.0 * AMBIGUOUS
+            ));
+        }
+        if !self.uncompared.is_empty() {
+            warnings.push(format!(
+                "the segments after nodes {} may take detours: the curve has too many long segments to compare \
+                 each with the shortest path over the surface; add nodes so that segments are shorter",
+                list(&self.uncompared)
+            ));
+        }
         warnings
     }
 }
 
 /// Projects a polyline in space to the mesh and traces it across the faces.
 ///
-/// `tolerance` is the share of a face within which nodes are moved onto vertices and edges, and within which points
-/// coincide; [`DEFAULT_TOLERANCE`] is a good choice.
+/// `tolerance` is the share of a face within which nodes are moved onto vertices and edges, and
+/// within which points coincide; [`DEFAULT_TOLERANCE`] is a good choice.
 ///
 /// ```
 /// use eikona::{contour::{DEFAULT_TOLERANCE, trace_polyline}, spatial::Bvh};
@@ -79,12 +122,15 @@ impl Traced {
 /// ```
 ///
 /// # Errors
-/// [`ContourError::NoFaces`], [`ContourError::NonFinitePoint`], [`ContourError::TooFewPoints`] (also when all points fall
-/// together), [`ContourError::Parameter`] for a tolerance outside [0, 0.1], and [`ContourError::NotConnected`] where the surface has no
-/// path between two points.
+/// [`ContourError::NoFaces`], [`ContourError::NonFinitePoint`], [`ContourError::TooFewPoints`]
+/// (also when all points fall together), [`ContourError::Parameter`] for a tolerance outside [0,
+/// 0.1], and [`ContourError::NotConnected`] where the surface has no path between two points.
 ///
 /// # Cost
-/// O(log F) a point and O(1) a crossed face; O(F log F) for each segment that does not follow the surface.
+/// O(log F) per point and O(1) per crossed face. A segment that is not nearly straight on the
+/// surface takes O(n log n) in the number n of faces whose distances from both ends add up to at
+/// most the path's length. These searches end, with a warning, after 30 million nodes plus 20 times
+/// the size of the mesh.
 pub fn trace_polyline(
     mesh: &TriangleMesh,
     bvh: &Bvh,
@@ -97,7 +143,7 @@ pub fn trace_polyline(
         let bound = "it is a share of a face, from 0 to 0.1";
         return Err(ContourError::Parameter { name: "tolerance", value: tolerance, bound });
     }
-    let tracer = Tracer { mesh, bvh: Some(bvh), own_bvh: OnceCell::new(), tolerance };
+    let tracer = Tracer::new(mesh, Some(bvh), tolerance);
     let mut nodes = Vec::with_capacity(points.len());
     let mut largest: f64 = 0.0;
     for (node, &position) in points.iter().enumerate() {
@@ -116,15 +162,17 @@ pub fn trace_polyline(
     Ok(traced)
 }
 
-/// Traces a curve on the mesh whose segments may span several faces; segments in one face stay as they are.
+/// Traces a curve on the mesh whose segments may span several faces; segments in one face stay as
+/// they are.
 ///
 /// # Errors
-/// [`ContourError::Curve`] for a node that is not on the mesh, and the errors of [`trace_polyline`].
+/// [`ContourError::Curve`] for a node that is not on the mesh, and the errors of
+/// [`trace_polyline`].
 ///
 /// # Cost
 /// As [`trace_polyline`]; a tree over the faces is built only if a segment has to be halved.
 pub fn trace_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Traced, ContourError> {
-    let tracer = Tracer { mesh, bvh: None, own_bvh: OnceCell::new(), tolerance: DEFAULT_TOLERANCE };
+    let tracer = Tracer::new(mesh, None, DEFAULT_TOLERANCE);
     let located = curve.nodes.iter().enumerate();
     let located: Result<Vec<Located>, _> =
         located.map(|(n, p)| p.locate(mesh).map_err(|e| e.at(0, n))).collect();
@@ -139,10 +187,21 @@ struct Tracer<'a> {
     bvh: Option<&'a Bvh>,
     own_bvh: OnceCell<Bvh>,
     tolerance: f64,
+    fans: RefCell<Fans<'a>>,
+    search: RefCell<PathSearch<'a>>,
+    /// The number of settled nodes at which comparisons end.
+    compared: usize,
 }
 
-impl Tracer<'_> {
-    /// The nearest place on the mesh, on a vertex or edge if within the tolerance, and the distance to it.
+impl<'a> Tracer<'a> {
+    fn new(mesh: &'a TriangleMesh, bvh: Option<&'a Bvh>, tolerance: f64) -> Self {
+        let (fans, search) = (Fans::new(mesh, false).into(), PathSearch::new(mesh).into());
+        let compared = COMPARED + COMPARED_MESHES * (mesh.vertex_count() + mesh.edge_count());
+        Tracer { mesh, bvh, own_bvh: OnceCell::new(), tolerance, fans, search, compared }
+    }
+
+    /// The nearest place on the mesh, on a vertex or edge if within the tolerance, and the distance
+    /// to it.
     fn project(&self, p: [f64; 3]) -> Option<(Located, f64)> {
         let bvh = self.bvh.unwrap_or_else(|| self.own_bvh.get_or_init(|| Bvh::new(self.mesh)));
         let closest = bvh.closest_point(p)?;
@@ -171,12 +230,22 @@ impl Tracer<'_> {
         }
         let mut path = vec![kept[0].1];
         traced.parents.push(kept[0].0);
+        // Two opposite nodes of a closed curve stand for a circle: the second segment takes the
+        // alternative.
+        let mut alternative: Option<Vec<Located>> = None;
         for pair in kept.windows(2) {
             let [(from, a), (to, b)] = [pair[0], pair[1]];
+            let back = alternative.take().filter(|path| path.first() == Some(&b) && path.last() == Some(&a));
             let piece = if segment_host(self.mesh, a, b).is_some() {
                 vec![b]
+            } else if let Some(back) = back {
+                traced.ambiguous.push(from);
+                back.into_iter().rev().skip(1).collect()
             } else {
-                self.join(a, b, from, &mut traced).ok_or(ContourError::NotConnected { from, to })?
+                let joined = self.join(a, b, from, &mut traced);
+                let (path, another) = joined.ok_or(ContourError::NotConnected { from, to })?;
+                alternative = another;
+                path
             };
             traced.parents.extend(piece.iter().map(|_| from));
             path.extend(piece);
@@ -202,21 +271,61 @@ impl Tracer<'_> {
         distance(a.position(self.mesh), b.position(self.mesh)) <= self.tolerance * size
     }
 
-    /// The nodes after `a` up to and including `b`. `None` if no path over the surface joins them.
-    fn join(&self, a: Located, b: Located, node: usize, traced: &mut Traced) -> Option<Vec<Located>> {
-        // Enough to cross the whole mesh twice in all attempts together, so that no input makes the walks dwell.
+    /// The nodes after `a` up to and including `b`, and an equally good path (with `a`) if there is
+    /// one. `None` if the surface does not connect them.
+    fn join(
+        &self,
+        a: Located,
+        b: Located,
+        node: usize,
+        traced: &mut Traced,
+    ) -> Option<(Vec<Located>, Option<Vec<Located>>)> {
+        // Enough to cross the whole mesh twice in all attempts together, so that no input makes the
+        // walks dwell.
         let mut budget = 2 * self.mesh.face_count() + 64;
-        if let Some(path) =
-            PlaneWalk::between(self.mesh, a, b, self.tolerance).and_then(|walk| walk.run(&mut budget))
-        {
-            return Some(path);
+        let mut walks = self.walks((a, b), &mut budget);
+        if walks.first().is_some_and(|walk| walk.direct) {
+            return Some((walks.swap_remove(0).path, None));
         }
-        if let Some(path) = self.halve(a, b, HALVINGS, &mut budget) {
-            traced.subdivided.push(node);
-            return Some(path);
+        let halved = walks.is_empty();
+        if halved {
+            let path = self.halve(a, b, HALVINGS, &mut budget);
+            walks.extend(path.map(|path| Walked::new(self.mesh, a, path)));
         }
-        traced.edge_paths.push(node);
-        self.edge_path(a, b)
+        let arrived = !walks.is_empty();
+        let mut search = self.search.borrow_mut();
+        let exhausted = search.settled > self.compared;
+        if exhausted && arrived {
+            traced.uncompared.push(node);
+            traced.subdivided.extend(halved.then_some(node));
+            return Some((walks.swap_remove(0).path, None));
+        }
+        let (shortest, length) = search.shortest(a, b)?;
+        let good = |walk: &Walked| walk.length <= length * if walk.trusted { DETOUR } else { 1.0 };
+        let walk = walks.into_iter().find(good);
+        let long = length > ROUNDABOUT * distance(a.position(self.mesh), b.position(self.mesh));
+        let doubtful = long || halved || walk.as_ref().is_none_or(|walk| !walk.trusted);
+        let way = match walk {
+            Some(walk) => {
+                traced.subdivided.extend(halved.then_some(node));
+                [vec![a], walk.path].concat()
+            }
+            None => {
+                let list = if arrived { &mut traced.shortened } else { &mut traced.edge_paths };
+                list.push(node);
+                shortest
+            }
+        };
+        let mut other = None;
+        if doubtful && !exhausted {
+            other = search.alternative(&way, length);
+            traced.ambiguous.extend(other.is_some().then_some(node));
+        }
+        Some((way[1..].to_vec(), other))
+    }
+
+    fn walks(&self, ends: (Located, Located), budget: &mut usize) -> Vec<Walked> {
+        plane_walks(self.mesh, &mut self.fans.borrow_mut(), ends, self.tolerance, budget)
     }
 
     /// Joins both halves of a segment over the projection of its middle.
@@ -225,7 +334,8 @@ impl Tracer<'_> {
         let (middle, off) = self.project(lerp(pa, pb, 0.5))?;
         let length = distance(pa, pb);
         let advance = |p| distance(middle.position(self.mesh), p);
-        // A middle beside one of the ends makes no headway, one far off belongs to another part of the surface.
+        // A middle beside one of the ends makes no headway, one far off belongs to another part of
+        // the surface.
         if depth == 0 || advance(pa).min(advance(pb)) < 0.1 * length || off > length {
             return None;
         }
@@ -235,25 +345,37 @@ impl Tracer<'_> {
                 path.push(to);
                 continue;
             }
-            let walked =
-                PlaneWalk::between(self.mesh, from, to, self.tolerance).and_then(|walk| walk.run(budget));
-            path.extend(match walked {
-                Some(walked) => walked,
+            path.extend(match self.walks((from, to), budget).into_iter().next() {
+                Some(walk) => walk.path,
                 None => self.halve(from, to, depth - 1, budget)?,
             });
         }
         Some(path)
     }
+}
 
-    fn edge_path(&self, a: Located, b: Located) -> Option<Vec<Located>> {
-        let reach = |place: Located| -> Vec<(Vertex, f64)> {
-            let p = place.position(self.mesh);
-            place.weights(self.mesh).map(|(v, _)| (v, distance(p, self.mesh.position(v)))).collect()
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eikona_mesh::shapes::geodesic_sphere;
+
+    #[test]
+    fn comparisons_end_with_a_warning_when_a_curve_has_too_many_long_segments() {
+        let mesh = geodesic_sphere(10).unwrap();
+        let bvh = Bvh::new(&mesh);
+        let mut tracer = Tracer::new(&mesh, Some(&bvh), DEFAULT_TOLERANCE);
+        tracer.compared = 5_000;
+        // A spiral, three nodes per turn.
+        let node = |i: usize| {
+            let (angle, z) = (2.0 * i as f64, 0.01 * i as f64 - 0.5);
+            [angle.cos(), angle.sin(), z]
         };
-        let vertices = path_between(self.mesh, &reach(a), &reach(b))?;
-        let mut path = vec![a];
-        path.extend(vertices.into_iter().map(Located::Vertex).filter(|v| *v != a && *v != b));
-        path.push(b);
-        Some(straighten(self.mesh, &path).split_off(1))
+        let nodes: Vec<Located> = (0..100).map(|i| tracer.project(node(i)).unwrap().0).collect();
+        let traced = tracer.trace(&nodes, false).unwrap();
+        assert!(traced.uncompared.len() > 50 && traced.uncompared.len() < 99);
+        assert!(tracer.search.borrow().settled < 10_000);
+        assert!(traced.warnings().iter().any(|w| w.contains("may take detours")));
+        let traced = Tracer::new(&mesh, Some(&bvh), DEFAULT_TOLERANCE).trace(&nodes, false).unwrap();
+        assert_eq!(traced.warnings(), [""; 0]);
     }
 }

@@ -21,42 +21,25 @@ pub fn shortest_vertex_path(mesh: &TriangleMesh, through: &[Vertex]) -> Result<V
     }
     let mut path: Vec<Vertex> = through.first().copied().into_iter().collect();
     for (i, pair) in through.windows(2).enumerate() {
-        let leg = path_between(mesh, &[(pair[0], 0.0)], &[(pair[1], 0.0)])
-            .ok_or(ContourError::NotConnected { from: i, to: i + 1 })?;
+        let leg =
+            path_between(mesh, pair[0], pair[1]).ok_or(ContourError::NotConnected { from: i, to: i + 1 })?;
         path.extend(leg.into_iter().skip(1));
     }
     Ok(path)
 }
 
-/// The shortest path along edges from one of these starts to one of these goals, each with the length already gone there.
-pub(super) fn path_between(
-    mesh: &TriangleMesh,
-    starts: &[(Vertex, f64)],
-    goals: &[(Vertex, f64)],
-) -> Option<Vec<Vertex>> {
+fn path_between(mesh: &TriangleMesh, start: Vertex, goal: Vertex) -> Option<Vec<Vertex>> {
     // Lengths are not negative, so their bits order as they do. Ties go to the lower vertex.
     let key = |d: f64, v: Vertex| Reverse((d.to_bits(), v));
-    let mut reached: BTreeMap<Vertex, (f64, Option<Vertex>)> = BTreeMap::new();
-    let mut queue = BinaryHeap::new();
-    for &(v, d) in starts {
-        if reached.get(&v).is_none_or(|r| d < r.0) {
-            reached.insert(v, (d, None));
-            queue.push(key(d, v));
-        }
-    }
-    let mut best: Option<(f64, Vertex)> = None;
+    let mut reached: BTreeMap<Vertex, (f64, Option<Vertex>)> = BTreeMap::from([(start, (0.0, None))]);
+    let mut queue = BinaryHeap::from([key(0.0, start)]);
     while let Some(Reverse((bits, v))) = queue.pop() {
-        let d = f64::from_bits(bits);
-        if best.is_some_and(|b| d >= b.0) {
+        if v == goal {
             break;
         }
+        let d = f64::from_bits(bits);
         if reached.get(&v).is_some_and(|r| r.0 < d) {
             continue;
-        }
-        for &(goal, rest) in goals {
-            if goal == v && best.is_none_or(|b| d + rest < b.0) {
-                best = Some((d + rest, v));
-            }
         }
         for &corner in mesh.vertex_corners(v) {
             let h = corner.halfedge();
@@ -69,11 +52,10 @@ pub(super) fn path_between(
             }
         }
     }
-    let (_, mut v) = best?;
-    let mut path = vec![v];
-    while let Some((_, Some(previous))) = reached.get(&v).copied() {
+    reached.get(&goal)?;
+    let mut path = vec![goal];
+    while let Some((_, Some(previous))) = reached.get(path.last()?).copied() {
         path.push(previous);
-        v = previous;
     }
     path.reverse();
     Some(path)

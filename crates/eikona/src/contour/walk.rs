@@ -1,13 +1,84 @@
-//! A walk over the faces along a plane.
+//! Walks over the faces along a plane.
+//!
+//! The plane contains both ends and the mean of their normals. Whether two distant normals point to
+//! the same side of the surface is only known along a path between them. So both the sum and the
+//! difference of the normals span a candidate plane, and each walk transports the orientation of
+//! the faces to its goal. The result does not depend on how single faces are oriented.
 
-use crate::geometry::vector::{Vec3, cross, distance, dot, norm, normalize, scale, sub};
+use super::side::Fans;
+use super::straighten::path_length;
+use crate::geometry::vector::{Vec3, add, cross, distance, dot, norm, normalize, scale, sub};
 use eikona_mesh::{Face, Located, TriangleMesh, Vertex, segment_host};
 
-/// A walk may be this many times as long as the straight segment: half a circle is 1.57 times its diameter.
+/// A walk may be this many times as long as the straight segment: half a circle is 1.57 times its
+/// diameter.
 const LENGTH_LIMIT: f64 = 2.5;
 
-/// A walk from one place on a mesh to another, along the plane through both that contains the mean of their normals.
-pub(super) struct PlaneWalk<'a> {
+/// A walk at most this many times as long as the straight segment needs no comparison: no path is
+/// shorter than the segment.
+const NEARLY_STRAIGHT: f64 = 1.05;
+
+/// A dot product of the normals beyond this (60 and 120 degrees) decides which plane to try first.
+const DECISIVE: f64 = 0.5;
+
+/// Where the sum of the unit normals has a shorter component than this across the segment, the
+/// normals nearly cancel or run along it, and the plane is mostly noise.
+const DEFINED: f64 = 0.2;
+
+/// A walk that has reached its goal.
+pub(super) struct Walked {
+    /// The nodes after the start, the goal last.
+    pub path: Vec<Located>,
+    pub length: f64,
+    /// Whether the plane is well defined and, transported along the walk, the two normals that span
+    /// it point to the same side of the surface.
+    pub trusted: bool,
+    /// Whether the walk is nearly straight in a well-defined plane, so that no path is much
+    /// shorter.
+    pub direct: bool,
+}
+
+impl Walked {
+    /// A path made of several walks.
+    pub fn new(mesh: &TriangleMesh, from: Located, path: Vec<Located>) -> Self {
+        let first = distance(from.position(mesh), path.first().map_or(from, |&p| p).position(mesh));
+        let length = first + path_length(mesh, &path);
+        Walked { path, length, trusted: true, direct: false }
+    }
+}
+
+/// The walks between two places that arrive, at most two, the preferred one first. Each step takes
+/// one from `budget`.
+pub(super) fn plane_walks(
+    mesh: &TriangleMesh,
+    fans: &mut Fans,
+    (from, to): (Located, Located),
+    tolerance: f64,
+    budget: &mut usize,
+) -> Vec<Walked> {
+    let (Some(a), Some(b)) = (normal_at(mesh, fans, from), normal_at(mesh, fans, to)) else {
+        return Vec::new();
+    };
+    let product = dot(a, b);
+    let mut walks = Vec::new();
+    for sign in if product < 0.0 { [-1.0, 1.0] } else { [1.0, -1.0] } {
+        let Some(walk) = PlaneWalk::along(mesh, from, to, [a, scale(sign, b)], tolerance) else { continue };
+        let Some((path, length)) = walk.run(budget) else { continue };
+        let direct = walk.defined && length <= NEARLY_STRAIGHT * walk.length;
+        if direct && product.abs() > DECISIVE {
+            return vec![Walked { path, length, trusted: true, direct }];
+        }
+        let trusted = walk.defined && side_carried(mesh, fans, from, &path) == sign;
+        walks.push(Walked { path, length, trusted, direct });
+    }
+    walks.sort_by(|v, w| {
+        (!v.direct, !v.trusted).cmp(&(!w.direct, !w.trusted)).then(v.length.total_cmp(&w.length))
+    });
+    walks
+}
+
+/// A walk from one place on a mesh to another along a plane through both.
+struct PlaneWalk<'a> {
     mesh: &'a TriangleMesh,
     from: Located,
     to: Located,
@@ -15,31 +86,37 @@ pub(super) struct PlaneWalk<'a> {
     /// Unit vector towards the goal, and the distance in space.
     direction: Vec3,
     length: f64,
-    /// Unit normal of the plane.
+    /// Unit normal of the plane, and whether it is well defined.
     plane: Vec3,
+    defined: bool,
     tolerance: f64,
 }
 
 impl<'a> PlaneWalk<'a> {
-    /// `None` where the plane is not defined: the segment runs along the normals.
-    pub fn between(mesh: &'a TriangleMesh, from: Located, to: Located, tolerance: f64) -> Option<Self> {
+    /// A walk in the plane that contains the sum of these unit normals. `None` where the segment
+    /// runs along the sum or the normals cancel.
+    fn along(
+        mesh: &'a TriangleMesh,
+        from: Located,
+        to: Located,
+        normals: [Vec3; 2],
+        tolerance: f64,
+    ) -> Option<Self> {
         let (origin, goal) = (from.position(mesh), to.position(mesh));
         let segment = sub(goal, origin);
         let direction = normalize(segment)?;
-        let (a, mut b) = (normal_at(mesh, from)?, normal_at(mesh, to)?);
-        if dot(a, b) < 0.0 {
-            b = scale(-1.0, b); // a surface that is not oriented throughout may have it either way
-        }
-        let plane = cross(direction, [a[0] + b[0], a[1] + b[1], a[2] + b[2]]);
+        let plane = cross(direction, add(normals[0], normals[1]));
         if norm(plane) < 1e-3 {
             return None; // within 0.03 degrees of the normal, the plane's direction is arbitrary
         }
-        let plane = normalize(plane)?;
-        Some(PlaneWalk { mesh, from, to, origin, direction, length: norm(segment), plane, tolerance })
+        let defined = norm(plane) >= DEFINED;
+        let (plane, length) = (normalize(plane)?, norm(segment));
+        Some(PlaneWalk { mesh, from, to, origin, direction, length, plane, defined, tolerance })
     }
 
-    /// The nodes after the start, the goal last, or `None` where the walk does not get there. Each step costs one of `budget`.
-    pub fn run(&self, budget: &mut usize) -> Option<Vec<Located>> {
+    /// The nodes after the start up to the goal, and the length. `None` if the walk does not
+    /// arrive.
+    fn run(&self, budget: &mut usize) -> Option<(Vec<Located>, f64)> {
         let mut path = Vec::new();
         let (mut here, mut came_through) = (self.from, None);
         let mut position = self.origin;
@@ -56,10 +133,11 @@ impl<'a> PlaneWalk<'a> {
             (here, came_through, position) = (next, Some(face), next_position);
         }
         path.push(self.to);
-        Some(path)
+        Some((path, walked + distance(position, self.to.position(self.mesh))))
     }
 
-    /// The face to cross next and the place where the plane leaves it: of several, the most forward one.
+    /// The face to cross next and the place where the plane leaves it: of several, the most forward
+    /// one.
     fn step(&self, here: Located, position: Vec3, came_through: Option<Face>) -> Option<(Face, Located)> {
         let mut best: Option<(f64, Face, Located)> = None;
         let mut count = 0;
@@ -102,7 +180,8 @@ impl<'a> PlaneWalk<'a> {
                 Located::Edge(e, _) => e == edges[k],
                 Located::Face(..) => false,
             };
-            // Height 0 counts as above: a plane through a vertex crosses one of the edges there, and the exit snaps to it.
+            // Height 0 counts as above: a plane through a vertex crosses one of the edges there,
+            // and the exit snaps to it.
             if on_this_side || (height[i] >= 0.0) == (height[j] >= 0.0) {
                 return None;
             }
@@ -123,14 +202,37 @@ impl<'a> PlaneWalk<'a> {
     }
 }
 
-/// The unit normal at a place: the mean of its faces' normals by area, each turned to the side of the first.
-fn normal_at(mesh: &TriangleMesh, place: Located) -> Option<Vec3> {
+/// The unit normal at a place: the mean of its faces' normals by area, each turned to the side of
+/// the first.
+fn normal_at(mesh: &TriangleMesh, fans: &mut Fans, place: Located) -> Option<Vec3> {
+    let faces = place.faces(mesh);
     let mut sum = [0.0; 3];
-    for face in place.faces(mesh) {
+    for &face in &faces {
         let [a, b, c] = mesh.face_positions(face);
         let n = cross(sub(b, a), sub(c, a));
-        let sign = if dot(n, sum) < 0.0 { -1.0 } else { 1.0 };
-        sum = [0, 1, 2].map(|k| sum[k] + sign * n[k]);
+        let by_normal = || if dot(n, sum) < 0.0 { -1.0 } else { 1.0 };
+        let sign = fans.relative_winding(faces[0], face, place).unwrap_or_else(by_normal);
+        sum = add(sum, scale(sign, n));
     }
     normalize(sum)
+}
+
+/// +1 if the first faces at both ends of a path are consistently oriented along it, else -1. Faces
+/// that share only a vertex count as consistently oriented.
+fn side_carried(mesh: &TriangleMesh, fans: &mut Fans, from: Located, path: &[Located]) -> f64 {
+    let mut carried = 1.0;
+    let mut here = from;
+    let mut face = from.faces(mesh).first().copied();
+    for &next in path {
+        let host = here.faces(mesh).into_iter().find(|&f| next.weights_in_face(mesh, f).is_some());
+        if let (Some(f), Some(g)) = (face, host) {
+            carried *= fans.relative_winding(f, g, here).unwrap_or(1.0);
+            face = Some(g);
+        }
+        here = next;
+    }
+    if let (Some(f), Some(&g)) = (face, here.faces(mesh).first()) {
+        carried *= fans.relative_winding(f, g, here).unwrap_or(1.0);
+    }
+    carried
 }
