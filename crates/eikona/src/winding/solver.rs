@@ -13,7 +13,7 @@ use crate::winding::notes::{
     Names, note_chain, note_freed, note_not_fans, note_uncertain, note_without_value,
 };
 use crate::winding::operators::Operators;
-use crate::winding::options::{Diagnosis, EPSILONS, Reference, WindingOptions};
+use crate::winding::options::{CompletionShape, Diagnosis, EPSILONS, Reference, WindingOptions};
 use crate::winding::orientation::{MOST_AT_ALL, MOST_STRETCHES, Orientation, Stretches, changed_area};
 use crate::winding::solution::{Parents, Winding, WindingReport};
 use crate::winding::steps::Found;
@@ -115,7 +115,7 @@ impl Solver {
                 let told = (Names::default(), self.warnings.clone());
                 let mut winding = self.solve_along_edges(curves, &segments, walks, options, told, phases)?;
                 winding.parents = Parents { turned: self.turned.clone(), ..Parents::default() };
-                return Ok(winding);
+                return Ok(self.finished(winding, options));
             }
         }
         self.solve_cut(curves, options, phases)
@@ -151,9 +151,24 @@ impl Solver {
         let told = (Names(Some((&vertex_place, &face_parent))), self.warnings.clone());
         let mut winding = cut.solve_along_edges(&along, &segments, walks, &options, told, phases)?;
         winding.face_parent = face_parent;
-        winding.parents =
-            Parents { turned: self.turned.clone(), cut: Some((self.mesh.clone(), vertex_place)) };
-        Ok(winding)
+        winding.parents = Parents {
+            turned: self.turned.clone(),
+            cut: Some((self.mesh.clone(), vertex_place)),
+            ..Parents::default()
+        };
+        Ok(cut.finished(winding, &options))
+    }
+
+    /// With the completion in the shape that is wanted.
+    fn finished(&self, winding: Winding, options: &WindingOptions) -> Winding {
+        if options.completion_shape == CompletionShape::Edges {
+            return winding;
+        }
+        let mut phases = Phases::start();
+        let mut winding = winding.straightened(self.consistent, options.completion, self.unit);
+        phases.end("straightening");
+        winding.report.phases.0.extend(phases.finish().0);
+        winding
     }
 
     /// Solves for curves along edges, and looks at their orientation.
@@ -212,6 +227,7 @@ impl Solver {
                 largest_nonbounding,
                 farthest_from_whole,
                 uncertain_area,
+                completion: None,
                 orientation,
                 warnings,
             },
