@@ -21,9 +21,7 @@ mod vertex_path;
 mod walk;
 
 pub use embed::{ChainEdge, CurveChain, EmbedError, Embedded, EmbeddedCurve, SHORT, Walk, embed_curves};
-pub(crate) use embed::{
-    areas_of_pieces, label_of_most, parts_of_short_edges, places_of_places, weights_in,
-};
+pub(crate) use embed::{areas_of_pieces, label_of_most, parts_of_short_edges, places_of_places, weights_in};
 pub use error::ContourError;
 pub use export::{FLAT, Polyline, obj_lines, ply_edges, polylines, svg_paths};
 pub use inspect_curve::{CurveFacts, CurveReport, Doubled, LISTED, Meeting, MeetingKind, OpenEnd, SegmentId};

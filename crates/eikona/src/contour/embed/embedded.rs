@@ -243,7 +243,6 @@ impl Embedded {
         finer.input = self.input.clone();
         Ok(finer)
     }
-
 }
 
 /// Where the vertices of a mesh lie that was cut from one which was itself cut from `input`: into faces with these parents, and

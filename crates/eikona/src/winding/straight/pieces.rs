@@ -150,9 +150,13 @@ impl Jumps<'_> {
     /// Lets pieces begin at open ends of the curve that they only come near. Labels are rounded face by face, so the last edges
     /// of a stretch of the curve can have one label on both sides: there the piece leaves it before its end. It is led back along the
     /// side from which it came. `expected` is the jump of edges that such a tail may have.
-    pub fn extend_to_ends(&self, pieces: &mut [Piece], expected: impl Fn(Edge) -> Option<f64>) {
+    pub fn extend_to_ends<'a>(
+        &self,
+        pieces: impl Iterator<Item = &'a mut Piece>,
+        expected: impl Fn(Edge) -> Option<f64>,
+    ) {
         let star = self.star();
-        for piece in pieces.iter_mut().filter(|p| !p.is_loop) {
+        for piece in pieces.filter(|p| !p.is_loop) {
             for _ in 0..2 {
                 if let Some(tail) = self.tail(&star, piece, &expected) {
                     piece.steps.extend(tail);
@@ -162,12 +166,7 @@ impl Jumps<'_> {
         }
     }
 
-    fn tail(
-        &self,
-        star: &Star,
-        piece: &Piece,
-        expected: &impl Fn(Edge) -> Option<f64>,
-    ) -> Option<Vec<Step>> {
+    fn tail(&self, star: &Star, piece: &Piece, expected: &impl Fn(Edge) -> Option<f64>) -> Option<Vec<Step>> {
         let mesh = self.mesh;
         let last = piece.steps.last()?;
         let mut v = last.ends(mesh)[1];

@@ -23,12 +23,7 @@ pub(super) struct Pulled {
 
 impl Slit {
     /// Cuts along the edges that are `closed`. Pieces go no more than up to the vertices `fixed`. Lengths are taken in `unit`s.
-    pub fn new(
-        mesh: &TriangleMesh,
-        closed: &[bool],
-        fixed: &[Vertex],
-        unit: f64,
-    ) -> Result<Slit, MeshError> {
+    pub fn new(mesh: &TriangleMesh, closed: &[bool], fixed: &[Vertex], unit: f64) -> Result<Slit, MeshError> {
         let mut fans = DisjointSets::new(mesh.halfedge_count());
         let mut at_cut = vec![false; mesh.vertex_count()];
         for e in mesh.edges() {
@@ -52,12 +47,7 @@ impl Slit {
     }
 
     /// `None` if the piece is straight already, or can not be straightened: `Err` then.
-    pub fn pull(
-        &self,
-        mesh: &TriangleMesh,
-        piece: &Piece,
-        keep_base: bool,
-    ) -> Result<Option<Pulled>, Stays> {
+    pub fn pull(&self, mesh: &TriangleMesh, piece: &Piece, keep_base: bool) -> Result<Option<Pulled>, Stays> {
         let mut path: Vec<Located> = Vec::with_capacity(piece.steps.len() + 1);
         for step in &piece.steps {
             let [a, b] = step.ends(&self.mesh);
@@ -74,10 +64,6 @@ impl Slit {
         } else {
             straighten_around(&self.mesh, &path, &is_fixed)
         };
-        // A loop with nothing inside of it that holds it would vanish, and with it a region.
-        if piece.is_loop && straight.len() < 3 {
-            return Err(Stays);
-        }
         let [before, after] = [&path, &straight].map(|p| path_length(&self.mesh, p));
         if after.is_nan() {
             return Err(Stays);

@@ -23,7 +23,10 @@ impl Refined<'_> {
 
     /// The weights of a corner's vertex in the face that the corner's face was cut from.
     fn weights(&self, face: Face, v: Vertex) -> [f64; 3] {
-        weights_in(self.cut.vertex_place[v.index()], self.before.face_vertices(self.cut.face_parent[face.index()]))
+        weights_in(
+            self.cut.vertex_place[v.index()],
+            self.before.face_vertices(self.cut.face_parent[face.index()]),
+        )
     }
 
     /// The halfedge before the cut that a halfedge is a part of.
