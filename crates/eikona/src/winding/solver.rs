@@ -160,14 +160,17 @@ impl Solver {
     }
 
     /// With the completion in the shape that is wanted.
-    fn finished(&self, winding: Winding, options: &WindingOptions) -> Winding {
-        if options.completion_shape == CompletionShape::Edges {
-            return winding;
+    fn finished(&self, mut winding: Winding, options: &WindingOptions) -> Winding {
+        if options.completion_shape == CompletionShape::Straight {
+            let mut phases = Phases::start();
+            winding = winding.straightened(self.consistent, options.completion, self.unit);
+            phases.end("straightening");
+            winding.report.phases.0.extend(phases.finish().0);
         }
-        let mut phases = Phases::start();
-        let mut winding = winding.straightened(self.consistent, options.completion, self.unit);
-        phases.end("straightening");
-        winding.report.phases.0.extend(phases.finish().0);
+        let triangles = lay_out_in(&winding.mesh, self.unit);
+        let report = &mut winding.report;
+        report.uncertain_area = share_of_area(&triangles, |f| winding.margin.as_slice()[f] < UNCERTAIN);
+        note_uncertain(report.uncertain_area, &mut report.warnings);
         winding
     }
 
@@ -188,8 +191,6 @@ impl Solver {
         note_not_fans(&found.coordinates, names, &mut warnings);
         note_freed(&found.freed, mesh, names, &mut warnings);
         note_without_value(&found.islands, names, &mut warnings);
-        let uncertain_area = share_of_area(&self.triangles, |f| found.labels.margin[f] < UNCERTAIN);
-        note_uncertain(uncertain_area, &mut warnings);
 
         let orientation = self.orientation(&chain, &steps, &walks, &found, options, &mut warnings);
         phases.end("orientation");
@@ -226,7 +227,7 @@ impl Solver {
                 program: found.program,
                 largest_nonbounding,
                 farthest_from_whole,
-                uncertain_area,
+                uncertain_area: 0.0,
                 completion: None,
                 orientation,
                 warnings,

@@ -406,7 +406,13 @@ impl Winding {
                 let length = pulled.before / unit;
                 if around.contains(&i) { length * length / piece.steps.len() as f64 } else { 0.0 }
             };
-            if std::env::var("DBG").is_ok() { eprintln!("region area {area:.5} doubt {:.3} strip {:.5} around {around:?}", certainty / area, regions.moved().map(strip).sum::<f64>()); }
+            if std::env::var("DBG").is_ok() {
+                eprintln!(
+                    "region area {area:.5} doubt {:.3} strip {:.5} around {around:?}",
+                    certainty / area,
+                    regions.moved().map(strip).sum::<f64>()
+                );
+            }
             if certainty > DOUBT * area && area > regions.moved().map(strip).sum() {
                 found.extend(around);
             }
