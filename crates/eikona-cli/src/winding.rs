@@ -11,7 +11,8 @@ use crate::source::{SourceArguments, files_read, read_source};
 use crate::winding_file::{Formats, write_outputs};
 use clap::{Args, ValueEnum};
 use eikona::winding::{
-    Completion, Diagnosis, EPSILONS, Orientation, Reference, Winding, WindingOptions, surface_winding_number,
+    Completion, CompletionReport, CompletionShape, Diagnosis, EPSILONS, Orientation, Reference, Winding,
+    WindingOptions, surface_winding_number,
 };
 use eikona_mesh::{Face, SurfaceCurves};
 use serde_json::json;
@@ -52,6 +53,9 @@ pub struct MethodArguments {
     /// Take the nonbounding part off everywhere (full), or only along the curve, as the authors' program does
     #[arg(long, value_enum, default_value = "full")]
     pub completion: CompletionName,
+    /// What completes the curve in its gaps: shortest paths across faces (straight), or paths along edges of the mesh (edges)
+    #[arg(long, value_enum, value_name = "SHAPE", default_value = "straight")]
+    pub completion_shape: ShapeName,
     /// Cost of a nonbounding loop along the curve, as a share of its cost elsewhere: from 1e-9 to 1
     #[arg(long, value_name = "SHARE", default_value = "0.01", allow_hyphen_values = true, value_parser = parse_epsilon)]
     pub epsilon: f64,
@@ -89,6 +93,15 @@ pub enum CompletionName {
     Full,
     /// Only at vertices of the curve
     Curve,
+}
+
+/// See [`CompletionShape`].
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum ShapeName {
+    /// Shortest paths across faces; the mesh is cut there
+    Straight,
+    /// Paths along edges
+    Edges,
 }
 
 /// What is written.
@@ -223,6 +236,10 @@ fn solve(
             CompletionName::Full => Completion::Full,
             CompletionName::Curve => Completion::Curve,
         },
+        completion_shape: match method.completion_shape {
+            ShapeName::Straight => CompletionShape::Straight,
+            ShapeName::Edges => CompletionShape::Edges,
+        },
         epsilon: method.epsilon,
         reference,
         split_short: !method.keep_short,
@@ -265,6 +282,7 @@ fn solve(
             ("gap", json!(program.map(|p| p.certificate.gap))),
             ("pivots", json!(program.map(|p| p.statistics.pivots))),
             ("levels", json!(program.map(|p| p.statistics.levels))),
+            ("completion", json!(report.completion.as_ref().map(completion_json))),
             ("orientation", json!(report.orientation.as_ref().map(orientation_json))),
         ]
         .map(|(key, value)| (key.to_string(), value)),
@@ -278,6 +296,14 @@ fn solve(
         loops(nonbounding, "bounds", "bound"),
         loops(winding.endpoints.len(), "open end", "open ends"),
     ));
+    if let Some(completion) = report.completion.as_ref().filter(|c| c.straightened > 0) {
+        session.note(&format!(
+            "{} of the completion straightened, from {:.6} to {:.6} long",
+            loops(completion.straightened, "piece", "pieces"),
+            completion.length_before,
+            completion.length_after,
+        ));
+    }
     Ok(winding)
 }
 
@@ -290,6 +316,16 @@ fn shown_labels(regions: &[i32]) -> String {
         }
         _ => format!("labels {regions:?}"),
     }
+}
+
+fn completion_json(completion: &CompletionReport) -> serde_json::Value {
+    json!({
+        "pieces": completion.pieces,
+        "straightened": completion.straightened,
+        "kept": completion.kept,
+        "length_before": completion.length_before,
+        "length_after": completion.length_after,
+    })
 }
 
 fn orientation_json(orientation: &Orientation) -> serde_json::Value {

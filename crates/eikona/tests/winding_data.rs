@@ -5,7 +5,7 @@ mod regions;
 
 use eikona::geometry::vector::{cross, dot, sub};
 use eikona::mesh::{Curve, Edge, Face, SurfaceCurves, SurfacePoint, TriangleMesh, damage, io, read_curves};
-use eikona::winding::{Completion, Part, Winding, WindingOptions, surface_winding_number};
+use eikona::winding::{Completion, CompletionShape, Part, Winding, WindingOptions, surface_winding_number};
 use regions::area;
 use std::path::Path;
 
@@ -52,8 +52,13 @@ fn load_named(curve: &str) -> (TriangleMesh, SurfaceCurves) {
 }
 
 fn solve(mesh: &TriangleMesh, curves: &SurfaceCurves, completion: Completion) -> Winding {
-    // Short pieces stay as they are: the figures of the other programs are for the meshes as given.
-    let options = WindingOptions { completion, split_short: false, ..Default::default() };
+    // The figures of the other programs are for the meshes as given: short pieces stay as they are, completions on edges.
+    let options = WindingOptions {
+        completion,
+        split_short: false,
+        completion_shape: CompletionShape::Edges,
+        ..Default::default()
+    };
     surface_winding_number(mesh, curves, &options).unwrap()
 }
 

@@ -1,13 +1,15 @@
 //! Winding numbers of curves and on surfaces as bad as they come: nothing panics, and what is returned is sound.
 
 mod regions;
+mod smooth;
 
 use eikona::contour::shortest_vertex_path;
 use eikona::mesh::{
     Curve, Edge, Face, Halfedge, SurfaceCurves, SurfacePoint, Topology, TriangleMesh, Vertex, shapes,
 };
 use eikona::winding::{
-    Completion, Diagnosis, Part, Winding, WindingError, WindingOptions, surface_winding_number,
+    Completion, CompletionShape, Diagnosis, Part, Winding, WindingError, WindingOptions,
+    surface_winding_number,
 };
 use regions::{boundary_of, centre};
 
@@ -16,8 +18,13 @@ fn solve_with(
     curves: Vec<Curve>,
     options: &WindingOptions,
 ) -> Result<Winding, WindingError> {
-    let w = surface_winding_number(mesh, &SurfaceCurves { curves, points: Vec::new() }, options)?;
-    check(&w, options.completion == Completion::Full);
+    let curves = SurfaceCurves { curves, points: Vec::new() };
+    let on_edges = WindingOptions { completion_shape: CompletionShape::Edges, ..*options };
+    let w = surface_winding_number(mesh, &curves, &on_edges)?;
+    check(&w, options.completion == Completion::Full, true);
+    let straight = surface_winding_number(mesh, &curves, options)?;
+    check(&straight, options.completion == Completion::Full, false);
+    smooth::check(mesh, &w, &straight);
     Ok(w)
 }
 
@@ -39,9 +46,19 @@ fn warned(w: &Winding, of: &str) -> bool {
     w.report.warnings.iter().any(|text| text.contains(of))
 }
 
+/// Whether a vertex lies within an edge or face all of whose corners are endpoints.
+fn is_between_endpoints(w: &Winding, v: Vertex) -> bool {
+    let at = |v: &u32| w.endpoints.contains(&Vertex(*v));
+    match w.vertex_place(v) {
+        Some(SurfacePoint::Edge { vertices, .. }) => vertices.iter().all(at),
+        Some(SurfacePoint::Face { vertices, .. }) => vertices.iter().all(at),
+        _ => false,
+    }
+}
+
 /// What holds for every result: a value wherever the curve does not end and the surface is manifold, jumps as asked for, labels that
-/// are the values rounded, and parts that add up.
-fn check(w: &Winding, full: bool) {
+/// are the values rounded if completions are on edges, and parts that add up.
+fn check(w: &Winding, full: bool, on_edges: bool) {
     let mesh = &w.mesh;
     let most = w.jump.iter().fold(1.0, |m, (_, c)| f64::from(c.abs()).max(m));
     let is_single_fan = single_fans(mesh);
@@ -50,14 +67,17 @@ fn check(w: &Winding, full: bool) {
         let mut mean = (0.0, 0.0);
         for (v, value) in mesh.face_vertices(f).into_iter().zip(values) {
             assert!(
-                value.is_finite() || w.endpoints.contains(&v) || !is_single_fan[v.index()],
+                value.is_finite()
+                    || w.endpoints.contains(&v)
+                    || !is_single_fan[v.index()]
+                    || is_between_endpoints(w, v),
                 "{v}: {value}"
             );
             if value.is_finite() {
                 mean = (mean.0 + value, mean.1 + 1.0);
             }
         }
-        if mean.1 > 0.0 {
+        if on_edges && mean.1 > 0.0 {
             let value = mean.0 / mean.1 + w.shift[w.component[f] as usize];
             assert!((value - f64::from(w.labels[f])).abs() <= 0.5 + 1e-9 * most, "{f}: {value}");
         }

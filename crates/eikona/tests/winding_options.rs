@@ -4,7 +4,9 @@
 mod regions;
 use eikona::contour::{SegmentId, plane_cut};
 use eikona::mesh::{Curve, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, damage, shapes};
-use eikona::winding::{Diagnosis, Part, Solver, Winding, WindingOptions, surface_winding_number};
+use eikona::winding::{
+    CompletionShape, Diagnosis, Part, Solver, Winding, WindingOptions, surface_winding_number,
+};
 use regions::{area, boundary_of, centre};
 use std::f64::consts::TAU;
 
@@ -64,9 +66,10 @@ fn a_reversed_arc_is_found_and_its_effect_told() {
             "{:?}",
             w.report.warnings
         );
-        // The effect is that of turning it over.
-        let right = solve(&sphere, &arcs, &WindingOptions::default());
-        let changed = wrong(&w, |f| right.labels[f]);
+        // The effect is that of turning it over; it is told for completions along edges.
+        let edges = WindingOptions { completion_shape: CompletionShape::Edges, ..Default::default() };
+        let [right, turned] = [&arcs, &given].map(|arcs| solve(&sphere, arcs, &edges));
+        let changed = wrong(&turned, |f| right.labels[f]);
         assert!((orientation.changed_area.unwrap() - changed).abs() < 1e-12);
     }
     let options = WindingOptions { diagnosis: Diagnosis::Never, ..Default::default() };
@@ -194,7 +197,8 @@ fn delaunay_triangles_are_better_where_faces_are_badly_shaped() {
     let cut = (1..=rings).map(|k| number(k, (k - 1) * twist));
     let cut = Curve::signed(std::iter::once(0).chain(cut).map(Vertex));
     let error = |intrinsic_delaunay| {
-        let options = WindingOptions { intrinsic_delaunay, ..Default::default() };
+        let completion_shape = CompletionShape::Edges;
+        let options = WindingOptions { intrinsic_delaunay, completion_shape, ..Default::default() };
         let w = solve(&disk, std::slice::from_ref(&cut), &options);
         assert_eq!(w.endpoints, [Vertex(0)]);
         // Turns by which the value differs from the angle, up to whole ones and to one constant.
@@ -301,7 +305,7 @@ fn labels_that_are_guesses_are_warned_of() {
     };
     let w = ask(10);
     let total: f64 = torus.faces().map(|f| area(&torus, f)).sum();
-    let guessed: f64 = torus.faces().filter(|&f| w.margin[f] < 0.1).map(|f| area(&torus, f)).sum();
+    let guessed: f64 = w.mesh.faces().filter(|&f| w.margin[f] < 0.1).map(|f| area(&w.mesh, f)).sum();
     assert!((w.report.uncertain_area - guessed / total).abs() < 1e-12 && guessed > 0.5 * total);
     let share = format!("on {:.0} % of the area the label is next to a guess", 100.0 * guessed / total);
     assert!(w.report.warnings.iter().any(|text| text.starts_with(&share)), "{:?}", w.report.warnings);

@@ -42,8 +42,13 @@ pub(super) fn shortest_in_strip(
     bends.extend(pull(&unfolded, start, end));
     bends.push(last);
     bends = bend_at_passed_vertices(gates, &unfolded, &bends);
-    bends.dedup_by(|b, a| a.place == b.place && !matches!(a.place, Located::Face(..)));
-    if bends.last()?.place != to {
+    // A closed string begins and ends in one place, but in two points of the unfolded strip.
+    let size = [start, end].into_iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
+    let is_same = |a: &Bend, b: &Bend| {
+        a.place == b.place && (0..2).all(|k| (a.point[k] - b.point[k]).abs() <= 1e-9 * size)
+    };
+    bends.dedup_by(|b, a| is_same(a, b) && !matches!(a.place, Located::Face(..)));
+    if !is_same(bends.last()?, &last) {
         bends.push(last);
     }
     let mut legs = Vec::with_capacity(bends.len() - 1);

@@ -22,7 +22,7 @@ mod vertex_path;
 mod walk;
 
 pub use embed::{ChainEdge, CurveChain, EmbedError, Embedded, EmbeddedCurve, SHORT, Walk, embed_curves};
-pub(crate) use embed::{areas_of_pieces, label_of_most, parts_of_short_edges, weights_in};
+pub(crate) use embed::{areas_of_pieces, label_of_most, parts_of_short_edges, places_of_places, weights_in};
 pub use error::ContourError;
 pub use export::{FLAT, Polyline, obj_lines, ply_edges, polylines, svg_paths};
 pub use inspect_curve::{CurveFacts, CurveReport, Doubled, LISTED, Meeting, MeetingKind, OpenEnd, SegmentId};
@@ -30,5 +30,6 @@ pub use isolines::{LevelSet, isolines};
 pub use levels::{MAX_LEVELS, round_levels, spaced_levels};
 pub use plane_cut::{Wave, plane_cut, wavy_plane_cut};
 pub use straighten::straighten_curve;
+pub(crate) use straighten::{path_length, straighten_around, straighten_loop};
 pub use trace::{DEFAULT_TOLERANCE, Traced, trace_curve, trace_polyline};
 pub use vertex_path::shortest_vertex_path;

@@ -71,6 +71,15 @@ pub fn straighten_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Curve, Con
 
 /// [`straighten_curve`] for places that have been looked up. A path with a segment in no single face is given back as it is.
 pub(super) fn straighten(mesh: &TriangleMesh, path: &[Located]) -> Vec<Located> {
+    straighten_around(mesh, path, &|_| false)
+}
+
+/// The shortest path in the homotopy class relative to some fixed vertices: a path that comes upon one of them keeps to it.
+pub(crate) fn straighten_around(
+    mesh: &TriangleMesh,
+    path: &[Located],
+    is_fixed: &dyn Fn(Vertex) -> bool,
+) -> Vec<Located> {
     let Some((mut corners, mut legs)) = legs_of(mesh, path) else { return path.to_vec() };
     // Zero-area faces let corners wander between vertices at one place; a pass must gain something on the whole path.
     let state = |corners: &[Located], legs: &[Leg]| {
@@ -79,7 +88,7 @@ pub(super) fn straighten(mesh: &TriangleMesh, path: &[Located]) -> Vec<Located> 
     };
     let (mut length, mut loose) = state(&corners, &legs);
     for _ in 0..PASSES {
-        if !pass(mesh, &mut corners, &mut legs) {
+        if !pass(mesh, &mut corners, &mut legs, is_fixed) {
             break;
         }
         let (new_length, new_loose) = state(&corners, &legs);
@@ -101,7 +110,36 @@ pub(super) fn straighten(mesh: &TriangleMesh, path: &[Located]) -> Vec<Located> 
     if whole && path_length(mesh, &result) <= path_length(mesh, path) { result } else { path.to_vec() }
 }
 
-pub(super) fn path_length(mesh: &TriangleMesh, path: &[Located]) -> f64 {
+/// Rounds of moving the base of a closed path, at most. On smooth surfaces about 10 are made.
+const LOOP_ROUNDS: usize = 100;
+
+/// A closed path (its last place is its first) made locally shortest everywhere: the place that is held fixed while the rest
+/// is straightened moves on to the opposite side, until nothing is gained. A path that can be contracted ends as one place.
+pub(crate) fn straighten_loop(
+    mesh: &TriangleMesh,
+    path: &[Located],
+    is_fixed: &dyn Fn(Vertex) -> bool,
+) -> Vec<Located> {
+    let mut path = straighten_around(mesh, path, is_fixed);
+    let mut length = path_length(mesh, &path);
+    let mut idle = 0;
+    for _ in 0..LOOP_ROUNDS {
+        if path.len() < 3 || idle == 2 {
+            break;
+        }
+        path.pop();
+        let half = path.len() / 2;
+        path.rotate_left(half);
+        path.push(path[0]);
+        path = straighten_around(mesh, &path, is_fixed);
+        let new_length = path_length(mesh, &path);
+        idle = if new_length < length * (1.0 - 1e-12) { 0 } else { idle + 1 };
+        length = new_length;
+    }
+    path
+}
+
+pub(crate) fn path_length(mesh: &TriangleMesh, path: &[Located]) -> f64 {
     path.windows(2).map(|p| distance(p[0].position(mesh), p[1].position(mesh))).sum()
 }
 
@@ -122,13 +160,23 @@ fn legs_of(mesh: &TriangleMesh, path: &[Located]) -> Option<(Vec<Located>, Vec<L
 }
 
 /// Tries to improve each corner whose legs have not been changed in this pass. Whether there was any improvement.
-fn pass(mesh: &TriangleMesh, corners: &mut Vec<Located>, legs: &mut Vec<Leg>) -> bool {
+fn pass(
+    mesh: &TriangleMesh,
+    corners: &mut Vec<Located>,
+    legs: &mut Vec<Leg>,
+    is_fixed: &dyn Fn(Vertex) -> bool,
+) -> bool {
     let mut improved = false;
     let (mut new_corners, mut new_legs) = (vec![corners[0]], Vec::with_capacity(legs.len()));
     let mut i = 0;
     while i < legs.len() {
-        let joined = legs.get(i + 1).and_then(|next| join(mesh, &corners[i..i + 3], &legs[i], next));
+        let next = legs.get(i + 1).filter(|_| !matches!(corners[i + 1], Located::Vertex(v) if is_fixed(v)));
+        let joined = next.and_then(|next| join(mesh, &corners[i..i + 3], &legs[i], next));
         match joined {
+            Some((_, pieces)) if pieces.is_empty() => {
+                improved = true;
+                i += 2;
+            }
             Some((between, pieces)) => {
                 improved = true;
                 new_corners.extend(between);
@@ -147,7 +195,8 @@ fn pass(mesh: &TriangleMesh, corners: &mut Vec<Located>, legs: &mut Vec<Leg>) ->
     improved
 }
 
-/// The shorter legs (and the corners between them) that take the place of two legs, if there are any.
+/// The shorter legs (and the corners between them) that take the place of two legs, if there are any. No legs if the two lead
+/// back to where they began and can be contracted.
 fn join(
     mesh: &TriangleMesh,
     corners: &[Located],
@@ -164,9 +213,17 @@ fn join(
         Located::Vertex(_) => before * (1.0 - 1e-12),
         _ => before * (1.0 + 1e-12), // a node inside an edge or face goes even if nothing is gained
     };
+    let strips: Vec<Strip> = strips.into_iter().map(without_turning_back).collect();
+    let at_from = |gate: &Edge| match from {
+        Located::Vertex(v) => mesh.edge_vertices(*gate).contains(&v),
+        Located::Edge(e, _) => *gate == e,
+        Located::Face(..) => false,
+    };
+    if from == to && strips.iter().any(|(_, gates)| gates.iter().all(at_from)) {
+        return Some((Vec::new(), Vec::new()));
+    }
     strips
         .into_iter()
-        .map(without_turning_back)
         .filter_map(|(faces, gates)| shortest_in_strip(mesh, from, to, &faces, &gates))
         .map(|(between, legs)| (legs.iter().map(|l| l.length).sum::<f64>(), between, legs))
         .filter(|(length, ..)| *length <= limit)

@@ -64,15 +64,16 @@ mod solution;
 mod solver;
 mod split;
 mod steps;
+mod straight;
 mod triangulation;
 mod walks;
 
 pub use decomposition::Part;
 pub use error::{UnsolvedProgram, WindingError};
 pub use loops::JumpLoop;
-pub use options::{Completion, Diagnosis, EPSILONS, Reference, WindingOptions};
+pub use options::{Completion, CompletionShape, Diagnosis, EPSILONS, Reference, WindingOptions};
 pub use orientation::{MOST_STRETCHES, Orientation};
-pub use solution::{ProgramReport, Winding, WindingReport};
+pub use solution::{CompletionReport, ProgramReport, Winding, WindingReport};
 pub use solver::Solver;
 pub use split::Split;
 

@@ -14,6 +14,18 @@ pub enum Completion {
     Curve,
 }
 
+/// The shape of what completes the curve, where it has gaps: boundaries of regions and nonbounding loops off the curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CompletionShape {
+    /// Locally shortest paths across faces, from open end to open end or between the places where pieces of the completion meet, and closed
+    /// geodesics where it has no ends. Each is in the homotopy class of the path along edges, and does not cross the curve. The mesh is cut
+    /// along them, and labels, values and the nonbounding jump are those of the straight completion.
+    #[default]
+    Straight,
+    /// Paths along edges of the mesh, as the method finds them.
+    Edges,
+}
+
 /// Where the level of the labels is fixed. The winding number is defined up to one constant a connected component.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Reference {
@@ -45,6 +57,8 @@ pub const EPSILONS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 pub struct WindingOptions {
     /// Where the nonbounding part is taken off.
     pub completion: Completion,
+    /// The shape of the completion.
+    pub completion_shape: CompletionShape,
     /// Cost of a nonbounding loop along the curve, as a share of its cost elsewhere (eq. 11), from 1e-9 to 1. Larger than zero, since
     /// ties would decide otherwise.
     pub epsilon: f64,
@@ -64,6 +78,7 @@ impl Default for WindingOptions {
     fn default() -> Self {
         WindingOptions {
             completion: Completion::Full,
+            completion_shape: CompletionShape::Straight,
             epsilon: 1e-2,
             reference: Reference::LargestArea,
             split_short: true,

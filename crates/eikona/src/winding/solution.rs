@@ -66,6 +66,8 @@ pub(crate) struct Parents {
     pub turned: Vec<bool>,
     /// The mesh before it was cut, and where the vertices lie on it.
     pub cut: Option<(TriangleMesh, Vec<SurfacePoint>)>,
+    /// Whether the label of a point is that of its face, not its value rounded.
+    pub follows_labels: bool,
 }
 
 /// What the solver did, measured.
@@ -84,10 +86,28 @@ pub struct WindingReport {
     pub farthest_from_whole: f64,
     /// The share of the area whose label is next to a guess: its [`margin`](Winding::margin) is below 0.1.
     pub uncertain_area: f64,
+    /// How the completion was straightened; `None` if there is none, or it stays on edges
+    /// ([`CompletionShape`](super::CompletionShape)).
+    pub completion: Option<CompletionReport>,
     /// What was found about stretches of the curve that look reversed, if it was looked for.
     pub orientation: Option<Orientation>,
     /// Sentences for the user.
     pub warnings: Vec<String>,
+}
+
+/// How the completion of the curve was straightened. Pieces lie between open ends of the curve and places where pieces meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CompletionReport {
+    /// Pieces of the completion, those of region boundaries and of nonbounding loops.
+    pub pieces: usize,
+    /// How many of them were straightened. Others are single edges or otherwise straight already, or stay on edges.
+    pub straightened: usize,
+    /// How many stay on edges, since they would cross other parts of the completed curve or vanish.
+    pub kept: usize,
+    /// Total length of the straightened pieces along edges, in the unit of the mesh.
+    pub length_before: f64,
+    /// Their total length after.
+    pub length_after: f64,
 }
 
 /// How the linear program was solved, and how well. Costs are lengths in the unit of the mesh.
@@ -163,7 +183,11 @@ impl Winding {
     /// ```
     pub fn label_at(&self, face: Face, weights: [f64; 3]) -> Option<i32> {
         let value = self.value_at(face, weights);
-        (!value.is_nan()).then(|| value.round() as i32)
+        let label = || {
+            let piece = self.piece_at(face, weights).0;
+            if self.parents.follows_labels { self.labels[piece] } else { value.round() as i32 }
+        };
+        (!value.is_nan()).then(label)
     }
 
     /// [`label_at`](Winding::label_at) for many points.

@@ -13,7 +13,7 @@ use crate::winding::notes::{
     Names, note_chain, note_freed, note_not_fans, note_uncertain, note_without_value,
 };
 use crate::winding::operators::Operators;
-use crate::winding::options::{Diagnosis, EPSILONS, Reference, WindingOptions};
+use crate::winding::options::{CompletionShape, Diagnosis, EPSILONS, Reference, WindingOptions};
 use crate::winding::orientation::{MOST_AT_ALL, MOST_STRETCHES, Orientation, Stretches, changed_area};
 use crate::winding::solution::{Parents, Winding, WindingReport};
 use crate::winding::steps::Found;
@@ -115,7 +115,7 @@ impl Solver {
                 let told = (Names::default(), self.warnings.clone());
                 let mut winding = self.solve_along_edges(curves, &segments, walks, options, told, phases)?;
                 winding.parents = Parents { turned: self.turned.clone(), ..Parents::default() };
-                return Ok(winding);
+                return Ok(self.finished(winding, options));
             }
         }
         self.solve_cut(curves, options, phases)
@@ -151,9 +151,27 @@ impl Solver {
         let told = (Names(Some((&vertex_place, &face_parent))), self.warnings.clone());
         let mut winding = cut.solve_along_edges(&along, &segments, walks, &options, told, phases)?;
         winding.face_parent = face_parent;
-        winding.parents =
-            Parents { turned: self.turned.clone(), cut: Some((self.mesh.clone(), vertex_place)) };
-        Ok(winding)
+        winding.parents = Parents {
+            turned: self.turned.clone(),
+            cut: Some((self.mesh.clone(), vertex_place)),
+            ..Parents::default()
+        };
+        Ok(cut.finished(winding, &options))
+    }
+
+    /// With the completion in the shape that is wanted.
+    fn finished(&self, mut winding: Winding, options: &WindingOptions) -> Winding {
+        if options.completion_shape == CompletionShape::Straight {
+            let mut phases = Phases::start();
+            winding = winding.straightened(self.consistent, options.completion, self.unit);
+            phases.end("straightening");
+            winding.report.phases.0.extend(phases.finish().0);
+        }
+        let triangles = lay_out_in(&winding.mesh, self.unit);
+        let report = &mut winding.report;
+        report.uncertain_area = share_of_area(&triangles, |f| winding.margin.as_slice()[f] < UNCERTAIN);
+        note_uncertain(report.uncertain_area, &mut report.warnings);
+        winding
     }
 
     /// Solves for curves along edges, and looks at their orientation.
@@ -173,8 +191,6 @@ impl Solver {
         note_not_fans(&found.coordinates, names, &mut warnings);
         note_freed(&found.freed, mesh, names, &mut warnings);
         note_without_value(&found.islands, names, &mut warnings);
-        let uncertain_area = share_of_area(&self.triangles, |f| found.labels.margin[f] < UNCERTAIN);
-        note_uncertain(uncertain_area, &mut warnings);
 
         let orientation = self.orientation(&chain, &steps, &walks, &found, options, &mut warnings);
         phases.end("orientation");
@@ -211,7 +227,8 @@ impl Solver {
                 program: found.program,
                 largest_nonbounding,
                 farthest_from_whole,
-                uncertain_area,
+                uncertain_area: 0.0,
+                completion: None,
                 orientation,
                 warnings,
             },

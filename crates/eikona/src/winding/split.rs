@@ -45,39 +45,48 @@ impl Winding {
         let mut fans = DisjointSets::new(mesh.halfedge_count());
         mesh.edges().for_each(|e| join_across(&mut fans, mesh, e, labels));
 
-        let mut positions = mesh.positions().to_vec();
-        let mut vertex_parent: Vec<Vertex> = mesh.vertices().collect();
-        let mut triangles = mesh.triangles().to_vec();
-        // The fans at a vertex, each with its copy.
-        let mut copies: Vec<(u32, u32)> = Vec::new();
-        for v in mesh.vertices() {
+        let is_split = |v: Vertex| {
             let corners = mesh.vertex_corners(v);
-            let label = |i: usize| labels[corners[i].face()];
-            if (1..corners.len()).all(|i| label(i) == label(0)) {
-                continue;
-            }
-            copies.clear();
-            for corner in corners {
-                let fan = fans.find(corner.index() as u32);
-                let copy = match copies.binary_search_by_key(&fan, |c| c.0) {
-                    Ok(place) => copies[place].1,
-                    Err(place) => {
-                        let mut copy = v.0;
-                        if !copies.is_empty() {
-                            copy = positions.len() as u32;
-                            positions.push(mesh.position(v));
-                            vertex_parent.push(v);
-                        }
-                        copies.insert(place, (fan, copy));
-                        copy
-                    }
-                };
-                triangles[corner.face().index()][corner.index() % 3] = copy;
-            }
-        }
-        let mesh = TriangleMesh::new(positions, triangles)?;
+            corners.iter().any(|c| labels[c.face()] != labels[corners[0].face()])
+        };
+        let (mesh, vertex_parent) = cut_open(mesh, &mut fans, is_split)?;
         Ok(Split { mesh, vertex_parent, face_parent: self.face_parent.clone() })
     }
+}
+
+/// Gives each of some vertices a copy for every set of its corners, the first set excepted. Faces keep their order and their corners; the
+/// parent of each vertex comes with the mesh.
+pub(super) fn cut_open(
+    mesh: &TriangleMesh,
+    corners_of: &mut DisjointSets,
+    is_split: impl Fn(Vertex) -> bool,
+) -> Result<(TriangleMesh, Vec<Vertex>), MeshError> {
+    let mut positions = mesh.positions().to_vec();
+    let mut vertex_parent: Vec<Vertex> = mesh.vertices().collect();
+    let mut triangles = mesh.triangles().to_vec();
+    // The sets at a vertex, each with its copy.
+    let mut copies: Vec<(u32, u32)> = Vec::new();
+    for v in mesh.vertices().filter(|&v| is_split(v)) {
+        copies.clear();
+        for corner in mesh.vertex_corners(v) {
+            let set = corners_of.find(corner.index() as u32);
+            let copy = match copies.binary_search_by_key(&set, |c| c.0) {
+                Ok(place) => copies[place].1,
+                Err(place) => {
+                    let mut copy = v.0;
+                    if !copies.is_empty() {
+                        copy = positions.len() as u32;
+                        positions.push(mesh.position(v));
+                        vertex_parent.push(v);
+                    }
+                    copies.insert(place, (set, copy));
+                    copy
+                }
+            };
+            triangles[corner.face().index()][corner.index() % 3] = copy;
+        }
+    }
+    Ok((TriangleMesh::new(positions, triangles)?, vertex_parent))
 }
 
 /// Joins the corners at both ends of an edge of those of its faces that have the same label.

@@ -238,40 +238,43 @@ impl Embedded {
         for (curve, (coarse, steps)) in finer.curves.iter_mut().zip(self.curves.iter().zip(&steps)) {
             curve.segments.iter_mut().for_each(|s| *s = coarse.segments[steps[*s]]);
         }
+        finer.vertex_place = places_of_places(&self.input, &self.face_parent, &self.vertex_place, &finer);
         finer.face_parent.iter_mut().for_each(|f| *f = self.face_parent[f.index()]);
-        finer.vertex_place = self.places_of_places(&finer);
         finer.input = self.input.clone();
         Ok(finer)
     }
+}
 
-    /// Where the vertices of a mesh cut from this one lie on the input.
-    fn places_of_places(&self, finer: &Embedded) -> Vec<SurfacePoint> {
-        // A face of the input for each vertex; face_parent names the input already.
-        let mut home: Vec<Option<Face>> = vec![None; finer.mesh.vertex_count()];
-        for f in finer.mesh.faces() {
-            finer
-                .mesh
-                .face_vertices(f)
-                .iter()
-                .for_each(|v| home[v.index()] = Some(finer.face_parent[f.index()]));
-        }
-        let place_of = |(i, place): (usize, &SurfacePoint)| {
-            let parts: Vec<(u32, f64)> = match *place {
-                SurfacePoint::Vertex { vertex } => return self.vertex_place[vertex as usize],
-                SurfacePoint::Edge { vertices: [a, b], t } => vec![(a, 1.0 - t), (b, t)],
-                SurfacePoint::Face { vertices, bary } => vertices.into_iter().zip(bary).collect(),
-            };
-            let Some(face) = home[i] else { return *place };
-            let corners = self.input.face_vertices(face);
-            let mut sum = [0.0; 3];
-            for (v, share) in parts {
-                let weights = weights_in(self.vertex_place[v as usize], corners);
-                (0..3).for_each(|k| sum[k] += share * weights[k]);
-            }
-            Located::in_face(&self.input, face, sum).to_surface_point(&self.input)
-        };
-        finer.vertex_place.iter().enumerate().map(place_of).collect()
+/// Where the vertices of a mesh lie that was cut from one which was itself cut from `input`: into faces with these parents, and
+/// vertices at these places.
+pub(crate) fn places_of_places(
+    input: &TriangleMesh,
+    face_parent: &[Face],
+    vertex_place: &[SurfacePoint],
+    finer: &Embedded,
+) -> Vec<SurfacePoint> {
+    // A face of the input for each vertex.
+    let mut home: Vec<Option<Face>> = vec![None; finer.mesh.vertex_count()];
+    for f in finer.mesh.faces() {
+        let parent = face_parent[finer.face_parent[f.index()].index()];
+        finer.mesh.face_vertices(f).iter().for_each(|v| home[v.index()] = Some(parent));
     }
+    let place_of = |(i, place): (usize, &SurfacePoint)| {
+        let parts: Vec<(u32, f64)> = match *place {
+            SurfacePoint::Vertex { vertex } => return vertex_place[vertex as usize],
+            SurfacePoint::Edge { vertices: [a, b], t } => vec![(a, 1.0 - t), (b, t)],
+            SurfacePoint::Face { vertices, bary } => vertices.into_iter().zip(bary).collect(),
+        };
+        let Some(face) = home[i] else { return *place };
+        let corners = input.face_vertices(face);
+        let mut sum = [0.0; 3];
+        for (v, share) in parts {
+            let weights = weights_in(vertex_place[v as usize], corners);
+            (0..3).for_each(|k| sum[k] += share * weights[k]);
+        }
+        Located::in_face(input, face, sum).to_surface_point(input)
+    };
+    finer.vertex_place.iter().enumerate().map(place_of).collect()
 }
 
 /// Into how many parts each edge has to be cut that belongs to a short open piece of the curves.

@@ -17,7 +17,9 @@ mod face;
 mod triangulation;
 
 pub use embedded::{ChainEdge, CurveChain, Embedded, EmbeddedCurve, SHORT, Walk};
-pub(crate) use embedded::{areas_of_pieces, label_of_most, parts_of_short_edges, weights_in};
+pub(crate) use embedded::{
+    areas_of_pieces, label_of_most, parts_of_short_edges, places_of_places, weights_in,
+};
 pub use error::EmbedError;
 
 use crate::geometry::shape_of_face;

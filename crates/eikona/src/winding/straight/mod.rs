@@ -1,0 +1,530 @@
+//! The completed curve made smooth.
+//!
+//! What completes a curve runs along edges: regions are made of faces, and so are the jumps of the linear program. That is right for the
+//! mesh, but zigzags on the surface. Here each piece of the completion (`pieces.rs`) is pulled straight (`pull.rs`), its ends
+//! fixed, to a shortest path across faces in its homotopy class relative to the curve, to the boundary and to the ends of other pieces.
+//! The mesh is cut along the result (`refined.rs`), and labels and values follow: between the old path and the new one they change by the
+//! height of the jump. That they do is checked edge by edge; a piece for which it fails stays on edges.
+//!
+//! Boundaries of regions and nonbounding loops are treated apart, as they may cross each other.
+
+mod pieces;
+mod pull;
+mod refined;
+mod sides;
+
+use crate::contour::{Embedded, EmbeddedCurve, embed_curves, places_of_places};
+use crate::geometry::face_in;
+use crate::winding::decomposition::THRESHOLD;
+use crate::winding::labels::face_mean;
+use crate::winding::loops::loops_of;
+use crate::winding::options::Completion;
+use crate::winding::solution::{CompletionReport, Winding};
+use crate::wording::counted;
+use eikona_mesh::{Curve, Edge, Face, Halfedge, Located, Neighbour, SurfaceCurves, TriangleMesh, Vertex};
+use pieces::{Jumps, Piece};
+use pull::{Pulled, Slit, Stays};
+use refined::{Refined, Wall};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Rounds in which pieces that go wrong are made to move less, before none moves.
+const ROUNDS: usize = 8;
+
+/// Faces whose label has at least this margin are out of bounds for pieces that would take in too much.
+const CERTAIN: f64 = 0.25;
+
+/// See [`Winding::overreaching`]. 0: regions may change label if values are halfway; 1: whatever the values.
+const DOUBT: f64 = 0.3;
+
+/// How far a piece may move.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Freedom {
+    /// To the shortest path in its homotopy class.
+    Free,
+    /// To the shortest one that does not enter faces whose label is certain.
+    Banded,
+    /// Not at all.
+    OnEdges,
+}
+
+/// A piece of the completion, and where it has been pulled.
+struct Strand {
+    piece: Piece,
+    freedom: Freedom,
+    /// `None` if it does not move.
+    pulled: Option<Pulled>,
+}
+
+impl Strand {
+    fn stay(&mut self) {
+        (self.freedom, self.pulled) = (Freedom::OnEdges, None);
+    }
+}
+
+/// Pieces of one kind: boundaries of regions, or nonbounding loops.
+struct Layer {
+    strands: Vec<Strand>,
+    /// Vertices off the curve at which pieces end.
+    junctions: Vec<Vertex>,
+}
+
+impl Layer {
+    fn of((pieces, junctions): (Vec<Piece>, Vec<Vertex>)) -> Layer {
+        let strand = |piece| Strand { piece, freedom: Freedom::Free, pulled: None };
+        Layer { strands: pieces.into_iter().map(strand).collect(), junctions }
+    }
+
+    /// Pulls all pieces straight that may move. Edges that are `closed`, and pieces that stay, are in their way, and for some the faces
+    /// that are `certain`.
+    fn pull(
+        &mut self,
+        mesh: &TriangleMesh,
+        closed: &[bool],
+        certain: impl Fn(Face) -> bool,
+        consistent: bool,
+        unit: f64,
+    ) {
+        let mut closed = closed.to_vec();
+        for strand in self.strands.iter().filter(|s| s.freedom == Freedom::OnEdges) {
+            strand.piece.steps.iter().for_each(|s| closed[mesh.edge(s.high).index()] = true);
+        }
+        for freedom in [Freedom::Free, Freedom::Banded] {
+            if self.strands.iter().all(|s| s.freedom != freedom) {
+                continue;
+            }
+            if freedom == Freedom::Banded {
+                self.close_faces(mesh, &certain, &mut closed);
+            }
+            let slit = Slit::new(mesh, &closed, &self.junctions, unit);
+            for strand in self.strands.iter_mut().filter(|s| s.freedom == freedom) {
+                let pulled = slit.as_ref().map_err(|_| Stays);
+                match pulled.and_then(|slit| slit.pull(mesh, &strand.piece, !consistent)) {
+                    Ok(pulled) => strand.pulled = pulled,
+                    Err(Stays) => strand.stay(),
+                }
+            }
+        }
+    }
+
+    /// Closes the sides of faces that are certain, unless a piece comes to them.
+    fn close_faces(&self, mesh: &TriangleMesh, certain: impl Fn(Face) -> bool, closed: &mut [bool]) {
+        let mut at_piece = vec![false; mesh.vertex_count()];
+        for step in self.strands.iter().flat_map(|s| &s.piece.steps) {
+            step.ends(mesh).into_iter().for_each(|v| at_piece[v.index()] = true);
+        }
+        let is_near = |f: Face| mesh.face_vertices(f).iter().any(|v| at_piece[v.index()]);
+        for f in mesh.faces().filter(|&f| certain(f) && !is_near(f)) {
+            mesh.face_edges(f).into_iter().for_each(|e| closed[e.index()] = true);
+        }
+    }
+
+    /// The pieces that moved.
+    fn moved(&self) -> impl Iterator<Item = (usize, &Piece, &Pulled)> {
+        let all = self.strands.iter().enumerate();
+        all.filter_map(|(i, s)| s.pulled.as_ref().map(|pulled| (i, &s.piece, pulled)))
+    }
+
+    fn stay_all(&mut self) {
+        self.strands.iter_mut().for_each(Strand::stay);
+    }
+
+    /// Takes the pieces that moved off jumps at edges.
+    fn take_off(&self, mesh: &TriangleMesh, jump: &mut [f64]) {
+        for step_of in self.moved().map(|(_, piece, _)| piece) {
+            for step in &step_of.steps {
+                let e = mesh.edge(step.high);
+                let is_first = mesh.edge_halfedges(e)[0] == step.high;
+                jump[e.index()] -= if is_first { step_of.height } else { -step_of.height };
+            }
+        }
+    }
+}
+
+/// What came of it.
+struct Straight {
+    cut: Embedded,
+    labels: Vec<f64>,
+    /// Values at corners.
+    values: Vec<f64>,
+    /// What is added to the residual function in each face, and taken off the winding number, as the nonbounding part moves.
+    moved: Vec<f64>,
+    /// The jump of `moved`.
+    moved_jump: Vec<f64>,
+}
+
+impl Winding {
+    /// With the completion pulled straight. `consistent`: whether all faces are wound alike.
+    pub(super) fn straightened(mut self, consistent: bool, completion: Completion, unit: f64) -> Winding {
+        self.parents.follows_labels = true;
+        let mesh = self.mesh.clone();
+        let is_curve: Vec<bool> = self.jump.iter().map(|(_, j)| *j != 0).collect();
+        let label_jump = self.label_jumps();
+        let jumps = Jumps { mesh: &mesh, jump: &label_jump, is_curve: &is_curve };
+        let mut regions = Layer::of(jumps.pieces());
+        let pieces = regions.strands.iter_mut().map(|s| &mut s.piece);
+        jumps.extend_to_ends(pieces, |e| {
+            let is_bounding = is_curve[e.index()] && self.nonbounding[e].abs() < THRESHOLD;
+            is_bounding.then(|| f64::from(self.jump[e]))
+        });
+        let loop_jump = self.loop_jumps();
+        let mut loops = Layer::of(Jumps { mesh: &mesh, jump: &loop_jump, is_curve: &is_curve }.pieces());
+        let pieces = regions.strands.len() + loops.strands.len();
+        if pieces == 0 {
+            return self;
+        }
+        let is_certain = |f: Face| self.margin[f] >= CERTAIN;
+        loops.pull(&mesh, &is_curve, is_certain, consistent, unit);
+        let mut straight = None;
+        for round in 0..=ROUNDS {
+            if round == ROUNDS {
+                regions.stay_all();
+                loops.stay_all();
+            }
+            regions.pull(&mesh, &is_curve, is_certain, consistent, unit);
+            if regions.moved().chain(loops.moved()).next().is_none() {
+                break;
+            }
+            straight = self.try_out(&label_jump, &mut regions, &mut loops, completion, unit);
+            if straight.is_some() {
+                break;
+            }
+        }
+        let mut report = CompletionReport { pieces, ..CompletionReport::default() };
+        for layer in [&regions, &loops] {
+            report.kept += layer.strands.iter().filter(|s| s.freedom == Freedom::OnEdges).count();
+            for (_, _, pulled) in layer.moved() {
+                report.straightened += 1;
+                report.length_before += pulled.before;
+                report.length_after += pulled.after;
+            }
+        }
+        if report.kept > 0 {
+            let kept = counted(report.kept, "piece", "pieces");
+            self.report.warnings.push(format!(
+                "{kept} of the completed curve (of {pieces}) stayed on edges of the mesh, as straight paths would cross other \
+                 parts of it or take in regions whose label is certain; close the widest gaps of the curve, or refine the mesh"
+            ));
+        }
+        self.report.completion = Some(report);
+        match straight {
+            Some(straight) => self.on_cut(straight),
+            None => self,
+        }
+    }
+
+    /// The jumps of labels at edges of two faces.
+    fn label_jumps(&self) -> Vec<f64> {
+        let jump = |e| match self.mesh.edge_halfedges(e) {
+            &[a, b] => f64::from(self.labels[a.face()]) - f64::from(self.labels[b.face()]),
+            _ => 0.0,
+        };
+        self.mesh.edges().map(jump).collect()
+    }
+
+    /// The jumps of the completed nonbounding loops at edges.
+    fn loop_jumps(&self) -> Vec<f64> {
+        let mut jump = vec![0.0; self.mesh.edge_count()];
+        for l in &self.nonbounding_loops {
+            for ends in l.vertices.windows(2) {
+                if let Some(e) = self.mesh.find_edge(ends[0], ends[1]) {
+                    jump[e.index()] += l.jump.copysign(self.nonbounding[e]);
+                }
+            }
+        }
+        jump
+    }
+
+    /// Cuts the mesh along the straightened pieces and finds labels and values there. `None` if they contradict a piece: it is
+    /// marked as one that moves less.
+    fn try_out(
+        &self,
+        label_jump: &[f64],
+        regions: &mut Layer,
+        loops: &mut Layer,
+        completion: Completion,
+        unit: f64,
+    ) -> Option<Straight> {
+        let mesh = &self.mesh;
+        let walks = self.curves.iter().filter(|c| c.vertices.len() > 1);
+        let walks = walks.map(|c| Curve::signed(c.vertices.iter().copied()));
+        let new = regions.moved().chain(loops.moved()).filter(|(_, _, p)| p.path.len() > 1);
+        let place = |p: &Located| p.to_surface_point(mesh);
+        let new = new.map(|(_, _, p)| Curve::signed(p.path.iter().map(place)));
+        let curves: Vec<Curve> = walks.chain(new).collect();
+        let Ok(cut) = embed_curves(mesh, &SurfaceCurves { curves, points: Vec::new() }) else {
+            regions.stay_all();
+            loops.stay_all();
+            return None;
+        };
+        let refined = Refined { before: mesh, cut: &cut };
+        let first = self.curves.iter().filter(|c| c.vertices.len() > 1).count();
+        let mut paths = cut.curves[first..].iter().map(|c| c.vertices.as_slice());
+        let region_walls = walls_of(&refined, regions, &mut paths);
+        let loop_walls = walls_of(&refined, loops, &mut paths);
+        let (Some(region_walls), Some(loop_walls)) = (region_walls, loop_walls) else { return None };
+
+        let mut jump = vec![0.0; mesh.edge_count()];
+        loops.take_off(mesh, &mut jump);
+        let mut moved_jump = refined.jumps(&jump);
+        loop_walls.iter().for_each(|(_, walls)| refined.add(walls, &mut moved_jump));
+        let Some(moved) = refined.function(&moved_jump, |_| 0.0, unit) else {
+            loops.stay_all();
+            return None;
+        };
+        let mut values = refined.values(self.values.as_slice());
+        // With the nonbounding part taken off along the curve only, the function is continuous off the curve: nothing moves.
+        if completion == Completion::Full {
+            values.iter_mut().enumerate().for_each(|(c, x)| *x -= moved[c / 3]);
+        }
+
+        let mut jump = label_jump.to_vec();
+        regions.take_off(mesh, &mut jump);
+        let rest = refined.jumps(&jump);
+        let mut jump = rest.clone();
+        region_walls.iter().for_each(|(_, walls)| refined.add(walls, &mut jump));
+        let old_label = |f: Face| f64::from(self.labels[cut.face_parent[f.index()]]);
+        let Some(labels) = refined.function(&jump, old_label, unit) else {
+            regions.stay_all();
+            return None;
+        };
+        let crossing = self.crossing(&refined, &region_walls, regions, &rest, &labels);
+        let overreaching = self.overreaching(&refined, &region_walls, regions, &labels, &values, unit);
+        if crossing.is_empty() && overreaching.is_empty() {
+            if self.keeps_labels_beside_the_curve(&refined, &region_walls, regions, &labels) {
+                return Some(Straight { labels, values, moved, moved_jump, cut });
+            }
+            regions.stay_all();
+        }
+        for i in overreaching {
+            let strand = &mut regions.strands[i];
+            match strand.freedom {
+                Freedom::Free => strand.freedom = Freedom::Banded,
+                Freedom::Banded | Freedom::OnEdges => strand.stay(),
+            }
+        }
+        crossing.into_iter().for_each(|i| regions.strands[i].stay());
+        None
+    }
+
+    /// The pieces beside which the labels are not what they were: they cross others.
+    fn crossing(
+        &self,
+        refined: &Refined,
+        walls: &[(usize, Vec<Wall>)],
+        regions: &Layer,
+        rest: &[f64],
+        labels: &[f64],
+    ) -> Vec<usize> {
+        let mesh = refined.mesh();
+        let uses = uses(mesh, walls);
+        let is_wrong = |(i, walls): &&(usize, Vec<Wall>)| {
+            let high_label = f64::from(self.labels[regions.strands[*i].piece.high_side.face()]);
+            let mut alone = walls.iter().filter(|(high, _)| {
+                let e = mesh.edge(*high).index();
+                uses[e] == 1 && rest[e] == 0.0
+            });
+            alone.any(|(high, _)| labels[high.face().index()] != high_label)
+        };
+        walls.iter().filter(is_wrong).map(|(i, _)| *i).collect()
+    }
+
+    /// Whether labels are what they were along those edges of the curve where no piece runs, nor ran.
+    fn keeps_labels_beside_the_curve(
+        &self,
+        refined: &Refined,
+        walls: &[(usize, Vec<Wall>)],
+        regions: &Layer,
+        labels: &[f64],
+    ) -> bool {
+        let mesh = refined.mesh();
+        let uses = uses(mesh, walls);
+        let mut ran = vec![false; self.mesh.edge_count()];
+        for (_, piece, _) in regions.moved() {
+            piece.steps.iter().for_each(|s| ran[self.mesh.edge(s.high).index()] = true);
+        }
+        let keeps = |h: Halfedge| {
+            let Some(parent) = refined.parent(h) else { return true };
+            let edge = self.mesh.edge(parent);
+            let same = labels[h.face().index()] == f64::from(self.labels[parent.face()]);
+            self.jump[edge] == 0 || ran[edge.index()] || same
+        };
+        mesh.edges().all(|e| uses[e.index()] > 0 || mesh.edge_halfedges(e).iter().all(|&h| keeps(h)))
+    }
+
+    /// The pieces that take in regions of whose label there was little doubt: a path around a limb may be pulled over its end.
+    ///
+    /// A region between a piece before and after is too certain if its values lie nearer to the old label than to the new one by more
+    /// than [`DOUBT`] in the mean. One narrower than an edge is as it has to be.
+    fn overreaching(
+        &self,
+        refined: &Refined,
+        walls: &[(usize, Vec<Wall>)],
+        regions: &Layer,
+        labels: &[f64],
+        values: &[f64],
+        unit: f64,
+    ) -> Vec<usize> {
+        let mesh = refined.mesh();
+        let mut at_wall: BTreeMap<Edge, Vec<usize>> = BTreeMap::new();
+        for (i, walls) in walls {
+            walls.iter().for_each(|(high, _)| at_wall.entry(mesh.edge(*high)).or_default().push(*i));
+        }
+        let mut at_step: BTreeMap<Edge, Vec<usize>> = BTreeMap::new();
+        for (i, piece, _) in regions.moved() {
+            let edges = piece.steps.iter().map(|s| self.mesh.edge(s.high));
+            edges.for_each(|e| at_step.entry(e).or_default().push(i));
+        }
+        let old = |f: Face| f64::from(self.labels[refined.cut.face_parent[f.index()]]);
+        let mut open: Vec<bool> = mesh.faces().map(|f| labels[f.index()] != old(f)).collect();
+        let mut found = BTreeSet::new();
+        for first in mesh.faces() {
+            if !std::mem::take(&mut open[first.index()]) {
+                continue;
+            }
+            let (mut area, mut certainty) = (0.0, 0.0);
+            let mut around: BTreeSet<usize> = BTreeSet::new();
+            let mut waiting = vec![first];
+            while let Some(f) = waiting.pop() {
+                let parent = refined.cut.face_parent[f.index()];
+                let a = face_in(mesh, f, unit).area;
+                area += a;
+                if let Some(mean) = face_mean(values, f) {
+                    let value = mean + self.shift[self.component[parent] as usize];
+                    certainty += a * ((value - labels[f.index()]).abs() - (value - old(f)).abs());
+                }
+                for h in (0..3).map(|k| f.halfedge(k)) {
+                    let step = refined.parent(h).and_then(|h| at_step.get(&self.mesh.edge(h)));
+                    around.extend(step.into_iter().chain(at_wall.get(&mesh.edge(h))).flatten());
+                    if let Neighbour::Twin(other) = mesh.neighbour(h)
+                        && std::mem::take(&mut open[other.face().index()])
+                    {
+                        waiting.push(other.face());
+                    }
+                }
+            }
+            let strip = |(i, piece, pulled): (usize, &Piece, &Pulled)| {
+                let length = pulled.before / unit;
+                if around.contains(&i) { length * length / piece.steps.len() as f64 } else { 0.0 }
+            };
+            if std::env::var("DBG").is_ok() {
+                eprintln!(
+                    "region area {area:.5} doubt {:.3} strip {:.5} around {around:?}",
+                    certainty / area,
+                    regions.moved().map(strip).sum::<f64>()
+                );
+            }
+            if certainty > DOUBT * area && area > regions.moved().map(strip).sum() {
+                found.extend(around);
+            }
+        }
+        found.into_iter().collect()
+    }
+
+    /// The result on the mesh that was cut once more.
+    fn on_cut(self, straight: Straight) -> Winding {
+        let Straight { cut, labels, values, moved, moved_jump } = straight;
+        let before = &self.mesh;
+        let refined = Refined { before, cut: &cut };
+        let mesh = cut.mesh.clone();
+        let mid_parent = |f: Face| cut.face_parent[f.index()];
+        let mut residual_function = refined.values(self.residual_function.as_slice());
+        residual_function.iter_mut().enumerate().for_each(|(c, x)| *x += moved[c / 3]);
+        let mut nonbounding = refined.jumps(self.nonbounding.as_slice());
+        nonbounding.iter_mut().zip(&moved_jump).for_each(|(t, m)| *t += m);
+        let labels: Vec<i32> = labels.iter().map(|l| l.round() as i32).collect();
+        let pieces_of = pieces_of_faces(before, &cut);
+        let margin = mesh.faces().map(|f| {
+            let parent = mid_parent(f);
+            let is_whole = pieces_of[parent.index()] == 1 && moved[f.index()] == 0.0;
+            if is_whole && labels[f.index()] == self.labels[parent] {
+                return self.margin[parent];
+            }
+            let shift = self.shift[self.component[parent] as usize];
+            let value = face_mean(&values, f).map_or(f64::NAN, |mean| mean + shift);
+            (0.5 - (value - f64::from(labels[f.index()])).abs()).max(0.0)
+        });
+        let margin: Vec<f64> = margin.collect();
+        let component: Vec<u32> = mesh.faces().map(|f| self.component[mid_parent(f)]).collect();
+        let label_jump = |e: Edge| {
+            let [a, b] = [0, 1].map(|i| mesh.edge_halfedges(e)[i].face().index());
+            f64::from(labels[a] - labels[b])
+        };
+        let bounding_loops = loops_of(&mesh, label_jump);
+        let nonbounding_loops = loops_of(&mesh, |e| nonbounding[e.index()]);
+        let jump = refined.jumps(self.jump.as_slice());
+
+        let mut walked = cut.curves.iter();
+        let mut curves = Vec::with_capacity(self.curves.len());
+        let mut parts = Vec::with_capacity(self.curves.len());
+        for (curve, part) in self.curves.iter().zip(&self.parts) {
+            let Some(walk) = (curve.vertices.len() > 1).then(|| walked.next()).flatten() else {
+                curves.push(curve.clone());
+                parts.push(part.clone());
+                continue;
+            };
+            let segments = walk.segments.iter().map(|s| curve.segments[*s]).collect();
+            parts.push(walk.segments.iter().map(|s| part[*s]).collect());
+            curves.push(EmbeddedCurve { vertices: walk.vertices.clone(), segments, ..curve.clone() });
+        }
+        let mut parents = self.parents;
+        parents.cut = Some(match parents.cut {
+            Some((input, places)) => {
+                let places = places_of_places(&input, &self.face_parent, &places, &cut);
+                (input, places)
+            }
+            None => (before.clone(), cut.vertex_place.clone()),
+        });
+        let face_parent = cut.face_parent.iter().map(|f| self.face_parent[f.index()]).collect();
+        Winding {
+            mesh,
+            face_parent,
+            values: values.into(),
+            labels: labels.into(),
+            margin: margin.into(),
+            component: component.into(),
+            curves,
+            jump: jump.into(),
+            nonbounding: nonbounding.into(),
+            residual_function: residual_function.into(),
+            parts,
+            bounding_loops,
+            nonbounding_loops,
+            parents,
+            shift: self.shift,
+            endpoints: self.endpoints,
+            report: self.report,
+        }
+    }
+}
+
+/// The walls of all pieces that moved, from their paths on the cut mesh. `None` if the sides of one can not be told: it stays.
+fn walls_of<'a>(
+    refined: &Refined,
+    layer: &mut Layer,
+    paths: &mut impl Iterator<Item = &'a [Vertex]>,
+) -> Option<Vec<(usize, Vec<Wall>)>> {
+    let mut walls = Vec::new();
+    let mut lost = Vec::new();
+    for (i, piece, pulled) in layer.moved() {
+        let path = if pulled.path.len() > 1 { paths.next()? } else { &[] };
+        match refined.walls(piece, path) {
+            Some(found) => walls.push((i, found)),
+            None => lost.push(i),
+        }
+    }
+    lost.iter().for_each(|&i| layer.strands[i].stay());
+    lost.is_empty().then_some(walls)
+}
+
+/// How many walls lie on each edge.
+fn uses(mesh: &TriangleMesh, walls: &[(usize, Vec<Wall>)]) -> Vec<u32> {
+    let mut uses = vec![0u32; mesh.edge_count()];
+    walls.iter().flat_map(|(_, walls)| walls).for_each(|(high, _)| uses[mesh.edge(*high).index()] += 1);
+    uses
+}
+
+fn pieces_of_faces(before: &TriangleMesh, cut: &Embedded) -> Vec<u32> {
+    let mut count = vec![0; before.face_count()];
+    cut.face_parent.iter().for_each(|f| count[f.index()] += 1);
+    count
+}

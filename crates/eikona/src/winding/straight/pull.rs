@@ -1,0 +1,89 @@
+//! Pieces of the completion pulled straight, on the mesh cut open along what they must not cross.
+
+use super::pieces::Piece;
+use crate::contour::{path_length, straighten_around, straighten_loop};
+use crate::winding::split::cut_open;
+use eikona_mesh::{DisjointSets, Located, MeshError, TriangleMesh, Vertex};
+
+/// The mesh cut open along edges. Faces and halfedges keep their numbers.
+pub(super) struct Slit {
+    mesh: TriangleMesh,
+    vertex_parent: Vec<Vertex>,
+    is_fixed: Vec<bool>,
+    unit: f64,
+}
+
+/// A piece pulled straight: its places on the uncut mesh, and its length before and after.
+#[derive(Clone, Debug)]
+pub(super) struct Pulled {
+    pub path: Vec<Located>,
+    pub before: f64,
+    pub after: f64,
+}
+
+impl Slit {
+    /// Cuts along the edges that are `closed`. Pieces go no more than up to the vertices `fixed`. Lengths are taken in `unit`s.
+    pub fn new(mesh: &TriangleMesh, closed: &[bool], fixed: &[Vertex], unit: f64) -> Result<Slit, MeshError> {
+        let mut fans = DisjointSets::new(mesh.halfedge_count());
+        let mut at_cut = vec![false; mesh.vertex_count()];
+        for e in mesh.edges() {
+            let ends = mesh.edge_vertices(e);
+            let is_closed = closed[e.index()];
+            if is_closed {
+                ends.into_iter().for_each(|v| at_cut[v.index()] = true);
+            }
+            if let (&[a, b], false) = (mesh.edge_halfedges(e), is_closed) {
+                for v in ends {
+                    let corner = |h| (if mesh.origin(h) == v { h } else { h.next() }).index() as u32;
+                    fans.join(corner(a), corner(b));
+                }
+            }
+        }
+        let (open, vertex_parent) = cut_open(mesh, &mut fans, |v| at_cut[v.index()])?;
+        let scaled = open.positions().iter().map(|p| p.map(|x| x / unit)).collect();
+        let mut is_fixed = vec![false; mesh.vertex_count()];
+        fixed.iter().for_each(|v| is_fixed[v.index()] = true);
+        Ok(Slit { mesh: open.with_positions(scaled)?, vertex_parent, is_fixed, unit })
+    }
+
+    /// `None` if the piece is straight already, or can not be straightened: `Err` then.
+    pub fn pull(&self, mesh: &TriangleMesh, piece: &Piece, keep_base: bool) -> Result<Option<Pulled>, Stays> {
+        let mut path: Vec<Located> = Vec::with_capacity(piece.steps.len() + 1);
+        for step in &piece.steps {
+            let [a, b] = step.ends(&self.mesh);
+            match path.last() {
+                None => path.push(Located::Vertex(a)),
+                Some(&last) if last == Located::Vertex(a) => {}
+                Some(_) => return Err(Stays),
+            }
+            path.push(Located::Vertex(b));
+        }
+        let is_fixed = |v: Vertex| self.is_fixed[self.vertex_parent[v.index()].index()];
+        let straight = if piece.is_loop && !keep_base {
+            straighten_loop(&self.mesh, &path, &is_fixed)
+        } else {
+            straighten_around(&self.mesh, &path, &is_fixed)
+        };
+        let [before, after] = [&path, &straight].map(|p| path_length(&self.mesh, p));
+        if after.is_nan() {
+            return Err(Stays);
+        }
+        if after >= before * (1.0 - 1e-12) {
+            return Ok(None);
+        }
+        let uncut = |place: Located| match place {
+            Located::Vertex(v) => Located::Vertex(self.vertex_parent[v.index()]),
+            Located::Edge(e, t) => {
+                let h = self.mesh.edge_halfedges(e)[0];
+                Located::Edge(mesh.edge(h), if mesh.follows_edge(h) { t } else { 1.0 - t })
+            }
+            inside => inside,
+        };
+        let path = straight.into_iter().map(uncut).collect();
+        Ok(Some(Pulled { path, before: before * self.unit, after: after * self.unit }))
+    }
+}
+
+/// The piece stays on edges.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stays;

@@ -1,0 +1,164 @@
+//! The mesh cut along straightened pieces: what lay on edges and faces carried over, and functions with given jumps.
+
+use super::pieces::Piece;
+use super::sides::{carried, turned};
+use crate::contour::{Embedded, weights_in};
+use crate::geometry::face_in;
+use eikona_mesh::{Edge, Face, Halfedge, TriangleMesh, Vertex};
+use std::collections::{BTreeMap, VecDeque};
+
+/// A mesh cut once more.
+pub(super) struct Refined<'a> {
+    pub before: &'a TriangleMesh,
+    pub cut: &'a Embedded,
+}
+
+/// An edge of a straightened piece, by its halfedge on the higher side, and how high it is.
+pub(super) type Wall = (Halfedge, f64);
+
+impl Refined<'_> {
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.cut.mesh
+    }
+
+    /// The weights of a corner's vertex in the face that the corner's face was cut from.
+    fn weights(&self, face: Face, v: Vertex) -> [f64; 3] {
+        weights_in(
+            self.cut.vertex_place[v.index()],
+            self.before.face_vertices(self.cut.face_parent[face.index()]),
+        )
+    }
+
+    /// The halfedge before the cut that a halfedge is a part of.
+    pub fn parent(&self, h: Halfedge) -> Option<Halfedge> {
+        let face = h.face();
+        let [a, b] = [self.mesh().origin(h), self.mesh().tip(h)].map(|v| self.weights(face, v));
+        // Side k lies opposite corner k + 2.
+        let side = (0..3).find(|k| a[(k + 2) % 3] == 0.0 && b[(k + 2) % 3] == 0.0)?;
+        Some(self.cut.face_parent[face.index()].halfedge(side))
+    }
+
+    /// The edge before the cut that an edge is a part of, and whether the first faces of both are on the same side.
+    fn edge_parent(&self, e: Edge) -> Option<(Edge, bool)> {
+        let parent = self.parent(self.mesh().edge_halfedges(e)[0])?;
+        let edge = self.before.edge(parent);
+        Some((edge, self.before.edge_halfedges(edge)[0] == parent))
+    }
+
+    /// Jumps at edges carried over: first face minus second. Edges inside faces have none.
+    pub fn jumps<T: Copy + Default + std::ops::Neg<Output = T>>(&self, jump: &[T]) -> Vec<T> {
+        let of = |e| match self.edge_parent(e) {
+            Some((parent, true)) => jump[parent.index()],
+            Some((parent, false)) => -jump[parent.index()],
+            None => T::default(),
+        };
+        self.mesh().edges().map(of).collect()
+    }
+
+    /// Values at corners carried over; corners without value (NaN) have no weight, as in eq. 4.
+    pub fn values(&self, values: &[f64]) -> Vec<f64> {
+        let mesh = self.mesh();
+        let mut result = Vec::with_capacity(3 * mesh.face_count());
+        for f in mesh.faces() {
+            let parent = self.cut.face_parent[f.index()].index();
+            for v in mesh.face_vertices(f) {
+                let (mut sum, mut total) = (0.0, 0.0);
+                for (value, weight) in values[3 * parent..].iter().zip(self.weights(f, v)) {
+                    if !value.is_nan() && weight != 0.0 {
+                        sum += weight * value;
+                        total += weight;
+                    }
+                }
+                result.push(if total == 0.0 { f64::NAN } else { sum / total });
+            }
+        }
+        result
+    }
+
+    /// The edges of a straightened piece with their higher sides, which start from that of the piece before. `None` if the sides
+    /// can not be told.
+    pub fn walls(&self, piece: &Piece, walk: &[Vertex]) -> Option<Vec<Wall>> {
+        let mesh = self.mesh();
+        let mut walls: Vec<Wall> = Vec::with_capacity(walk.len());
+        for ends in walk.windows(2) {
+            let edge = mesh.find_edge(ends[0], ends[1])?;
+            let high = match walls.last() {
+                Some(&(high, _)) => carried(mesh, ends[0], high, edge)?,
+                None if piece.is_loop && !walk.first().is_some_and(|v| self.starts_at(piece, *v)) => {
+                    // Faces have one orientation here, and left stays left.
+                    let step = piece.steps.first()?;
+                    let on_left = step.forward == (step.along == step.high);
+                    let runs_along = |h: &&Halfedge| (mesh.origin(**h) == ends[0]) == on_left;
+                    *mesh.edge_halfedges(edge).iter().find(runs_along)?
+                }
+                None => turned(mesh, ends[0], self.first_high(piece, ends[0])?, edge)?,
+            };
+            walls.push((high, piece.height));
+        }
+        Some(walls)
+    }
+
+    fn starts_at(&self, piece: &Piece, v: Vertex) -> bool {
+        piece.steps.first().is_some_and(|s| s.ends(self.before)[0] == v)
+    }
+
+    /// The halfedge at the piece's first vertex that is a part of the higher side of its first step.
+    fn first_high(&self, piece: &Piece, v: Vertex) -> Option<Halfedge> {
+        let high = piece.steps.first()?.high;
+        let corners = self.mesh().vertex_corners(v).iter();
+        let mut sides = corners.flat_map(|c| [c.halfedge(), c.halfedge().previous()]);
+        sides.find(|h| self.cut.face_parent[h.face().index()] == high.face() && self.parent(*h) == Some(high))
+    }
+
+    /// Adds walls to jumps at edges.
+    pub fn add(&self, walls: &[Wall], jump: &mut [f64]) {
+        for &(high, height) in walls {
+            let edge = self.mesh().edge(high);
+            let is_first = self.mesh().edge_halfedges(edge)[0] == high;
+            jump[edge.index()] += if is_first { height } else { -height };
+        }
+    }
+
+    /// The function on faces with these jumps, constant elsewhere. Of its constants, one per connected component, each is the
+    /// one for which the largest area keeps its value `before`. `None` if there is no such function.
+    pub fn function(&self, jump: &[f64], before: impl Fn(Face) -> f64, unit: f64) -> Option<Vec<f64>> {
+        let mesh = self.mesh();
+        let mut value = vec![f64::NAN; mesh.face_count()];
+        for first in mesh.faces() {
+            if !value[first.index()].is_nan() {
+                continue;
+            }
+            value[first.index()] = 0.0;
+            let mut component = Vec::new();
+            let mut waiting = VecDeque::from([first]);
+            while let Some(f) = waiting.pop_front() {
+                component.push(f);
+                for e in mesh.face_edges(f) {
+                    let &[a, b] = mesh.edge_halfedges(e) else { continue };
+                    let (other, jump) = if a.face() == f {
+                        (b.face(), -jump[e.index()])
+                    } else {
+                        (a.face(), jump[e.index()])
+                    };
+                    let expected = value[f.index()] + jump;
+                    let there = &mut value[other.index()];
+                    if there.is_nan() {
+                        *there = expected;
+                        waiting.push_back(other);
+                    } else if (*there - expected).abs() > 1e-6 {
+                        return None;
+                    }
+                }
+            }
+            let mut votes: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
+            for &f in &component {
+                let constant = before(f) - value[f.index()];
+                let area = face_in(mesh, f, unit).area;
+                votes.entry((1e6 * constant).round() as i64).or_insert((0.0, constant)).0 += area;
+            }
+            let most = votes.values().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |most| most.1);
+            component.iter().for_each(|f| value[f.index()] += most);
+        }
+        Some(value)
+    }
+}

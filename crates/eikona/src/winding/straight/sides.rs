@@ -1,0 +1,51 @@
+//! Which side of a path is which, carried around vertices: works on any surface, whatever the orientation of its faces.
+
+use eikona_mesh::{Edge, Halfedge, Neighbour, TriangleMesh, Vertex};
+
+/// The halfedge of the other face at an edge of two faces.
+pub(super) fn other_side(mesh: &TriangleMesh, h: Halfedge) -> Option<Halfedge> {
+    match mesh.neighbour(h) {
+        Neighbour::Twin(other) => Some(other),
+        _ => None,
+    }
+}
+
+/// Turns about a vertex, away from the edge of `from` through its face, until a face has the edge `to`: the halfedge of that face.
+/// `None` where the faces end first, or an edge is not `passable`.
+pub(super) fn swept(
+    mesh: &TriangleMesh,
+    v: Vertex,
+    from: Halfedge,
+    to: Edge,
+    passable: impl Fn(Edge) -> bool,
+) -> Option<Halfedge> {
+    let mut side = from;
+    for _ in 0..mesh.vertex_corners(v).len() {
+        side = if mesh.tip(side) == v { side.next() } else { side.previous() };
+        let edge = mesh.edge(side);
+        if edge == to {
+            return Some(side);
+        }
+        if !passable(edge) {
+            return None;
+        }
+        side = other_side(mesh, side)?;
+    }
+    None
+}
+
+/// The side `high` of a path that arrives at a vertex, at the edge by which it leaves.
+pub(super) fn carried(mesh: &TriangleMesh, v: Vertex, high: Halfedge, to: Edge) -> Option<Halfedge> {
+    let through_low =
+        || swept(mesh, v, other_side(mesh, high)?, to, |_| true).and_then(|low| other_side(mesh, low));
+    swept(mesh, v, high, to, |_| true).or_else(through_low)
+}
+
+/// The side `high` of a path that leaves a vertex, at another edge by which it is to leave instead.
+pub(super) fn turned(mesh: &TriangleMesh, v: Vertex, high: Halfedge, to: Edge) -> Option<Halfedge> {
+    if mesh.edge(high) == to {
+        return Some(high);
+    }
+    let through_high = swept(mesh, v, high, to, |_| true).and_then(|low| other_side(mesh, low));
+    through_high.or_else(|| swept(mesh, v, other_side(mesh, high)?, to, |_| true))
+}
