@@ -4,7 +4,7 @@ use crate::error::{Fault, MeshError};
 use crate::id::Face;
 use crate::mesh::TriangleMesh;
 
-mod chain_tree;
+mod box_tree;
 mod crossing;
 mod cut;
 mod ears;
@@ -77,7 +77,7 @@ impl PolygonMesh {
     ///
     /// A polygon may pass a vertex again after others: on its way back from a hole (a keyhole: a bridge to the hole walked
     /// twice), or where it touches itself. Where it falls apart at such a vertex, each part of `m` corners gives `m - 2`
-    /// triangles. Polygons that cross themselves, and those whose corners lie on a line, are triangulated all the same, with
+    /// triangles; dead ends, edges walked out and straight back, are left out. Polygons that cross themselves, and those whose corners lie on a line, are triangulated all the same, with
     /// triangles that overlap or have no area; [`PolygonQuality`] reports them.
     ///
     /// ```

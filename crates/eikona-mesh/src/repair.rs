@@ -142,7 +142,7 @@ pub fn weld(mesh: &TriangleMesh, tolerance: f64) -> Result<Repaired, MeshError> 
 /// [`weld`] for polygons. A corner that follows one at the same vertex is left out; a polygon with fewer than three corners left
 /// is dropped.
 ///
-/// A polygon that comes back to a vertex after other ones is kept with all its corners, and triangulating it reports it.
+/// A polygon that comes back to a vertex after other ones is kept with all its corners: it may go round a hole.
 ///
 /// # Errors
 /// As for [`weld`]; and [`MeshError::Invalid`] with all vertices that are not finite and all faces that name a vertex that does

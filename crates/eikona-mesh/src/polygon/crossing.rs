@@ -1,6 +1,6 @@
 //! Whether a polygon crosses itself.
 
-use super::chain_tree::{Box2, ChainTree};
+use super::box_tree::{Box2, BoxTree};
 use super::outline::{exact_side, tolerance};
 
 /// Whether two edges cross inside both of them. Edges that touch, or run along each other, do not
@@ -11,7 +11,8 @@ use super::outline::{exact_side, tolerance};
 pub(crate) fn crosses_itself(points: &[[f64; 2]]) -> bool {
     let n = points.len();
     let edge = |k: usize| [points[k], points[(k + 1) % n]];
-    let tree = ChainTree::new((0..n).map(|k| Some(Box2::of(edge(k)))));
+    let boxes: Vec<_> = (0..n).map(|k| Some(Box2::of(edge(k)))).collect();
+    let tree = BoxTree::new(&boxes);
     (0..n).any(|k| {
         let [a, b] = edge(k);
         let own = Box2::of([a, b]);
@@ -20,7 +21,7 @@ pub(crate) fn crosses_itself(points: &[[f64; 2]]) -> bool {
             let [least, greatest] = other.sides_of(a, b);
             own.meets(other) && least <= margin && greatest >= -margin
         };
-        tree.find(k + 2, near, |j| {
+        tree.find(near, |j| {
             let [c, d] = edge(j);
             let apart = |p, q, r, s| exact_side(p, q, r) * exact_side(p, q, s) < 0.0;
             (apart(a, b, c, d) && apart(c, d, a, b)).then_some(())

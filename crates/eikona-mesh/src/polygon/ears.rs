@@ -6,13 +6,13 @@
 //! left. Orientation tests are exact, so that rounding never leaves a simple polygon without ears.
 //!
 //! Only corners that are not convex can lie in the triangle of another corner. They are kept in a
-//! [`ChainTree`]; a corner that is no ear because of one of them waits until that one is gone.
+//! [`BoxTree`]; a corner that is no ear because of one of them waits until that one is gone.
 
-use super::chain_tree::{Box2, ChainTree};
+use super::box_tree::{Box2, BoxTree};
 use super::crossing::crosses_itself;
 use super::outline::{Shape, cross, exact_side, squared, tolerance};
 use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::BinaryHeap;
 
 /// Which corners are cut off. When none is left under one rule, the next one applies.
 #[derive(Clone, Copy, PartialEq)]
@@ -61,7 +61,8 @@ struct Blocker {
 /// except where the polygon meets a vertex twice and falls apart there: each part then has two fewer
 /// than its corners. No triangle names a vertex twice.
 ///
-/// `vertices` names the vertex of each corner; neighbours must differ.
+/// `vertices` names the vertex of each corner; neighbours must differ, and so must second neighbours
+/// (no dead ends).
 ///
 /// # Cost
 /// O(n log n) in practice, at worst O(n^2) tests for contrived simple polygons. Polygons that cross
@@ -78,7 +79,7 @@ struct Clipper<'a> {
     version: Vec<u32>,
     removed: Vec<bool>,
     /// The remaining corners that are not convex.
-    blockers: ChainTree,
+    blockers: BoxTree,
     /// Head of the list in `waiting` of the corners that wait for each blocker.
     first_waiting: Vec<usize>,
     /// Corner, its version, and the next entry of the list.
@@ -101,8 +102,9 @@ impl<'a> Clipper<'a> {
             let shape = Shape::of([previous[k], k, next[k]].map(|k| points[k]));
             shape.is_flat().then(|| Box2::of([points[k]]))
         };
+        let blockers: Vec<_> = (0..n).map(blocks).collect();
         Clipper {
-            blockers: ChainTree::new((0..n).map(blocks)),
+            blockers: BoxTree::new(&blockers),
             points,
             vertices,
             next,
@@ -127,14 +129,7 @@ impl<'a> Clipper<'a> {
             let Some(candidate) = self.candidates.pop() else {
                 self.rule = match self.rule {
                     Rule::Clear => Rule::Exact,
-                    _ => {
-                        let parts = self.parts();
-                        if let [_, _, ..] = parts.as_slice() {
-                            parts.iter().for_each(|part| self.triangulate_part(part, triangles));
-                            return;
-                        }
-                        Rule::Any
-                    }
+                    _ => Rule::Any,
                 };
                 self.list_all();
                 continue;
@@ -158,11 +153,11 @@ impl<'a> Clipper<'a> {
                 }
             }
             triangles.push([self.previous[b], b, self.next[b]]);
-            self.cut_off(b);
-            remaining -= 1;
+            remaining -= self.cut_off(b);
         }
-        let last = (0..n).find(|&k| !self.removed[k]).expect("three corners remain");
-        triangles.push([last, self.next[last], self.next[self.next[last]]]);
+        if let (3, Some(a)) = (remaining, (0..n).find(|&k| !self.removed[k])) {
+            triangles.push([a, self.next[a], self.previous[a]]);
+        }
     }
 
     /// Lists all remaining corners that the rule admits.
@@ -206,7 +201,7 @@ impl<'a> Clipper<'a> {
             (area.meets(&bounds) || slack > 0.0)
                 && sides.iter().all(|[p, q]| area.sides_of(*p, *q)[1] >= -margin)
         };
-        self.blockers.find(0, near, |k| {
+        self.blockers.find(near, |k| {
             if own.contains(&k) {
                 return None;
             }
@@ -257,15 +252,26 @@ impl<'a> Clipper<'a> {
         }
     }
 
-    fn cut_off(&mut self, b: usize) {
-        let [a, c] = [self.previous[b], self.next[b]];
-        self.next[a] = c;
-        self.previous[c] = a;
-        self.removed[b] = true;
-        if self.blockers.contains(b) {
-            self.blockers.remove(b);
+    /// Removes a corner after its triangle was taken, and with it what has become a dead end: a part
+    /// that hangs on a vertex of the rest is used up. Gives the number of corners removed.
+    fn cut_off(&mut self, b: usize) -> usize {
+        let [mut a, mut c] = [self.previous[b], self.next[b]];
+        self.remove(b);
+        let mut count = 1;
+        loop {
+            // The dead end has its tip at a or at c.
+            let (tip, twin) = if self.same_vertex(self.previous[a], c) {
+                (a, self.previous[a])
+            } else if self.same_vertex(a, self.next[c]) {
+                (c, self.next[c])
+            } else {
+                break;
+            };
+            (a, c) = if tip == a { (self.previous[twin], c) } else { (a, self.next[twin]) };
+            self.remove(tip);
+            self.remove(twin);
+            count += 2;
         }
-        self.wake(b);
         for k in [a, c] {
             self.version[k] += 1;
             if self.blockers.contains(k) && !Shape::of(self.triangle(k)).is_flat() {
@@ -276,44 +282,23 @@ impl<'a> Clipper<'a> {
             }
             self.list(k);
         }
+        count
     }
 
-    /// Splits what remains at the vertices that it meets more than once. Parts of two corners, an
-    /// edge walked there and back, are left out.
-    fn parts(&self) -> Vec<Vec<usize>> {
-        let first = (0..self.points.len()).find(|&k| !self.removed[k]).expect("corners remain");
-        let mut path: Vec<usize> = Vec::new();
-        let mut place: HashMap<u32, usize> = HashMap::new();
-        let mut parts = Vec::new();
-        let mut k = first;
-        loop {
-            let vertex = self.vertices[k];
-            if let Some(&start) = place.get(&vertex) {
-                parts.push(path[start..].to_vec());
-                for &j in &path[start..] {
-                    place.remove(&self.vertices[j]);
-                }
-                path.truncate(start);
-            }
-            place.insert(vertex, path.len());
-            path.push(k);
-            k = self.next[k];
-            if k == first {
-                parts.push(path);
-                return parts;
-            }
-        }
+    fn same_vertex(&self, j: usize, k: usize) -> bool {
+        self.vertices[j] == self.vertices[k]
     }
 
-    fn triangulate_part(&self, part: &[usize], triangles: &mut Vec<[usize; 3]>) {
-        if part.len() < 3 {
-            return;
+    /// Unlinks a corner.
+    fn remove(&mut self, k: usize) {
+        let [a, c] = [self.previous[k], self.next[k]];
+        self.next[a] = c;
+        self.previous[c] = a;
+        self.removed[k] = true;
+        if self.blockers.contains(k) {
+            self.blockers.remove(k);
         }
-        let points: Vec<_> = part.iter().map(|&k| self.points[k]).collect();
-        let vertices: Vec<_> = part.iter().map(|&k| self.vertices[k]).collect();
-        let first = triangles.len();
-        triangulate(&points, &vertices, triangles);
-        triangles[first..].iter_mut().for_each(|t| *t = t.map(|k| part[k]));
+        self.wake(k);
     }
 }
 

@@ -18,7 +18,7 @@ const NO_NORMAL: f64 = 1e-12;
 pub(crate) struct Outline {
     /// The corners; counter-clockwise if the polygon encloses area.
     pub points: Vec<[f64; 2]>,
-    /// Largest distance of a corner from the plane, relative to the polygon's size.
+    /// Largest distance of a corner from the plane, relative to the largest extent along an axis.
     pub deviation: f64,
 }
 
@@ -45,10 +45,16 @@ impl Outline {
         let (i, j) = if normal[k] > 0.0 { ((k + 1) % 3, (k + 2) % 3) } else { ((k + 2) % 3, (k + 1) % 3) };
         let slope = [normal[i] / normal[k], normal[j] / normal[k]];
         let projected = points.iter().map(|p| [p[i] - slope[0] * p[k], p[j] - slope[1] * p[k]]);
-        let heights = points.iter().map(|&p| dot(p, normal) / length(normal));
-        let (low, high) =
-            heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
-        Some(Outline { deviation: (high - low) / 2.0, points: projected.collect() })
+        let extent = |of: &dyn Fn(&[f64; 3]) -> f64| {
+            let (low, high) = points
+                .iter()
+                .map(of)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
+            high - low
+        };
+        let size = extent(&|p| p[0]).max(extent(&|p| p[1])).max(extent(&|p| p[2]));
+        let thickness = extent(&|p| dot(*p, normal) / length(normal));
+        Some(Outline { deviation: thickness / 2.0 / size, points: projected.collect() })
     }
 
     /// Whether the fan of triangles from a corner covers the polygon without folding over, with no

@@ -2,6 +2,7 @@
 
 use super::PolygonMesh;
 use super::crossing::crosses_itself;
+use super::cut::without_dead_ends;
 use super::ears;
 use super::outline::{Outline, cross};
 use crate::id::Face;
@@ -49,8 +50,7 @@ pub struct PolygonQuality {
 }
 
 impl PolygonQuality {
-    /// Examines all polygons with four or more corners. Those that name a vertex that does not exist
-    /// are left out.
+    /// Examines all polygons with four or more corners that can be triangulated.
     ///
     /// # Cost
     /// As for [`PolygonMesh::triangulate`].
@@ -58,7 +58,14 @@ impl PolygonQuality {
         let mut quality = PolygonQuality::default();
         for (f, corners) in mesh.faces().enumerate() {
             let face = Face(f as u32);
-            if corners.len() < 4 || corners.iter().any(|&v| v as usize >= mesh.vertex_count()) {
+            let n = corners.len();
+            let broken = (0..n).any(|k| corners[k] == corners[(k + 1) % n])
+                || corners.iter().any(|&v| v as usize >= mesh.vertex_count());
+            if n < 4 || broken {
+                continue;
+            }
+            let corners = &*without_dead_ends(corners);
+            if corners.len() < 3 {
                 continue;
             }
             let Some(outline) = Outline::of(corners, &mesh.positions) else {
@@ -83,9 +90,6 @@ impl PolygonQuality {
 /// Whether edges cross, or the polygon turns over at a vertex that it meets twice.
 fn overlaps_itself(points: &[[f64; 2]], corners: &[u32]) -> bool {
     let n = corners.len();
-    if (0..n).any(|k| corners[k] == corners[(k + 1) % n]) {
-        return false;
-    }
     if crosses_itself(points) {
         return true;
     }
