@@ -6,8 +6,8 @@ use crate::session::Session;
 use clap::Args;
 use eikona_mesh::io::{MeshFile, MeshFormat, MeshOut, read_mesh_as, read_mesh_bytes, without_gzip};
 use eikona_mesh::{
-    Face, Fault, IndexMaps, MeshError, PolygonMesh, RepairedPolygons, Stitched, SurfacePoint, TriangleMesh,
-    Vertex, drop_broken_polygons, drop_degenerate_faces, weld_polygons,
+    Face, Fault, IndexMaps, MeshError, PolygonMesh, PolygonQuality, RepairedPolygons, Stitched, SurfacePoint,
+    TriangleMesh, Vertex, drop_broken_polygons, drop_degenerate_faces, weld_polygons,
 };
 use serde_json::{Value, json};
 use std::io::Read;
@@ -26,7 +26,7 @@ pub struct MeshArguments {
     /// are joined at equal places unless `--weld=off` is given
     #[arg(long, value_name = "TOL|off", num_args = 0..=1, require_equals = true, default_missing_value = "0", value_parser = parse_weld)]
     pub weld: Option<Weld>,
-    /// Drop faces without area and faces that name a vertex twice; the vertices stay
+    /// Drop faces without area and faces that name a vertex twice (but not polygons with holes); the vertices stay
     #[arg(long)]
     pub drop_degenerate: bool,
     /// Join boundaries that touch, or are at most TOL apart (in the unit of the mesh): vertices at vertices, and vertices inside
@@ -81,6 +81,8 @@ pub struct MeshInput {
     pub file: MeshFile,
     /// The triangles that are worked on.
     pub mesh: TriangleMesh,
+    /// How far the polygons, after repairs, are from convex and planar ones. `None` if all faces are triangles.
+    pub polygon_quality: Option<PolygonQuality>,
     /// What goes into output files.
     surface: Surface,
     /// The face of the file that each triangle is a part of, in their order. `None` if triangles have the numbers of faces.
@@ -198,12 +200,22 @@ impl MeshInput {
         let surface = polygons.as_ref().unwrap_or(&file.mesh);
         let (mut mesh, polygon_of) = session.phase("triangulate", || triangulate(surface))?;
         parts_of = polygon_of.iter().map(|f| parts_of[f.index()]).collect();
+        let mut polygon_quality = None;
         if !surface.is_triangular() {
             session.note(&format!(
-                "{} polygons were cut into {} triangles, each from its first corner",
+                "{} polygons were cut into {} triangles: fans from the first corner where these do not fold over, ears elsewhere",
                 surface.face_count(),
                 mesh.face_count()
             ));
+            let quality = session.phase("polygons", || PolygonQuality::of(surface));
+            if let Some(first) = quality.self_crossing.first() {
+                session.warn(format!(
+                    "{}: polygons that cross themselves: {} (first: {first}); their triangles overlap; correct them",
+                    path.display(),
+                    quality.self_crossing.len()
+                ));
+            }
+            polygon_quality = Some(quality);
         }
         let mut kept_polygons = true;
         if arguments.drop_degenerate {
@@ -247,7 +259,7 @@ impl MeshInput {
         let same = parts_of.len() == file.mesh.face_count()
             && parts_of.iter().enumerate().all(|(triangle, f)| f.index() == triangle);
         let parts_of = (!same).then_some(parts_of);
-        Ok(MeshInput { path, file, mesh, surface, parts_of, of_file, joined, stitched })
+        Ok(MeshInput { path, file, mesh, polygon_quality, surface, parts_of, of_file, joined, stitched })
     }
 
     /// Refuses a mesh on which there is nothing to measure.

@@ -9,7 +9,8 @@ use crate::source::{SourceArguments, files_read, read_source_if_any, warn_of_sid
 use clap::Args;
 use eikona::contour::{CurveReport, MeetingKind};
 use eikona_mesh::{
-    Fault, Orientation, Quality, Seams, SurfaceCurves, Topology, TriangleMesh, slivers, validate,
+    Face, Fault, Orientation, PolygonQuality, Quality, Seams, SurfaceCurves, Topology, TriangleMesh, slivers,
+    validate,
 };
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
@@ -55,11 +56,17 @@ pub fn run(arguments: &InspectArguments, general: &General) -> Result<u8, Failur
     let kinds = by_kind(&faults, &orientation, &seams);
 
     let mut text = mesh_text(&input, &topology, &quality);
+    if let Some(polygons) = &input.polygon_quality {
+        text += &polygons_text(polygons);
+    }
     text += &faults_text(&kinds, arguments.all);
     let mut facts = Map::new();
     facts.insert("mesh".into(), session.report.input.get("mesh").cloned().unwrap_or_default());
     facts.insert("topology".into(), topology_json(&topology, &orientation));
     facts.insert("quality".into(), quality_json(&quality));
+    if let Some(polygons) = &input.polygon_quality {
+        facts.insert("polygons".into(), polygons_json(polygons));
+    }
     facts.insert("faults".into(), faults_json(&kinds, arguments.all));
     if let Some((curves, report)) = read_source_if_any(&arguments.source, &input, &mut session)? {
         text += &curves_text(&curves, &report, arguments.all);
@@ -237,6 +244,39 @@ fn mesh_text(input: &MeshInput, topology: &Topology, quality: &Quality) -> Strin
         let _ = writeln!(text, "  fields       {}", names.join(", "));
     }
     text
+}
+
+/// The kinds of polygons that are reported: words, key, and the polygons themselves.
+fn polygon_kinds(polygons: &PolygonQuality) -> [(&'static str, &'static str, &[Face]); 4] {
+    [
+        ("not convex", "nonconvex", &polygons.nonconvex),
+        ("not planar", "nonplanar", &polygons.nonplanar),
+        ("self-crossing", "self_crossing", &polygons.self_crossing),
+        ("with all corners on a line", "collinear", &polygons.collinear),
+    ]
+}
+
+fn polygons_text(polygons: &PolygonQuality) -> String {
+    let mut parts = Vec::new();
+    for (words, key, faces) in polygon_kinds(polygons) {
+        let Some(first) = faces.first() else { continue };
+        let off = if key == "nonplanar" {
+            format!(", by up to {:.1e} of the size", polygons.largest_deviation)
+        } else {
+            String::new()
+        };
+        parts.push(format!("{} {words} (first: {first}{off})", faces.len()));
+    }
+    let parts = if parts.is_empty() { "all convex and planar".into() } else { parts.join(", ") };
+    format!("  polygons     {parts}\n")
+}
+
+fn polygons_json(polygons: &PolygonQuality) -> Value {
+    let entry = |faces: &[Face]| json!({"count": faces.len(), "first": faces.first().map(|f| f.0)});
+    let mut all: Map<String, Value> =
+        polygon_kinds(polygons).iter().map(|(_, key, faces)| (key.to_string(), entry(faces))).collect();
+    all.insert("largest_deviation".into(), json!(polygons.largest_deviation));
+    Value::Object(all)
 }
 
 /// Numbers that belong together.

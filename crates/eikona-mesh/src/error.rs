@@ -25,7 +25,8 @@ pub enum Fault {
         /// How many vertices there are.
         vertices: usize,
     },
-    /// A face names one vertex twice.
+    /// A face names one vertex twice: at successive corners, or without area. (Polygons may pass a vertex again on the way
+    /// back from a hole.)
     RepeatedVertex {
         /// The face.
         face: Face,

@@ -39,7 +39,7 @@ pub use id::{Corner, Edge, ElementId, Face, Halfedge, Vertex};
 pub use mesh::{Neighbour, TriangleMesh};
 pub use orientation::{Orientation, Patch};
 pub use point::{BARYCENTRIC_TOLERANCE, Located, SNAP_TOLERANCE, SurfacePoint};
-pub use polygon::PolygonMesh;
+pub use polygon::{NONPLANAR, PolygonMesh, PolygonQuality};
 pub use quality::{Quality, Range, ZERO_AREA};
 pub use repair::{
     IndexMaps, Repaired, RepairedPolygons, drop_broken_polygons, drop_degenerate_faces, drop_duplicate_faces,

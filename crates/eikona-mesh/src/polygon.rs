@@ -1,8 +1,18 @@
 //! Polygons as they stand in a file, before they are triangulated.
 
 use crate::error::{Fault, MeshError};
-use crate::id::{Face, Vertex};
+use crate::id::Face;
 use crate::mesh::TriangleMesh;
+
+mod box_tree;
+mod crossing;
+mod cut;
+mod ears;
+mod outline;
+mod quality;
+
+pub(crate) use cut::cut_polygon;
+pub use quality::{NONPLANAR, PolygonQuality};
 
 /// Vertices and polygons of any number of sides, in the order of the file; nothing is merged, dropped or turned.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,44 +67,58 @@ impl PolygonMesh {
         self.faces().all(|f| f.len() == 3)
     }
 
-    /// The triangle mesh with the same vertices, polygons cut into fans from their first corner, and for each triangle the
-    /// polygon it came from.
+    /// Triangulates the polygons. Gives the triangle mesh with the same vertices, and for each triangle the polygon it came
+    /// from.
+    ///
+    /// A polygon of `n` corners gives `n - 2` triangles, oriented like the polygon:
+    /// - a fan from its first corner, where that covers the polygon without folding over, as in every convex polygon;
+    /// - a quadrilateral otherwise a fan from its second corner, if that is better;
+    /// - others by ear clipping in the projection along the area vector (Newell normal).
+    ///
+    /// A polygon may pass a vertex again after others: on its way back from a hole (a keyhole: a bridge to the hole walked
+    /// twice), or where it touches itself. Where it falls apart at such a vertex, each part of `m` corners gives `m - 2`
+    /// triangles; dead ends, edges walked out and straight back, are left out. Polygons that cross themselves, and those whose corners lie on a line, are triangulated all the same, with
+    /// triangles that overlap or have no area; [`PolygonQuality`] reports them.
+    ///
+    /// ```
+    /// use eikona_mesh::{PolygonMesh, Quality};
+    /// // An L: the fan from its first corner would fold over.
+    /// let corners = [[2., 0.], [2., 1.], [1., 1.], [1., 2.], [0., 2.], [0., 0.]];
+    /// let mut mesh = PolygonMesh::new(corners.map(|[x, y]| [x, y, 0.]).to_vec());
+    /// mesh.push_face(0..6);
+    /// let (triangles, parents) = mesh.triangulate()?;
+    /// assert_eq!(parents.len(), 4);
+    /// assert_eq!(Quality::of(&triangles).area, 3.0);
+    /// # Ok::<(), eikona_mesh::MeshError>(())
+    /// ```
     ///
     /// # Errors
-    /// [`MeshError::Invalid`] with all faults; polygons with fewer than three corners are among them. Face ids in the error
-    /// are those of the polygons.
+    /// [`MeshError::Invalid`] with all faults. Among them are polygons with fewer than three corners, those with the same
+    /// vertex at two successive corners, and those that repeat a vertex and enclose no area. Face ids in the error are those
+    /// of the polygons.
+    ///
+    /// # Cost
+    /// O(n) for polygons that are cut into fans, about O(n log n) for others.
     pub fn triangulate(&self) -> Result<(TriangleMesh, Vec<Face>), MeshError> {
         let mut triangles = Vec::with_capacity(self.face_count());
         let mut parent = Vec::with_capacity(self.face_count());
         let mut faults = Vec::new();
-        // The polygon that named each vertex last: finds repeated corners in time linear in the corners.
-        let mut last_named = vec![None; self.positions.len()];
         for (f, corners) in self.faces().enumerate() {
             let face = Face(f as u32);
             if corners.len() < 3 {
                 faults.push(Fault::TooFewCorners { face, corners: corners.len() });
                 continue;
             }
+            let vertices = self.positions.len();
+            let outside = corners.iter().filter(|v| **v as usize >= vertices);
             let before = faults.len();
-            for &v in corners {
-                match last_named.get_mut(v as usize) {
-                    None => faults.push(Fault::IndexOutOfRange {
-                        face,
-                        index: v as i64,
-                        vertices: self.positions.len(),
-                    }),
-                    Some(last) if *last == Some(face) => {
-                        faults.push(Fault::RepeatedVertex { face, vertex: Vertex(v) });
-                    }
-                    Some(last) => *last = Some(face),
-                }
-            }
+            faults.extend(outside.map(|&v| Fault::IndexOutOfRange { face, index: v as i64, vertices }));
             if faults.len() > before {
                 continue;
             }
-            for k in 1..corners.len() - 1 {
-                triangles.push([corners[0], corners[k], corners[k + 1]]);
-                parent.push(face);
+            match cut_polygon(corners, &self.positions, &mut triangles) {
+                Ok(()) => parent.resize(triangles.len(), face),
+                Err(vertex) => faults.push(Fault::RepeatedVertex { face, vertex }),
             }
         }
         if !faults.is_empty() {
@@ -107,6 +131,7 @@ impl PolygonMesh {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::id::Vertex;
 
     #[test]
     fn a_polygon_of_all_vertices_is_checked_in_linear_time() {

@@ -5,7 +5,7 @@ use crate::field::{FaceField, VertexField};
 use crate::id::{Face, Vertex};
 use crate::mesh::{TriangleMesh, structural_faults};
 use crate::orientation::Orientation;
-use crate::polygon::PolygonMesh;
+use crate::polygon::{PolygonMesh, cut_polygon};
 use crate::quality::TriangleShape;
 use crate::topology::fans;
 use crate::validate::first_with_same_vertices;
@@ -142,7 +142,7 @@ pub fn weld(mesh: &TriangleMesh, tolerance: f64) -> Result<Repaired, MeshError> 
 /// [`weld`] for polygons. A corner that follows one at the same vertex is left out; a polygon with fewer than three corners left
 /// is dropped.
 ///
-/// A polygon that comes back to a vertex after other ones is kept with all its corners, and triangulating it reports it.
+/// A polygon that comes back to a vertex after other ones is kept with all its corners: it may go round a hole.
 ///
 /// # Errors
 /// As for [`weld`]; and [`MeshError::Invalid`] with all vertices that are not finite and all faces that name a vertex that does
@@ -175,8 +175,10 @@ pub fn weld_polygons(mesh: &PolygonMesh, tolerance: f64) -> Result<RepairedPolyg
     Ok(RepairedPolygons { mesh: welded, maps })
 }
 
-/// Drops the polygons with fewer than three corners and those that name a vertex twice, which no surface can have. The vertices
-/// stay.
+/// Drops the polygons that can not be triangulated: those with fewer than three corners, those with the same vertex at two
+/// successive corners, and those that repeat a vertex and enclose no area. The vertices stay.
+///
+/// Polygons around holes, which pass the ends of a bridge to the hole twice, are kept.
 ///
 /// ```
 /// use eikona_mesh::{Face, PolygonMesh, drop_broken_polygons};
@@ -187,12 +189,13 @@ pub fn weld_polygons(mesh: &PolygonMesh, tolerance: f64) -> Result<RepairedPolyg
 /// assert_eq!(dropped.mesh.face(0), [0, 1, 2]);
 /// ```
 pub fn drop_broken_polygons(mesh: &PolygonMesh) -> RepairedPolygons {
-    let mut sorted = Vec::new();
+    let in_range = |corners: &[u32]| corners.iter().all(|v| (*v as usize) < mesh.vertex_count());
+    let mut triangles = Vec::new();
     let mut whole = |corners: &[u32]| {
-        sorted.clear();
-        sorted.extend_from_slice(corners);
-        sorted.sort_unstable();
-        corners.len() >= 3 && sorted.windows(2).all(|pair| pair[0] != pair[1])
+        triangles.clear();
+        // Indices out of range are another fault, which triangulation reports.
+        let cut = |triangles| !in_range(corners) || cut_polygon(corners, &mesh.positions, triangles).is_ok();
+        corners.len() >= 3 && cut(&mut triangles)
     };
     let kept: Vec<bool> = mesh.faces().map(&mut whole).collect();
     let mut rest = PolygonMesh::new(mesh.positions.clone());

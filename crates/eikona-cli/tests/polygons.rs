@@ -1,0 +1,65 @@
+//! Nonconvex polygons and polygons with holes on the command line.
+
+mod run;
+
+use run::Folder;
+use serde_json::{Value, json};
+
+/// A hexagon of area 3 whose fan from the first corner folds over.
+const L: &str = "v 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nf 1 2 3 4 5 6\n";
+/// A square of side 3 with a hole of side 1, as one polygon with a bridge.
+const KEYHOLE: &str = "v 0 0 0\nv 3 0 0\nv 3 3 0\nv 0 3 0\nv 1 1 0\nv 1 2 0\nv 2 2 0\nv 2 1 0\n\
+                       f 1 2 3 4 1 5 6 7 8 5\n";
+
+fn inspected(folder: &Folder, words: &str) -> Value {
+    serde_json::from_str(&folder.done(&format!("inspect --json {words}")).text()).unwrap()
+}
+
+#[track_caller]
+fn near(value: &Value, expected: f64) {
+    let value = value.as_f64().unwrap();
+    assert!((value - expected).abs() < 1e-9, "{value} instead of {expected}");
+}
+
+// reports.md F2
+#[test]
+fn an_l_has_area_3_distances_of_its_own_plane_and_winding_areas_2_and_1() {
+    let folder = Folder::new();
+    folder.write("L.obj", L);
+    let facts = inspected(&folder, "L.obj");
+    near(&facts["quality"]["area"], 3.0);
+    assert_eq!(facts["polygons"]["nonconvex"], json!({"count": 1, "first": 0}));
+    assert_eq!(facts["polygons"]["nonplanar"], json!({"count": 0, "first": null}));
+    assert_eq!(facts["polygons"]["self_crossing"]["count"], 0);
+    assert_eq!(facts["topology"]["components"][0]["euler_characteristic"], 1);
+    let text = folder.done("inspect L.obj");
+    assert!(text.text().contains("1 not convex (first: face 0)"), "{}", text.text());
+    assert!(text.stderr.contains("1 polygons were cut into 4 triangles"), "{}", text.stderr);
+
+    // The line y = 1 to the right of x = 0, left side up.
+    folder.write("line.obj", "v 0 1 0\nv 1 1 0\nv 2 1 0\nl 1 2\n");
+    folder.done("winding L.obj --curve line.obj --json -o w.json");
+}
+
+// reports.md F22
+#[test]
+fn a_polygon_with_a_hole_has_area_8_and_is_not_dropped() {
+    let folder = Folder::new();
+    folder.write("key.obj", KEYHOLE);
+    for words in ["key.obj", "key.obj --drop-degenerate", "key.obj --weld"] {
+        let facts = inspected(&folder, words);
+        near(&facts["quality"]["area"], 8.0);
+        assert_eq!(facts["topology"]["boundary_loops"], json!([4, 4]), "{words}");
+        assert_eq!(facts["topology"]["euler_characteristic"], 0, "{words}");
+        assert_eq!(facts["mesh"]["triangles"], 8, "{words}");
+    }
+}
+
+#[test]
+fn a_bow_tie_is_a_warning() {
+    let folder = Folder::new();
+    folder.write("tie.obj", "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n");
+    folder.warned("inspect tie.obj", &["tie.obj", "1 polygons cross themselves (first: face 0)"]);
+    let facts = inspected(&folder, "tie.obj");
+    assert_eq!(facts["polygons"]["self_crossing"], json!({"count": 1, "first": 0}));
+}

@@ -1,0 +1,31 @@
+//! Whether a polygon crosses itself.
+
+use super::box_tree::{Box2, BoxTree};
+use super::outline::{exact_side, tolerance};
+
+/// Whether two edges cross inside both of them. Edges that touch, or run along each other, do not
+/// cross.
+///
+/// # Cost
+/// O(n log n) for polygons whose edges are short beside the distances between them.
+pub(crate) fn crosses_itself(points: &[[f64; 2]]) -> bool {
+    let n = points.len();
+    let edge = |k: usize| [points[k], points[(k + 1) % n]];
+    let boxes: Vec<_> = (0..n).map(|k| Some(Box2::of(edge(k)))).collect();
+    let tree = BoxTree::new(&boxes);
+    (0..n).any(|k| {
+        let [a, b] = edge(k);
+        let own = Box2::of([a, b]);
+        let margin = tolerance((b[0] - a[0]).powi(2) + (b[1] - a[1]).powi(2)) + f64::EPSILON;
+        let near = |other: &Box2| {
+            let [least, greatest] = other.sides_of(a, b);
+            own.meets(other) && least <= margin && greatest >= -margin
+        };
+        tree.find(near, |j| {
+            let [c, d] = edge(j);
+            let apart = |p, q, r, s| exact_side(p, q, r) * exact_side(p, q, s) < 0.0;
+            (apart(a, b, c, d) && apart(c, d, a, b)).then_some(())
+        })
+        .is_some()
+    })
+}
