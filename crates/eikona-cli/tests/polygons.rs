@@ -2,6 +2,7 @@
 
 mod run;
 
+use eikona_mesh::io::read_mesh;
 use run::Folder;
 use serde_json::{Value, json};
 
@@ -36,9 +37,23 @@ fn an_l_has_area_3_distances_of_its_own_plane_and_winding_areas_2_and_1() {
     assert!(text.text().contains("1 not convex (first: face 0)"), "{}", text.text());
     assert!(text.stderr.contains("1 polygons were cut into 4 triangles"), "{}", text.stderr);
 
-    // The line y = 1 to the right of x = 0, left side up.
-    folder.write("line.obj", "v 0 1 0\nv 1 1 0\nv 2 1 0\nl 1 2\n");
-    folder.done("winding L.obj --curve line.obj --json -o w.json");
+    // From (0, 1) to the reflex corner: the unit square above it is on the left.
+    folder.write("line.obj", "v 0 1 0\nv 1 1 0\nl 1 2\n");
+    folder.done("sdf L.obj --curve line.obj -o d.csv");
+    let expected = [1.0, 0.0, 0.0, -1.0, -1.0, 1.0]; // 1 - y
+    for (found, right) in folder.column("d.csv", "distance").iter().zip(expected) {
+        assert!((found - right).abs() < 1e-9, "{found} instead of {right}");
+    }
+    folder.done("winding L.obj --curve line.obj -o w.ply");
+    let file = read_mesh(folder.0.join("w.ply")).unwrap();
+    let (mesh, _) = file.mesh.triangulate().unwrap();
+    let (_, labels) = file.face_scalars.iter().find(|(name, _)| name == "label").unwrap();
+    let mut areas = [0.0; 2];
+    for (f, label) in mesh.faces().zip(labels) {
+        let [a, b, c] = mesh.face_positions(f);
+        areas[*label as usize] += ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2.0;
+    }
+    assert!((areas[0] - 2.0).abs() < 1e-9 && (areas[1] - 1.0).abs() < 1e-9, "{areas:?}");
 }
 
 // reports.md F22
@@ -59,7 +74,7 @@ fn a_polygon_with_a_hole_has_area_8_and_is_not_dropped() {
 fn a_bow_tie_is_a_warning() {
     let folder = Folder::new();
     folder.write("tie.obj", "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n");
-    folder.warned("inspect tie.obj", &["tie.obj", "1 polygons cross themselves (first: face 0)"]);
+    folder.warned("inspect tie.obj", &["tie.obj", "polygons that cross themselves: 1 (first: face 0)"]);
     let facts = inspected(&folder, "tie.obj");
     assert_eq!(facts["polygons"]["self_crossing"], json!({"count": 1, "first": 0}));
 }

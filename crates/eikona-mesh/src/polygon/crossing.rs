@@ -2,22 +2,29 @@
 
 use super::box_tree::{Box2, BoxTree};
 use super::outline::{exact_side, tolerance};
+use std::cell::Cell;
+
+/// Boxes entered per edge, on average, after which the search gives up.
+const BOXES_PER_EDGE: usize = 500;
 
 /// Whether two edges cross inside both of them. Edges that touch, or run along each other, do not
 /// cross.
 ///
 /// # Cost
-/// O(n log n) for polygons whose edges are short beside the distances between them.
+/// O(n log n) for most polygons. Where many long edges lie close together, as in a bundle of needles,
+/// the search ends after O(n) boxes and misses the crossings not yet found.
 pub(crate) fn crosses_itself(points: &[[f64; 2]]) -> bool {
     let n = points.len();
     let edge = |k: usize| [points[k], points[(k + 1) % n]];
     let boxes: Vec<_> = (0..n).map(|k| Some(Box2::of(edge(k)))).collect();
     let tree = BoxTree::new(&boxes);
-    (0..n).any(|k| {
+    let entered = Cell::new(0);
+    (0..n).take_while(|_| entered.get() < BOXES_PER_EDGE * n + 4096).any(|k| {
         let [a, b] = edge(k);
         let own = Box2::of([a, b]);
         let margin = tolerance((b[0] - a[0]).powi(2) + (b[1] - a[1]).powi(2)) + f64::EPSILON;
         let near = |other: &Box2| {
+            entered.set(entered.get() + 1);
             let [least, greatest] = other.sides_of(a, b);
             own.meets(other) && least <= margin && greatest >= -margin
         };

@@ -43,7 +43,7 @@ pub struct PolygonQuality {
     /// largest extent along an axis.
     pub largest_deviation: f64,
     /// Polygons whose projection onto their plane crosses itself, such as bow ties: their triangles
-    /// overlap.
+    /// overlap. Among thousands of long edges close together, a crossing may be missed.
     pub self_crossing: Vec<Face>,
     /// Polygons with more than three corners, all on a line.
     pub collinear: Vec<Face>,
