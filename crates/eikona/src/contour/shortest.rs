@@ -1,8 +1,8 @@
-//! The shortest way between two places on a surface, and whether there is another one that is nearly as short.
+//! The shortest path between two points on a surface, and whether another one is nearly as short.
 //!
-//! The search (A*) runs over vertices and midpoints of edges, joined across faces. Its ways are at most 4 % longer than the shortest
-//! ones where faces are nearly equilateral (those along edges alone 15 %), so that it rarely takes the wrong side of an
-//! obstacle; straightening does the rest.
+//! An A* search runs over the vertices and the midpoints of edges, joined across faces. On nearly
+//! equilateral faces its paths are at most 4 % longer than geodesics (paths along edges: 15 %), so
+//! it rarely takes the wrong side of an obstacle. Straightening does the rest.
 
 use super::straighten::{path_length, straighten};
 use crate::geometry::vector::{Vec3, distance};
@@ -10,35 +10,37 @@ use eikona_mesh::{Edge, Face, Located, TriangleMesh, Vertex};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
-/// Ways whose lengths differ by no more than this share are equally good to a reader of the curve.
+/// Paths whose lengths differ by at most this share count as equally good.
 pub(super) const AMBIGUOUS: f64 = 0.03;
 
-/// Two ways differ if their middles lie this share of their length apart, measured over the surface.
+/// Two paths differ if their middles are this share of their length apart, along the surface.
 const APART: f64 = 0.25;
 
-/// Regular meshes have many ways whose lengths differ by rounding only. So that neither numbering nor scale chooses, the one whose
-/// nodes have smaller coordinates is preferred.
+/// Regular meshes have many paths whose lengths differ only by rounding. The path whose nodes have
+/// the smaller coordinates wins, so that neither numbering nor scale decides.
 const EQUAL: f64 = 1e-12;
 
-/// Searches over one mesh.
-pub(super) struct WaySearch<'a> {
+/// Shortest-path searches on one mesh.
+pub(super) struct PathSearch<'a> {
     mesh: &'a TriangleMesh,
-    /// Nodes that all searches so far have settled.
+    /// The number of nodes that all searches so far have settled.
     pub settled: usize,
 }
 
-impl<'a> WaySearch<'a> {
+impl<'a> PathSearch<'a> {
     pub fn new(mesh: &'a TriangleMesh) -> Self {
-        WaySearch { mesh, settled: 0 }
+        PathSearch { mesh, settled: 0 }
     }
 
-    /// The shortest way found, from `from` to `to`, and its length. `None` if no way over the surface joins them.
+    /// The straightened shortest path and its length. `None` if the surface does not connect the
+    /// ends.
     ///
     /// # Cost
-    /// O(n log n) in the number of faces whose distances from both ends add up to no more than the way's length.
+    /// O(n log n) in the number of faces whose distances from both ends add up to at most the
+    /// path's length.
     pub fn shortest(&mut self, from: Located, to: Located) -> Option<(Vec<Located>, f64)> {
         let (reached, last, _) = self.towards(from, to, 1.0)?;
-        let mut path = reached.way_to(self.mesh, last);
+        let mut path = reached.path_to(self.mesh, last);
         path.push(to);
         path.dedup();
         let path = straighten(self.mesh, &path);
@@ -46,17 +48,17 @@ impl<'a> WaySearch<'a> {
         Some((path, length))
     }
 
-    /// A way that is hardly longer than the shortest one, of this length, and whose middle lies far from that of `way`: the farthest
-    /// one there is.
+    /// An alternative to `path`: at most [`AMBIGUOUS`] longer than the shortest `length`, with its
+    /// middle far from the middle of `path`; the farthest such one.
     ///
     /// # Cost
-    /// Three searches over the faces that such ways may touch.
-    pub fn other_way(&mut self, way: &[Located], length: f64) -> Option<Vec<Located>> {
-        let (mesh, from, to) = (self.mesh, *way.first()?, *way.last()?);
+    /// Three searches over the faces that such paths can touch.
+    pub fn alternative(&mut self, path: &[Located], length: f64) -> Option<Vec<Located>> {
+        let (mesh, from, to) = (self.mesh, *path.first()?, *path.last()?);
         let slack = 1.0 + AMBIGUOUS;
         let (there, _, found) = self.towards(from, to, slack)?;
         let (back, ..) = self.towards(to, from, slack)?;
-        let middle = middle_of(mesh, way)?;
+        let middle = middle_of(mesh, path)?;
         let near = self.search(middle, |_| 0.0, |_, d, _| d <= APART * length);
         let mut farthest: Option<(f64, u32)> = None;
         let mut shortest: Option<(f64, u32)> = None;
@@ -75,18 +77,18 @@ impl<'a> WaySearch<'a> {
             }
         }
         let through = |(_, node): (f64, u32)| {
-            let mut way = straighten(mesh, &there.way_to(mesh, node));
-            let mut rest = back.way_to(mesh, node);
+            let mut path = straighten(mesh, &there.path_to(mesh, node));
+            let mut rest = back.path_to(mesh, node);
             rest.reverse();
-            way.extend(straighten(mesh, &rest).into_iter().skip(1));
-            way
+            path.extend(straighten(mesh, &rest).into_iter().skip(1));
+            path
         };
-        let good = |way: &Vec<Located>| path_length(mesh, way) <= slack * length;
+        let good = |path: &Vec<Located>| path_length(mesh, path) <= slack * length;
         [farthest, shortest].into_iter().flatten().map(through).find(good)
     }
 
-    /// What is reached on ways up to `slack` times as long as the shortest one found to `to`; the last node of that one before `to`, and
-    /// its length.
+    /// Reaches all nodes on paths up to `slack` times as long as the shortest one. Also returns the
+    /// last node of the shortest one before `to`, and its length.
     fn towards(&mut self, from: Located, to: Located, slack: f64) -> Option<(Reached, u32, f64)> {
         let mesh = self.mesh;
         let goal = to.position(mesh);
@@ -108,8 +110,8 @@ impl<'a> WaySearch<'a> {
         best.map(|(length, last)| (reached, last, length))
     }
 
-    /// Settles nodes in the order of the length of their way plus `rest`, a lower bound of what follows, as long as `goes_on` with the
-    /// node, its length and that sum.
+    /// Settles nodes by increasing distance from the start plus `rest`, a lower bound on the
+    /// remaining distance, while `goes_on` accepts the node, its distance and that sum.
     fn search(
         &mut self,
         from: Located,
@@ -131,7 +133,7 @@ impl<'a> WaySearch<'a> {
         while let Some(Reverse((bits, node))) = queue.pop() {
             let (p, d) = (position(mesh, node), reached.length_to(node));
             if Reverse((bits, node)) != key(d, node, p) {
-                continue; // reached by a shorter way since
+                continue; // a shorter path has reached it since
             }
             self.settled += 1;
             if !goes_on(node, d, f64::from_bits(bits)) {
@@ -159,7 +161,8 @@ impl<'a> WaySearch<'a> {
     }
 }
 
-/// The nodes that one search has reached, each with the length of its way and the node before, or [`NONE`] for the start.
+/// The nodes that one search has reached, each with its distance and its predecessor ([`NONE`] at
+/// the start).
 struct Reached {
     from: Located,
     nodes: HashMap<u32, (f64, u32)>,
@@ -172,21 +175,21 @@ impl Reached {
         self.nodes.get(&node).map_or(f64::INFINITY, |r| r.0)
     }
 
-    fn way_to(&self, mesh: &TriangleMesh, node: u32) -> Vec<Located> {
-        let mut way = Vec::new();
+    fn path_to(&self, mesh: &TriangleMesh, node: u32) -> Vec<Located> {
+        let mut path = Vec::new();
         let mut node = node;
         while node != NONE {
-            way.push(place(mesh, node));
+            path.push(place(mesh, node));
             node = self.nodes.get(&node).map_or(NONE, |r| r.1);
         }
-        way.push(self.from);
-        way.reverse();
-        way.dedup();
-        way
+        path.push(self.from);
+        path.reverse();
+        path.dedup();
+        path
     }
 }
 
-/// The node of a path next to the half of its length.
+/// The node of a path nearest to half of its length.
 fn middle_of(mesh: &TriangleMesh, path: &[Located]) -> Option<Located> {
     let half = 0.5 * path_length(mesh, path);
     let mut gone = 0.0;
@@ -201,7 +204,7 @@ fn middle_of(mesh: &TriangleMesh, path: &[Located]) -> Option<Located> {
     Some(nearest.1)
 }
 
-/// Vertices come first in the numbering of nodes, then edges, which stand for their midpoints.
+/// Nodes are numbered vertices first, then edge midpoints.
 fn place(mesh: &TriangleMesh, node: u32) -> Located {
     match node.checked_sub(mesh.vertex_count() as u32) {
         None => Located::Vertex(Vertex(node)),
@@ -227,7 +230,7 @@ fn nodes_around(mesh: &TriangleMesh, place: Located) -> impl Iterator<Item = (u3
     place.faces(mesh).into_iter().flat_map(nodes).map(move |n| (n, distance(p, position(mesh, n))))
 }
 
-/// The other nodes of the faces around a node that a shortest way may lead to directly.
+/// The nodes of adjacent faces to which a shortest path may lead directly.
 fn push_neighbours(mesh: &TriangleMesh, node: u32, neighbours: &mut Vec<u32>) {
     match place(mesh, node) {
         Located::Edge(e, _) => {
@@ -237,7 +240,7 @@ fn push_neighbours(mesh: &TriangleMesh, node: u32, neighbours: &mut Vec<u32>) {
                 neighbours.extend([mesh.origin(previous).0, sides[0], sides[1]]);
             }
         }
-        // A way over the midpoint of one of its own edges is no shorter than the direct one.
+        // Passing the midpoint of an incident edge is never shorter than going directly.
         _ => {
             for c in mesh.vertex_corners(Vertex(node)) {
                 let h = c.halfedge();

@@ -1,13 +1,15 @@
-//! Tracing: a polyline in space, or a curve whose segments span several faces, becomes a curve with each segment in one face.
+//! Tracing: a polyline in space, or a curve whose segments span several faces, becomes a curve with
+//! each segment in one face.
 //!
-//! Each point is projected to the nearest point of the surface. Two points are joined by walking from face to face along the
-//! plane through both that contains the mean of their normals ([`plane_walks`]). Where the walk leaves the surface, runs
-//! much longer than the segment or misses its end, the segment is halved in space, the middle is projected, and both halves
-//! are tried again. A walk that may be a detour is compared with the shortest way over the surface ([`WaySearch`]), which takes its
-//! place where it is shorter, and also where no walk arrives.
+//! Each point is projected to the nearest point of the surface. Two points are joined by walking
+//! from face to face along the plane through both that contains the mean of their normals
+//! ([`plane_walks`]). Where the walk leaves the surface, runs much longer than the segment or
+//! misses its end, the segment is halved in space, the middle is projected, and both halves are
+//! tried again. A walk that may be a detour is compared with the shortest path over the surface
+//! ([`PathSearch`]), which replaces it if clearly shorter, and also where no walk arrives.
 
 use super::ContourError;
-use super::shortest::{AMBIGUOUS, WaySearch};
+use super::shortest::{AMBIGUOUS, PathSearch};
 use super::side::Fans;
 use super::walk::{Walked, plane_walks};
 use crate::geometry::vector::{distance, lerp};
@@ -15,24 +17,26 @@ use crate::spatial::Bvh;
 use eikona_mesh::{Curve, CurveKind, Located, TriangleMesh, segment_host};
 use std::cell::{OnceCell, RefCell};
 
-/// Nodes this near to a vertex or edge, as a share of the face's size, are moved onto it: it keeps segments of length 1e-14
-/// out, and moves nothing that can be seen.
+/// Nodes this near to a vertex or edge, as a share of the face's size, are moved onto it: it keeps
+/// segments of length 1e-14 out, and moves nothing that can be seen.
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 
-/// How often a segment is halved before the shortest way takes its place: 64 pieces tell whether the polyline follows the surface.
+/// How often a segment is halved before the shortest path takes its place: 64 pieces tell whether
+/// the polyline follows the surface.
 const HALVINGS: u32 = 6;
 
-/// A walk stays where it is at most this many times as long as the shortest way, if its plane contains the mean normal: it follows the
-/// polyline more closely.
+/// A walk in a trusted plane follows the polyline more closely than the shortest path does, and is
+/// kept if it is at most this many times as long.
 const DETOUR: f64 = 1.05;
 
-/// Comparisons end when the searches of one curve have settled this many nodes (some 10 seconds)...
+/// Comparisons end when the searches for one curve have settled this many nodes (some 10 seconds)
+/// plus [`COMPARED_MESHES`] times all vertices and edges.
 const COMPARED: usize = 30_000_000;
 
-/// ... and this many times all vertices and edges of the mesh.
+/// See [`COMPARED`].
 const COMPARED_MESHES: usize = 20;
 
-/// Where no plane leads to the goal, or the way is at least this many times as long as the segment in space, others may be as short.
+/// A path this many times as long as the straight segment may have alternatives of the same length.
 const ROUNDABOUT: f64 = 1.25;
 
 /// A curve with each segment in one face, and what was done to make it.
@@ -42,20 +46,23 @@ pub struct Traced {
     pub curve: Curve,
     /// For each node of the curve, the 0-based index of the input node it stands for or follows.
     pub parents: Vec<usize>,
-    /// The largest distance between a point and its projection; 0 for curves that were on the surface already.
+    /// The largest distance between a point and its projection; 0 for curves that were on the
+    /// surface already.
     pub largest_projection_distance: f64,
     /// Input nodes that fell onto their predecessor and were left out.
     pub merged: Vec<usize>,
     /// Input nodes whose following segment was halved and projected anew.
     pub subdivided: Vec<usize>,
-    /// Input nodes whose following segment does not follow the surface; the shortest way over it was taken.
+    /// Input nodes whose following segment does not follow the surface and became the shortest
+    /// path.
     pub edge_paths: Vec<usize>,
-    /// Input nodes whose following segment follows the surface on a detour; the shortest way over it was taken.
+    /// Input nodes whose following segment would take a detour and became the shortest path
+    /// instead.
     pub shortened: Vec<usize>,
-    /// Input nodes whose following segment may as well take quite another way, longer by at most 3 %.
+    /// Input nodes whose following segment has several paths whose lengths differ by at most 3 %.
     pub ambiguous: Vec<usize>,
-    /// Input nodes whose following segment may take a detour: too many long segments came before it to compare it with the shortest
-    /// way.
+    /// Input nodes whose following segment may take a detour: earlier long segments had used up the
+    /// effort allowed for comparisons with the shortest path.
     pub uncompared: Vec<usize>,
 }
 
@@ -80,16 +87,16 @@ impl Traced {
         }
         if !self.ambiguous.is_empty() {
             warnings.push(format!(
-                "for the segments after nodes {} there are several ways over the surface whose lengths differ by less than {:.0} %, and one \
-                 of them was taken; give nodes in between to choose",
+                "the segments after nodes {} are ambiguous: several paths over the surface have the same length \
+                 to within {:.0} %, and one of them was taken; add nodes in between to choose",
                 list(&self.ambiguous),
                 100.0 * AMBIGUOUS
             ));
         }
         if !self.uncompared.is_empty() {
             warnings.push(format!(
-                "the segments after nodes {} may take detours: the curve has too many long segments to compare them all with the shortest \
-                 way over the surface; give more nodes, so that segments are short",
+                "the segments after nodes {} may take detours: the curve has too many long segments to compare \
+                 each with the shortest path over the surface; add nodes so that segments are shorter",
                 list(&self.uncompared)
             ));
         }
@@ -99,8 +106,8 @@ impl Traced {
 
 /// Projects a polyline in space to the mesh and traces it across the faces.
 ///
-/// `tolerance` is the share of a face within which nodes are moved onto vertices and edges, and within which points
-/// coincide; [`DEFAULT_TOLERANCE`] is a good choice.
+/// `tolerance` is the share of a face within which nodes are moved onto vertices and edges, and
+/// within which points coincide; [`DEFAULT_TOLERANCE`] is a good choice.
 ///
 /// ```
 /// use eikona::{contour::{DEFAULT_TOLERANCE, trace_polyline}, spatial::Bvh};
@@ -115,14 +122,15 @@ impl Traced {
 /// ```
 ///
 /// # Errors
-/// [`ContourError::NoFaces`], [`ContourError::NonFinitePoint`], [`ContourError::TooFewPoints`] (also when all points fall
-/// together), [`ContourError::Parameter`] for a tolerance outside [0, 0.1], and [`ContourError::NotConnected`] where the surface has no
-/// path between two points.
+/// [`ContourError::NoFaces`], [`ContourError::NonFinitePoint`], [`ContourError::TooFewPoints`]
+/// (also when all points fall together), [`ContourError::Parameter`] for a tolerance outside [0,
+/// 0.1], and [`ContourError::NotConnected`] where the surface has no path between two points.
 ///
 /// # Cost
-/// O(log F) per point and O(1) per crossed face. For each segment that does not follow the surface, or may do so on a detour,
-/// O(n log n) in the number n of faces whose distances from both ends add up to no more than the way's length; comparisons end, with a
-/// warning, when the searches of one curve have settled 30 million nodes and 20 times all vertices and edges of the mesh.
+/// O(log F) per point and O(1) per crossed face. A segment that is not nearly straight on the
+/// surface takes O(n log n) in the number n of faces whose distances from both ends add up to at
+/// most the path's length. These searches end, with a warning, after 30 million nodes plus 20 times
+/// the size of the mesh.
 pub fn trace_polyline(
     mesh: &TriangleMesh,
     bvh: &Bvh,
@@ -154,10 +162,12 @@ pub fn trace_polyline(
     Ok(traced)
 }
 
-/// Traces a curve on the mesh whose segments may span several faces; segments in one face stay as they are.
+/// Traces a curve on the mesh whose segments may span several faces; segments in one face stay as
+/// they are.
 ///
 /// # Errors
-/// [`ContourError::Curve`] for a node that is not on the mesh, and the errors of [`trace_polyline`].
+/// [`ContourError::Curve`] for a node that is not on the mesh, and the errors of
+/// [`trace_polyline`].
 ///
 /// # Cost
 /// As [`trace_polyline`]; a tree over the faces is built only if a segment has to be halved.
@@ -178,19 +188,20 @@ struct Tracer<'a> {
     own_bvh: OnceCell<Bvh>,
     tolerance: f64,
     fans: RefCell<Fans<'a>>,
-    search: RefCell<WaySearch<'a>>,
-    /// Nodes that the searches may settle before comparisons end.
+    search: RefCell<PathSearch<'a>>,
+    /// The number of settled nodes at which comparisons end.
     compared: usize,
 }
 
 impl<'a> Tracer<'a> {
     fn new(mesh: &'a TriangleMesh, bvh: Option<&'a Bvh>, tolerance: f64) -> Self {
-        let (fans, search) = (Fans::new(mesh, false).into(), WaySearch::new(mesh).into());
+        let (fans, search) = (Fans::new(mesh, false).into(), PathSearch::new(mesh).into());
         let compared = COMPARED + COMPARED_MESHES * (mesh.vertex_count() + mesh.edge_count());
         Tracer { mesh, bvh, own_bvh: OnceCell::new(), tolerance, fans, search, compared }
     }
 
-    /// The nearest place on the mesh, on a vertex or edge if within the tolerance, and the distance to it.
+    /// The nearest place on the mesh, on a vertex or edge if within the tolerance, and the distance
+    /// to it.
     fn project(&self, p: [f64; 3]) -> Option<(Located, f64)> {
         let bvh = self.bvh.unwrap_or_else(|| self.own_bvh.get_or_init(|| Bvh::new(self.mesh)));
         let closest = bvh.closest_point(p)?;
@@ -219,21 +230,22 @@ impl<'a> Tracer<'a> {
         }
         let mut path = vec![kept[0].1];
         traced.parents.push(kept[0].0);
-        // There and back between two opposite places is a circle: the way back is the other one.
-        let mut other: Option<Vec<Located>> = None;
+        // Two opposite nodes of a closed curve stand for a circle: the second segment takes the
+        // alternative.
+        let mut alternative: Option<Vec<Located>> = None;
         for pair in kept.windows(2) {
             let [(from, a), (to, b)] = [pair[0], pair[1]];
-            let back = other.take().filter(|way| way.first() == Some(&b) && way.last() == Some(&a));
+            let back = alternative.take().filter(|path| path.first() == Some(&b) && path.last() == Some(&a));
             let piece = if segment_host(self.mesh, a, b).is_some() {
                 vec![b]
-            } else if let Some(way) = back {
+            } else if let Some(back) = back {
                 traced.ambiguous.push(from);
-                way.into_iter().rev().skip(1).collect()
+                back.into_iter().rev().skip(1).collect()
             } else {
                 let joined = self.join(a, b, from, &mut traced);
-                let (way, another) = joined.ok_or(ContourError::NotConnected { from, to })?;
-                other = another;
-                way
+                let (path, another) = joined.ok_or(ContourError::NotConnected { from, to })?;
+                alternative = another;
+                path
             };
             traced.parents.extend(piece.iter().map(|_| from));
             path.extend(piece);
@@ -259,8 +271,8 @@ impl<'a> Tracer<'a> {
         distance(a.position(self.mesh), b.position(self.mesh)) <= self.tolerance * size
     }
 
-    /// The nodes after `a` up to and including `b`, and those of another way (with `a`) if it is as good. `None` if no path over the
-    /// surface joins them.
+    /// The nodes after `a` up to and including `b`, and an equally good path (with `a`) if there is
+    /// one. `None` if the surface does not connect them.
     fn join(
         &self,
         a: Located,
@@ -268,7 +280,8 @@ impl<'a> Tracer<'a> {
         node: usize,
         traced: &mut Traced,
     ) -> Option<(Vec<Located>, Option<Vec<Located>>)> {
-        // Enough to cross the whole mesh twice in all attempts together, so that no input makes the walks dwell.
+        // Enough to cross the whole mesh twice in all attempts together, so that no input makes the
+        // walks dwell.
         let mut budget = 2 * self.mesh.face_count() + 64;
         let mut walks = self.walks((a, b), &mut budget);
         if walks.first().is_some_and(|walk| walk.direct) {
@@ -305,7 +318,7 @@ impl<'a> Tracer<'a> {
         };
         let mut other = None;
         if doubtful && !exhausted {
-            other = search.other_way(&way, length);
+            other = search.alternative(&way, length);
             traced.ambiguous.extend(other.is_some().then_some(node));
         }
         Some((way[1..].to_vec(), other))
@@ -321,7 +334,8 @@ impl<'a> Tracer<'a> {
         let (middle, off) = self.project(lerp(pa, pb, 0.5))?;
         let length = distance(pa, pb);
         let advance = |p| distance(middle.position(self.mesh), p);
-        // A middle beside one of the ends makes no headway, one far off belongs to another part of the surface.
+        // A middle beside one of the ends makes no headway, one far off belongs to another part of
+        // the surface.
         if depth == 0 || advance(pa).min(advance(pb)) < 0.1 * length || off > length {
             return None;
         }

@@ -1,25 +1,28 @@
 //! Walks over the faces along a plane.
 //!
-//! The plane contains both places and the mean of their normals. Whether two normals far apart point to one side of the
-//! surface is known only along a way between them, so both the sum and the difference of the normals span a candidate, and
-//! each walk transports the orientation of the faces to its goal: nothing depends on the orientation of single faces.
+//! The plane contains both ends and the mean of their normals. Whether two distant normals point to
+//! the same side of the surface is only known along a path between them. So both the sum and the
+//! difference of the normals span a candidate plane, and each walk transports the orientation of
+//! the faces to its goal. The result does not depend on how single faces are oriented.
 
 use super::side::Fans;
 use super::straighten::path_length;
 use crate::geometry::vector::{Vec3, add, cross, distance, dot, norm, normalize, scale, sub};
 use eikona_mesh::{Face, Located, TriangleMesh, Vertex, segment_host};
 
-/// A walk may be this many times as long as the straight segment: half a circle is 1.57 times its diameter.
+/// A walk may be this many times as long as the straight segment: half a circle is 1.57 times its
+/// diameter.
 const LENGTH_LIMIT: f64 = 2.5;
 
-/// A walk at most this many times as long as the straight segment needs no comparison: no way is shorter than the segment.
+/// A walk at most this many times as long as the straight segment needs no comparison: no path is
+/// shorter than the segment.
 const NEARLY_STRAIGHT: f64 = 1.05;
 
-/// Normals whose product is beyond this (60 and 120 degrees) tell which candidate plane to try first.
+/// A dot product of the normals beyond this (60 and 120 degrees) decides which plane to try first.
 const DECISIVE: f64 = 0.5;
 
-/// A plane whose normals are nearly parallel to the segment, or cancel (their sum's part across the segment is shorter than
-/// this), is noise: other planes serve as well.
+/// Where the sum of the unit normals has a shorter component than this across the segment, the
+/// normals nearly cancel or run along it, and the plane is mostly noise.
 const DEFINED: f64 = 0.2;
 
 /// A walk that has reached its goal.
@@ -27,9 +30,11 @@ pub(super) struct Walked {
     /// The nodes after the start, the goal last.
     pub path: Vec<Located>,
     pub length: f64,
-    /// Whether the plane is well defined, and the two normals that span it point to one side of the surface, seen along the walk.
+    /// Whether the plane is well defined and, transported along the walk, the two normals that span
+    /// it point to the same side of the surface.
     pub trusted: bool,
-    /// Whether the walk is nearly straight in a well-defined plane, so that no other way can be much shorter.
+    /// Whether the walk is nearly straight in a well-defined plane, so that no path is much
+    /// shorter.
     pub direct: bool,
 }
 
@@ -42,8 +47,8 @@ impl Walked {
     }
 }
 
-/// The walks from one place to another that get there, the one to prefer first: a single one where that is direct, else up to
-/// two. Each step costs one of `budget`.
+/// The walks between two places that arrive, at most two, the preferred one first. Each step takes
+/// one from `budget`.
 pub(super) fn plane_walks(
     mesh: &TriangleMesh,
     fans: &mut Fans,
@@ -59,17 +64,16 @@ pub(super) fn plane_walks(
     for sign in if product < 0.0 { [-1.0, 1.0] } else { [1.0, -1.0] } {
         let Some(walk) = PlaneWalk::along(mesh, from, to, [a, scale(sign, b)], tolerance) else { continue };
         let Some((path, length)) = walk.run(budget) else { continue };
-        let trusted = walk.defined && side_carried(mesh, fans, from, &path) == sign;
         let direct = walk.defined && length <= NEARLY_STRAIGHT * walk.length;
-        walks.push(Walked { path, length, trusted, direct });
         if direct && product.abs() > DECISIVE {
-            break;
+            return vec![Walked { path, length, trusted: true, direct }];
         }
+        let trusted = walk.defined && side_carried(mesh, fans, from, &path) == sign;
+        walks.push(Walked { path, length, trusted, direct });
     }
     walks.sort_by(|v, w| {
         (!v.direct, !v.trusted).cmp(&(!w.direct, !w.trusted)).then(v.length.total_cmp(&w.length))
     });
-    walks.truncate(if walks.first().is_some_and(|w| w.direct) { 1 } else { 2 });
     walks
 }
 
@@ -89,8 +93,8 @@ struct PlaneWalk<'a> {
 }
 
 impl<'a> PlaneWalk<'a> {
-    /// In the plane that contains the sum of these unit normals. `None` where that is not defined: the segment runs along the sum, or
-    /// the normals cancel.
+    /// A walk in the plane that contains the sum of these unit normals. `None` where the segment
+    /// runs along the sum or the normals cancel.
     fn along(
         mesh: &'a TriangleMesh,
         from: Located,
@@ -110,7 +114,8 @@ impl<'a> PlaneWalk<'a> {
         Some(PlaneWalk { mesh, from, to, origin, direction, length, plane, defined, tolerance })
     }
 
-    /// The nodes after the start, the goal last, and their length, or `None` where the walk does not get there.
+    /// The nodes after the start up to the goal, and the length. `None` if the walk does not
+    /// arrive.
     fn run(&self, budget: &mut usize) -> Option<(Vec<Located>, f64)> {
         let mut path = Vec::new();
         let (mut here, mut came_through) = (self.from, None);
@@ -131,7 +136,8 @@ impl<'a> PlaneWalk<'a> {
         Some((path, walked + distance(position, self.to.position(self.mesh))))
     }
 
-    /// The face to cross next and the place where the plane leaves it: of several, the most forward one.
+    /// The face to cross next and the place where the plane leaves it: of several, the most forward
+    /// one.
     fn step(&self, here: Located, position: Vec3, came_through: Option<Face>) -> Option<(Face, Located)> {
         let mut best: Option<(f64, Face, Located)> = None;
         let mut count = 0;
@@ -174,7 +180,8 @@ impl<'a> PlaneWalk<'a> {
                 Located::Edge(e, _) => e == edges[k],
                 Located::Face(..) => false,
             };
-            // Height 0 counts as above: a plane through a vertex crosses one of the edges there, and the exit snaps to it.
+            // Height 0 counts as above: a plane through a vertex crosses one of the edges there,
+            // and the exit snaps to it.
             if on_this_side || (height[i] >= 0.0) == (height[j] >= 0.0) {
                 return None;
             }
@@ -195,7 +202,8 @@ impl<'a> PlaneWalk<'a> {
     }
 }
 
-/// The unit normal at a place: the mean of its faces' normals by area, each turned to the side of the first.
+/// The unit normal at a place: the mean of its faces' normals by area, each turned to the side of
+/// the first.
 fn normal_at(mesh: &TriangleMesh, fans: &mut Fans, place: Located) -> Option<Vec3> {
     let faces = place.faces(mesh);
     let mut sum = [0.0; 3];
@@ -209,8 +217,8 @@ fn normal_at(mesh: &TriangleMesh, fans: &mut Fans, place: Located) -> Option<Vec
     normalize(sum)
 }
 
-/// +1 if the first faces at both ends of a path are oriented alike, seen along it, else -1. Where the path passes between faces
-/// that only a vertex joins, they count as oriented alike.
+/// +1 if the first faces at both ends of a path are consistently oriented along it, else -1. Faces
+/// that share only a vertex count as consistently oriented.
 fn side_carried(mesh: &TriangleMesh, fans: &mut Fans, from: Located, path: &[Located]) -> f64 {
     let mut carried = 1.0;
     let mut here = from;
