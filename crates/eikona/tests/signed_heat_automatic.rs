@@ -203,7 +203,7 @@ fn no_explicit_choice_is_much_better_than_the_default() {
             .into_iter()
             .map(|time| (time, Solver::new(mesh, &SolverOptions { time, ..Default::default() }).unwrap()))
             .collect();
-        for (k, function) in surfaces::eigenfunctions(mesh, 2).iter().enumerate() {
+        for (k, (_, function)) in surfaces::eigenfunctions(mesh, 2).iter().enumerate() {
             let mut random = Random::from_seed(31 + k as u64);
             let mut sorted = function.clone();
             sorted.sort_by(f64::total_cmp);

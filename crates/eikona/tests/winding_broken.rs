@@ -1,15 +1,16 @@
 //! Labels of level sets of which half is missing at random (SHM section 9.5.3), against those of the whole curve and against other
 //! rules for the level on the same winding number. Every test prints its table.
 
+#[path = "../examples/broken_curves/surfaces.rs"]
+#[allow(dead_code)] // the surfaces are others here
+mod broken_curves;
 mod regions;
 
-use eikona::geometry::lay_out;
+use broken_curves::eigenfunctions;
 use eikona::geometry::vector::distance;
 use eikona::mesh::random::Random;
 use eikona::mesh::{Curve, Face, Halfedge, SurfaceCurves, TriangleMesh, Vertex, damage, io, shapes};
-use eikona::operators::CotanLaplacian;
 use eikona::winding::{Completion, Winding, WindingOptions, surface_winding_number};
-use eikona_numeric::{Cholesky, Ordering, Symbolic, nested_dissection_order};
 use regions::{area, boundary_of};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -52,46 +53,6 @@ fn meshes() -> Vec<(&'static str, TriangleMesh)> {
     }
     println!("{} files run", surfaces.len() - 6);
     surfaces
-}
-
-/// The lowest eigenfunctions of the Laplacian after the constant with their eigenvalues, by inverse iteration. Where eigenvalues lie
-/// near each other it need not converge, which is no harm: every mixture of their functions is as low.
-fn eigenfunctions(mesh: &TriangleMesh, count: usize) -> Vec<(f64, Vec<f64>)> {
-    let n = mesh.vertex_count();
-    let triangles = lay_out(mesh);
-    let mut laplacian = CotanLaplacian::new(mesh, &triangles);
-    let mut mass = vec![0.0; n];
-    for (corners, triangle) in mesh.triangles().iter().zip(&triangles) {
-        corners.iter().for_each(|&v| mass[v as usize] += triangle.area / 3.0);
-    }
-    let total: f64 = mass.iter().sum();
-    // C + M / total: all eigenvalues are larger by this.
-    for (diagonal, m) in laplacian.matrix.diagonal.iter_mut().zip(&mass) {
-        *diagonal += m / total;
-    }
-    let order = nested_dissection_order(&laplacian.graph, mesh.positions()).unwrap();
-    let symbolic = Symbolic::new(&laplacian.graph, Ordering::Given(&order)).unwrap();
-    let factor = Cholesky::new(symbolic.into(), &laplacian.matrix).unwrap();
-    let product = |x: &[f64], y: &[f64]| (0..n).map(|i| mass[i] * x[i] * y[i]).sum::<f64>();
-    let mut random = Random::from_seed(1);
-    let mut found = vec![(0.0, vec![1.0 / total.sqrt(); n])];
-    while found.len() <= count {
-        let mut x: Vec<f64> = (0..n).map(|_| random.normal()).collect();
-        let mut value = 0.0;
-        for _ in 0..60 {
-            let load: Vec<f64> = x.iter().zip(&mass).map(|(x, m)| x * m).collect();
-            x = factor.solve(&load).unwrap();
-            for (_, y) in &found {
-                let along = product(&x, y);
-                x.iter_mut().zip(y).for_each(|(x, y)| *x -= along * y);
-            }
-            let size = product(&x, &x).sqrt();
-            x.iter_mut().for_each(|x| *x /= size);
-            value = 1.0 / size - 1.0 / total;
-        }
-        found.push((value, x));
-    }
-    found.split_off(1)
 }
 
 #[test]

@@ -115,7 +115,7 @@ fn measure(mesh: &TriangleMesh, functions: usize, seed: u64, table: &mut Table) 
         let options = SolverOptions { time, ..Default::default() };
         (time, Solver::new(mesh, &options).unwrap())
     });
-    for (k, function) in surfaces::eigenfunctions(mesh, functions).iter().enumerate() {
+    for (k, (_, function)) in surfaces::eigenfunctions(mesh, functions).iter().enumerate() {
         let mut random = Random::from_seed(seed + k as u64);
         let mut sorted = function.clone();
         sorted.sort_by(f64::total_cmp);

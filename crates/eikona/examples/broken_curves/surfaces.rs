@@ -37,9 +37,9 @@ pub fn surfaces() -> Vec<(String, TriangleMesh)> {
     surfaces
 }
 
-/// The `count` lowest eigenfunctions of the Laplacian after the constant, by inverse iteration. Functions whose eigenvalues
-/// nearly agree come out mixed, which is no harm here: every mixture varies as slowly.
-pub fn eigenfunctions(mesh: &TriangleMesh, count: usize) -> Vec<Vec<f64>> {
+/// The `count` lowest eigenfunctions of the Laplacian after the constant with their eigenvalues, by inverse iteration. Functions
+/// whose eigenvalues nearly agree come out mixed, which is no harm here: every mixture varies as slowly.
+pub fn eigenfunctions(mesh: &TriangleMesh, count: usize) -> Vec<(f64, Vec<f64>)> {
     let n = mesh.vertex_count();
     let triangles = lay_out(mesh);
     let mut laplacian = CotanLaplacian::new(mesh, &triangles);
@@ -56,20 +56,22 @@ pub fn eigenfunctions(mesh: &TriangleMesh, count: usize) -> Vec<Vec<f64>> {
     let factor = Cholesky::new(symbolic.into(), &laplacian.matrix).unwrap();
     let product = |x: &[f64], y: &[f64]| (0..n).map(|i| mass[i] * x[i] * y[i]).sum::<f64>();
     let mut random = Random::from_seed(1);
-    let mut found = vec![vec![1.0 / total.sqrt(); n]];
+    let mut found = vec![(0.0, vec![1.0 / total.sqrt(); n])];
     while found.len() <= count {
         let mut x: Vec<f64> = (0..n).map(|_| random.normal()).collect();
+        let mut value = 0.0;
         for _ in 0..60 {
             let load: Vec<f64> = x.iter().zip(&mass).map(|(x, m)| x * m).collect();
             x = factor.solve(&load).unwrap();
-            for y in &found {
+            for (_, y) in &found {
                 let along = product(&x, y);
                 x.iter_mut().zip(y).for_each(|(x, y)| *x -= along * y);
             }
             let size = product(&x, &x).sqrt();
             x.iter_mut().for_each(|x| *x /= size);
+            value = 1.0 / size - 1.0 / total;
         }
-        found.push(x);
+        found.push((value, x));
     }
     found.split_off(1)
 }
