@@ -65,7 +65,11 @@ pub fn straighten_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Curve, Con
             return Err(eikona_mesh::CurveError::SegmentAcrossFaces.at(0, n).into());
         }
     }
-    let nodes = straighten(mesh, &path).iter().map(|p| p.to_surface_point(mesh)).collect();
+    let mut nodes: Vec<_> = straighten(mesh, &path).iter().map(|p| p.to_surface_point(mesh)).collect();
+    // A closed curve around nothing contracts to its first node.
+    if let [node] = *nodes.as_slice() {
+        nodes.push(node);
+    }
     Ok(Curve { nodes, ..curve.clone() })
 }
 
@@ -320,4 +324,41 @@ fn strips_around(
         }
     }
     strips
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eikona_mesh::shapes;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn a_loop_around_the_hole_shrinks_to_the_inner_equator() {
+        let (nu, nv) = (60, 30);
+        let torus = shapes::torus(1.0, 0.4, nu, nv).unwrap();
+        // From row to row, up to four rows off the inner equator.
+        let row = |i: usize| nv / 2 + [0, 1, 2, 3, 4, 3, 2, 1][i % 8];
+        let vertex = |i: usize| Vertex(((i % nu) * nv + row(i % nu)) as u32);
+        let along: Vec<Vertex> = (0..=nu).map(vertex).collect();
+        let along = crate::contour::shortest_vertex_path(&torus, &along).unwrap();
+        let path: Vec<Located> = along.into_iter().map(Located::Vertex).collect();
+        let straight = straighten_loop(&torus, &path, &|_| false);
+        let exact = nu as f64 * 2.0 * 0.6 * (0.5 * TAU / nu as f64).sin();
+        assert!((path_length(&torus, &straight) / exact - 1.0).abs() < 1e-6);
+        // Held fixed, one of its vertices keeps it longer.
+        let fixed = vertex(4);
+        let held = path_length(&torus, &straighten_loop(&torus, &path, &|v| v == fixed));
+        assert!(held > 1.001 * exact && held < path_length(&torus, &path), "{held}");
+    }
+
+    #[test]
+    fn a_loop_around_nothing_vanishes_unless_a_fixed_vertex_is_in_it() {
+        let grid = shapes::grid(8, 8, 1.0, 1.0, shapes::Diagonal::Uniform).unwrap();
+        let corners = [20, 24, 60, 56, 20].map(Vertex);
+        let along = crate::contour::shortest_vertex_path(&grid, &corners).unwrap();
+        let path: Vec<Located> = along.into_iter().map(Located::Vertex).collect();
+        assert_eq!(straighten_loop(&grid, &path, &|_| false).len(), 1);
+        let held = straighten_loop(&grid, &path, &|v| v == Vertex(40));
+        assert!(held.contains(&Located::Vertex(Vertex(40))), "{held:?}");
+    }
 }
