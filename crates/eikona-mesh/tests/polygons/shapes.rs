@@ -11,7 +11,7 @@ const CHEVRON: [[f64; 2]; 4] = [[0., 0.], [2., 1.], [0., 2.], [1., 1.]];
 fn star() -> Vec<[f64; 2]> {
     let corner = |k: usize| {
         let (s, c) = (std::f64::consts::PI * k as f64 / 5.0).sin_cos();
-        let r = if k % 2 == 0 { 2.0 } else { 0.5 };
+        let r = if k.is_multiple_of(2) { 2.0 } else { 0.5 };
         [r * c, r * s]
     };
     (0..10).map(corner).collect()
@@ -48,7 +48,7 @@ fn check_everywhere(map: impl Fn(Point) -> Point, area_factor: f64) {
         for variant in variants(&mapped) {
             let mesh = polygon(variant);
             covered(&mesh, points.len() - 2, area * area_factor);
-            assert!(is_disk(&mesh));
+            assert!(is_disk(&mesh), "{name}");
             let quality = PolygonQuality::of(&mesh);
             assert_eq!((quality.nonconvex.len(), quality.self_crossing.len()), (1, 0));
             assert!(quality.nonplanar.is_empty(), "{}", quality.largest_deviation);
