@@ -5,7 +5,7 @@ use super::outline::{exact_side, tolerance};
 use std::cell::Cell;
 
 /// Boxes entered per edge, on average, after which the search gives up.
-const BOXES_PER_EDGE: usize = 500;
+const BOXES_PER_EDGE: usize = 200;
 
 /// Whether two edges cross inside both of them. Edges that touch, or run along each other, do not
 /// cross.

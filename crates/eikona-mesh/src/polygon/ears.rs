@@ -144,8 +144,9 @@ impl<'a> Clipper<'a> {
                     self.wait(b, &blocker);
                     if tests > tests_allowed {
                         if crosses_itself(self.points) {
+                            self.rule = Rule::Any;
                             self.candidates.clear();
-                            self.rule = Rule::Exact;
+                            self.list_all();
                         }
                         tests_allowed = usize::MAX;
                     }
@@ -153,7 +154,7 @@ impl<'a> Clipper<'a> {
                 }
             }
             triangles.push([self.previous[b], b, self.next[b]]);
-            remaining -= self.cut_off(b);
+            remaining = self.cut_off(b, remaining);
         }
         if let (3, Some(a)) = (remaining, (0..n).find(|&k| !self.removed[k])) {
             triangles.push([a, self.next[a], self.previous[a]]);
@@ -253,12 +254,12 @@ impl<'a> Clipper<'a> {
     }
 
     /// Removes a corner after its triangle was taken, and with it what has become a dead end: a part
-    /// that hangs on a vertex of the rest is used up. Gives the number of corners removed.
-    fn cut_off(&mut self, b: usize) -> usize {
+    /// that hangs on a vertex of the rest is used up. Gives the number of corners that remain.
+    fn cut_off(&mut self, b: usize, mut remaining: usize) -> usize {
         let [mut a, mut c] = [self.previous[b], self.next[b]];
         self.remove(b);
-        let mut count = 1;
-        loop {
+        remaining -= 1;
+        while remaining > 3 {
             // The dead end has its tip at a or at c.
             let (tip, twin) = if self.same_vertex(self.previous[a], c) {
                 (a, self.previous[a])
@@ -270,7 +271,7 @@ impl<'a> Clipper<'a> {
             (a, c) = if tip == a { (self.previous[twin], c) } else { (a, self.next[twin]) };
             self.remove(tip);
             self.remove(twin);
-            count += 2;
+            remaining -= 2;
         }
         for k in [a, c] {
             self.version[k] += 1;
@@ -282,7 +283,7 @@ impl<'a> Clipper<'a> {
             }
             self.list(k);
         }
-        count
+        remaining
     }
 
     fn same_vertex(&self, j: usize, k: usize) -> bool {

@@ -17,15 +17,15 @@ fn star() -> Vec<[f64; 2]> {
     (0..10).map(corner).collect()
 }
 
-fn shapes() -> Vec<(&'static str, Vec<[f64; 2]>, f64)> {
+fn shapes() -> Vec<(Vec<[f64; 2]>, f64)> {
     vec![
-        ("L", L.to_vec(), 3.0),
+        (L.to_vec(), 3.0),
         // Three 1 x 3 strips round a 1 x 2 gap.
-        ("U", U.to_vec(), 7.0),
+        (U.to_vec(), 7.0),
         // Two triangles of half the base 2 and heights 2 and 1 apart: 2 - 1.
-        ("chevron", CHEVRON.to_vec(), 1.0),
+        (CHEVRON.to_vec(), 1.0),
         // Ten triangles with sides 2 and 0.5 at an angle of 36 degrees.
-        ("star", star(), 5.0 * (std::f64::consts::PI / 5.0).sin()),
+        (star(), 5.0 * (std::f64::consts::PI / 5.0).sin()),
     ]
 }
 
@@ -43,7 +43,7 @@ fn variants(points: &[Point]) -> Vec<Vec<Point>> {
 
 #[track_caller]
 fn check_everywhere(map: impl Fn(Point) -> Point, area_factor: f64) {
-    for (name, points, area) in shapes() {
+    for (points, area) in shapes() {
         let mapped: Vec<Point> = flat(&points).into_iter().map(&map).collect();
         for variant in variants(&mapped) {
             let mesh = polygon(variant);
