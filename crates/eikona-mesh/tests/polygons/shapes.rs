@@ -48,7 +48,7 @@ fn check_everywhere(map: impl Fn(Point) -> Point, area_factor: f64) {
         for variant in variants(&mapped) {
             let mesh = polygon(variant);
             covered(&mesh, points.len() - 2, area * area_factor);
-            assert!(is_disk(&mesh), "{name}");
+            assert!(is_disk(&mesh));
             let quality = PolygonQuality::of(&mesh);
             assert_eq!((quality.nonconvex.len(), quality.self_crossing.len()), (1, 0));
             assert!(quality.nonplanar.is_empty(), "{}", quality.largest_deviation);
