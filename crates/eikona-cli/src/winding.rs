@@ -24,7 +24,8 @@ use std::path::{Path, PathBuf};
   eikona make torus -o torus.ply --curve-out cut.json --cut axis=x,at=0.9
   eikona winding torus.ply --curve cut.json -o labels.ply --render labels.png
 
-Where curves cross faces the mesh is cut along them; the output is the cut mesh, with the field `parent`. Labels for the faces of
+Where curves cross faces the mesh is cut along them, and across their gaps along what completes them (--completion-shape); the output is
+the cut mesh, with the field `parent`. Labels for the faces of
 your own mesh: --input-labels. Faces have the numbers of your file, from 0, also where polygons are cut into triangles and faces are
 dropped.")]
 // Curves without two sides bound nothing: what asks for them is refused, and need not be offered.

@@ -72,6 +72,33 @@ fn the_mesh_has_labels_margins_and_parents_at_its_faces() {
 }
 
 #[test]
+fn gaps_are_closed_straight_or_along_edges() {
+    let folder = across();
+    // The line with a gap from y = 0.7 to 1.3.
+    folder.write("gap.obj", "v 4.5 0 0\nv 4.5 0.7 0\nv 4.5 1.3 0\nv 4.5 2 0\nl 1 2\nl 3 4\n");
+    let solve = "winding grid.obj --curve gap.obj -q -o out.ply --bounding loops.obj --report r.json";
+    let longest = |folder: &Folder| {
+        let text = std::fs::read_to_string(folder.0.join("loops.obj")).unwrap();
+        let x = text.lines().filter_map(|l| l.strip_prefix("v ")).map(|l| {
+            let x: f64 = l.split(' ').next().unwrap().parse().unwrap();
+            (x - 4.5).abs()
+        });
+        x.fold(0.0, f64::max)
+    };
+    folder.done(solve);
+    let (file, mesh) = read(&folder, "out.ply");
+    assert_eq!(scalar(&file.face_scalars, "label"), expected(&mesh));
+    assert!(longest(&folder) < 1e-9, "the completion runs straight on");
+    let report = std::fs::read_to_string(folder.0.join("r.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let completion = &report["result"]["completion"];
+    assert!(completion["straightened"] == 1 && completion["kept"] == 0, "{completion}");
+    assert!((completion["length_after"].as_f64().unwrap() - 0.6).abs() < 1e-9, "{completion}");
+    folder.done(&format!("{solve} --completion-shape edges"));
+    assert!(longest(&folder) > 0.1, "edges go astray");
+}
+
+#[test]
 fn tables_have_the_same_labels() {
     let folder = across();
     folder.done(&format!("{SOLVE} -o out.ply"));

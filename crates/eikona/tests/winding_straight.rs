@@ -254,7 +254,7 @@ fn a_broken_circle_around_the_tube_is_completed_to_its_length() {
         assert_eq!((w.nonbounding_loops.len(), edges.nonbounding_loops.len()), (1, 1));
         let exact = TAU * 0.4;
         let [found, before] = [&w, &edges].map(|w| length(&w.mesh, &w.nonbounding_loops));
-        assert!(before > 1.01 * exact, "on edges it goes astray: {before}");
+        assert!(before > 1.001 * found, "on edges it zigzags: {before}, not {found}");
         errors.push((found - exact).abs() / exact);
     }
     converges("length of the circle", &errors, 1.5);
@@ -279,7 +279,7 @@ fn straightened_completions_agree_with_those_on_edges() {
         damage::flip_faces(&torus(16), 0.4, 2).unwrap().mesh,
         shapes::chain_of_genus(2, 3).unwrap(),
         shapes::cylinder(0.5, 2.0, 30, 20, shapes::Ends::Open).unwrap(),
-        shapes::klein_bottle(1.0, 40, 20).unwrap(),
+        shapes::klein_bottle(2.0, 60, 20).unwrap(),
         shapes::moebius_band(1.0, 0.5, 60, 10).unwrap(),
         damage::holes(&torus(20), 5, 2, 3).unwrap().mesh,
         pinched,

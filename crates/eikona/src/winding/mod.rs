@@ -17,6 +17,7 @@
 //! | `sigma`, `v` | [`Winding::residual_function`], `nonbounding.rs` | F, corners | 11 |
 //! | `w` | [`Winding::values`] | corners | sec 3.5 |
 //! | - | [`Winding::labels`], [`Winding::margin`] | F | sec 3.5.1 |
+//! | - | [`CompletionShape`], `straight/` | paths | - |
 //! | - | [`Winding::split`], `split.rs` | mesh | - |
 //!
 //! Inside, the curve is a dual chain: for each edge an ordered pair of faces and the jump between them. So orientable,
@@ -26,6 +27,14 @@
 //! **Special domains.** The boundary of the surface is free: nothing jumps there, and a curve that ends on it has no endpoint there
 //! (relative homology). Edges of three or more faces are cuts for the harmonic part, and a curve along them is left out with a
 //! warning.
+//!
+//! **Completions are straight.** Where labels meet in gaps of the curve, and where nonbounding loops leave it, the method gives paths along
+//! edges. Each is pulled straight: to a shortest path across faces between the same ends (open ends of the curve, or
+//! vertices where pieces meet), homotopic to the path along edges on the surface without the curve. The mesh is cut along it.
+//! Labels, values, nonbounding jumps, loops and [`Winding::split`] follow; the cost of the linear program, residuals, the largest
+//! nonbounding jump and the orientation stay those of the solution on edges. A path that would cross others, or take in a region
+//! whose label is certain, moves less far or not at all. [`CompletionShape::Edges`] leaves all as it is, as the public program does; curves
+//! without completion give the same digits either way. Deviation: the paper says nothing of it.
 //!
 //! **Limits.** Where a curve is broken the nonbounding jumps are real numbers, and labels near gaps are guesses: see
 //! [`Winding::margin`].

@@ -15,7 +15,7 @@ use eikona_numeric::{Certificate, JumpStatistics};
 #[derive(Clone, Debug)]
 pub struct Winding {
     /// The surface of the result: the input with its faces wound alike where that is possible. It is cut along curves that cross
-    /// faces, and finer along short open pieces of the curve ([`split_short`](super::WindingOptions::split_short)); fields have values
+    /// faces and along straightened completions ([`CompletionShape`](super::CompletionShape)), and finer along short open pieces of the curve ([`split_short`](super::WindingOptions::split_short)); fields have values
     /// for its faces then, not for those of the input. See [`face_parent`](Winding::face_parent), [`input_labels`](Winding::input_labels),
     /// [`label_at`](Winding::label_at).
     pub mesh: TriangleMesh,
@@ -26,11 +26,12 @@ pub struct Winding {
     /// direction: see [`value_at`](Winding::value_at); and at vertices of the completed curve whose faces are more than one fan (jumps
     /// below 0.01 fade out towards them instead).
     pub values: CornerField<f64>,
-    /// The whole number of each face: how often the curve winds around it. 1 higher on the left of the curve than on its right. Faces that
+    /// The whole number of each face: how often the curve winds around it. Beside straightened completions it may differ from
+    /// the value rounded. 1 higher on the left of the curve than on its right. Faces that
     /// have no value at any corner are labelled like the nearest one that has.
     pub labels: FaceField<i32>,
-    /// How certain each label is: 0.5 where the value is a whole number, 0 where it lies halfway between two, and in faces
-    /// without any value.
+    /// How certain each label is: 0.5 where the value is a whole number, 0 where it lies halfway between two or nearer to another, and
+    /// in faces without any value.
     pub margin: FaceField<f64>,
     /// For each component what makes its values whole numbers where the curve is whole: `label = round(w + shift)`, of the mean over
     /// the corners of a face.
@@ -79,7 +80,7 @@ pub struct WindingReport {
     pub residual: f64,
     /// The linear program, if there was need for it.
     pub program: Option<ProgramReport>,
-    /// The largest nonbounding jump, and how far such jumps are from whole numbers: 0 for closed curves, up to 0.5 for broken
+    /// The largest nonbounding jump of the solution on edges, and how far such jumps are from whole numbers: 0 for closed curves, up to 0.5 for broken
     /// ones.
     pub largest_nonbounding: f64,
     /// See [`largest_nonbounding`](WindingReport::largest_nonbounding).
@@ -167,8 +168,9 @@ impl Winding {
         if total == 0.0 { f64::NAN } else { sum / total + self.shift[self.component[face] as usize] }
     }
 
-    /// The whole number nearest to [`value_at`](Winding::value_at): the label of the face, but near the curve's gaps, where the
-    /// value changes inside faces, that of the point. `None` where there is no value.
+    /// The label at a point. With straightened completions it is that of the face of [`mesh`](Winding::mesh) there, so that it changes
+    /// across the completed boundary; with completions on edges the whole number nearest to [`value_at`](Winding::value_at), which near the
+    /// curve's gaps changes inside faces. `None` where there is no value.
     ///
     /// ```
     /// use eikona::mesh::{Curve, Face, SurfaceCurves, Vertex, shapes};

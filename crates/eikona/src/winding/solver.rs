@@ -103,7 +103,8 @@ impl Solver {
     /// Two back-substitutions; for curves with endpoints a factorisation, and on surfaces that are not simply connected the Hodge
     /// system (factored once) and a linear program on the faces. Where the mesh is cut, analysis and factorisation of its operators. To look
     /// at the orientation of several pieces takes a factorisation and a back-substitution each, on the faces, and if some look reversed
-    /// a whole second solve: see [`Diagnosis`](super::Diagnosis).
+    /// a whole second solve: see [`Diagnosis`](super::Diagnosis). To straighten completions takes O(F) and what
+    /// [`straighten_curve`](crate::contour::straighten_curve) takes for their pieces, a small part of the solve.
     pub fn solve(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<Winding, WindingError> {
         let mut phases = Phases::start();
         self.check(curves, options)?;

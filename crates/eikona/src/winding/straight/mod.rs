@@ -8,137 +8,30 @@
 //!
 //! Boundaries of regions and nonbounding loops are treated apart, as they may cross each other.
 
+mod checks;
+mod layer;
 mod pieces;
 mod pull;
 mod refined;
 mod sides;
 
 use crate::contour::{Embedded, EmbeddedCurve, embed_curves, places_of_places};
-use crate::geometry::face_in;
 use crate::winding::decomposition::THRESHOLD;
 use crate::winding::labels::face_mean;
 use crate::winding::loops::loops_of;
 use crate::winding::options::Completion;
 use crate::winding::solution::{CompletionReport, Winding};
 use crate::wording::counted;
-use eikona_mesh::{Curve, Edge, Face, Halfedge, Located, Neighbour, SurfaceCurves, TriangleMesh, Vertex};
-use pieces::{Jumps, Piece};
-use pull::{Pulled, Slit, Stays};
+use eikona_mesh::{Curve, Edge, Face, Located, SurfaceCurves, TriangleMesh, Vertex};
+use layer::{Freedom, Layer};
+use pieces::Jumps;
 use refined::{Refined, Wall};
-use std::collections::{BTreeMap, BTreeSet};
 
 /// Rounds in which pieces that go wrong are made to move less, before none moves.
 const ROUNDS: usize = 8;
 
 /// Faces whose label has at least this margin are out of bounds for pieces that would take in too much.
 const CERTAIN: f64 = 0.25;
-
-/// See [`Winding::overreaching`]. 0: regions may change label if values are halfway; 1: whatever the values.
-const DOUBT: f64 = 0.3;
-
-/// How far a piece may move.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Freedom {
-    /// To the shortest path in its homotopy class.
-    Free,
-    /// To the shortest one that does not enter faces whose label is certain.
-    Banded,
-    /// Not at all.
-    OnEdges,
-}
-
-/// A piece of the completion, and where it has been pulled.
-struct Strand {
-    piece: Piece,
-    freedom: Freedom,
-    /// `None` if it does not move.
-    pulled: Option<Pulled>,
-}
-
-impl Strand {
-    fn stay(&mut self) {
-        (self.freedom, self.pulled) = (Freedom::OnEdges, None);
-    }
-}
-
-/// Pieces of one kind: boundaries of regions, or nonbounding loops.
-struct Layer {
-    strands: Vec<Strand>,
-    /// Vertices off the curve at which pieces end.
-    junctions: Vec<Vertex>,
-}
-
-impl Layer {
-    fn of((pieces, junctions): (Vec<Piece>, Vec<Vertex>)) -> Layer {
-        let strand = |piece| Strand { piece, freedom: Freedom::Free, pulled: None };
-        Layer { strands: pieces.into_iter().map(strand).collect(), junctions }
-    }
-
-    /// Pulls all pieces straight that may move. Edges that are `closed`, and pieces that stay, are in their way, and for some the faces
-    /// that are `certain`.
-    fn pull(
-        &mut self,
-        mesh: &TriangleMesh,
-        closed: &[bool],
-        certain: impl Fn(Face) -> bool,
-        consistent: bool,
-        unit: f64,
-    ) {
-        let mut closed = closed.to_vec();
-        for strand in self.strands.iter().filter(|s| s.freedom == Freedom::OnEdges) {
-            strand.piece.steps.iter().for_each(|s| closed[mesh.edge(s.high).index()] = true);
-        }
-        for freedom in [Freedom::Free, Freedom::Banded] {
-            if self.strands.iter().all(|s| s.freedom != freedom) {
-                continue;
-            }
-            if freedom == Freedom::Banded {
-                self.close_faces(mesh, &certain, &mut closed);
-            }
-            let slit = Slit::new(mesh, &closed, &self.junctions, unit);
-            for strand in self.strands.iter_mut().filter(|s| s.freedom == freedom) {
-                let pulled = slit.as_ref().map_err(|_| Stays);
-                match pulled.and_then(|slit| slit.pull(mesh, &strand.piece, !consistent)) {
-                    Ok(pulled) => strand.pulled = pulled,
-                    Err(Stays) => strand.stay(),
-                }
-            }
-        }
-    }
-
-    /// Closes the sides of faces that are certain, unless a piece comes to them.
-    fn close_faces(&self, mesh: &TriangleMesh, certain: impl Fn(Face) -> bool, closed: &mut [bool]) {
-        let mut at_piece = vec![false; mesh.vertex_count()];
-        for step in self.strands.iter().flat_map(|s| &s.piece.steps) {
-            step.ends(mesh).into_iter().for_each(|v| at_piece[v.index()] = true);
-        }
-        let is_near = |f: Face| mesh.face_vertices(f).iter().any(|v| at_piece[v.index()]);
-        for f in mesh.faces().filter(|&f| certain(f) && !is_near(f)) {
-            mesh.face_edges(f).into_iter().for_each(|e| closed[e.index()] = true);
-        }
-    }
-
-    /// The pieces that moved.
-    fn moved(&self) -> impl Iterator<Item = (usize, &Piece, &Pulled)> {
-        let all = self.strands.iter().enumerate();
-        all.filter_map(|(i, s)| s.pulled.as_ref().map(|pulled| (i, &s.piece, pulled)))
-    }
-
-    fn stay_all(&mut self) {
-        self.strands.iter_mut().for_each(Strand::stay);
-    }
-
-    /// Takes the pieces that moved off jumps at edges.
-    fn take_off(&self, mesh: &TriangleMesh, jump: &mut [f64]) {
-        for step_of in self.moved().map(|(_, piece, _)| piece) {
-            for step in &step_of.steps {
-                let e = mesh.edge(step.high);
-                let is_first = mesh.edge_halfedges(e)[0] == step.high;
-                jump[e.index()] -= if is_first { step_of.height } else { -step_of.height };
-            }
-        }
-    }
-}
 
 /// What came of it.
 struct Straight {
@@ -306,120 +199,6 @@ impl Winding {
         None
     }
 
-    /// The pieces beside which the labels are not what they were: they cross others.
-    fn crossing(
-        &self,
-        refined: &Refined,
-        walls: &[(usize, Vec<Wall>)],
-        regions: &Layer,
-        rest: &[f64],
-        labels: &[f64],
-    ) -> Vec<usize> {
-        let mesh = refined.mesh();
-        let uses = uses(mesh, walls);
-        let is_wrong = |(i, walls): &&(usize, Vec<Wall>)| {
-            let high_label = f64::from(self.labels[regions.strands[*i].piece.high_side.face()]);
-            let mut alone = walls.iter().filter(|(high, _)| {
-                let e = mesh.edge(*high).index();
-                uses[e] == 1 && rest[e] == 0.0
-            });
-            alone.any(|(high, _)| labels[high.face().index()] != high_label)
-        };
-        walls.iter().filter(is_wrong).map(|(i, _)| *i).collect()
-    }
-
-    /// Whether labels are what they were along those edges of the curve where no piece runs, nor ran.
-    fn keeps_labels_beside_the_curve(
-        &self,
-        refined: &Refined,
-        walls: &[(usize, Vec<Wall>)],
-        regions: &Layer,
-        labels: &[f64],
-    ) -> bool {
-        let mesh = refined.mesh();
-        let uses = uses(mesh, walls);
-        let mut ran = vec![false; self.mesh.edge_count()];
-        for (_, piece, _) in regions.moved() {
-            piece.steps.iter().for_each(|s| ran[self.mesh.edge(s.high).index()] = true);
-        }
-        let keeps = |h: Halfedge| {
-            let Some(parent) = refined.parent(h) else { return true };
-            let edge = self.mesh.edge(parent);
-            let same = labels[h.face().index()] == f64::from(self.labels[parent.face()]);
-            self.jump[edge] == 0 || ran[edge.index()] || same
-        };
-        mesh.edges().all(|e| uses[e.index()] > 0 || mesh.edge_halfedges(e).iter().all(|&h| keeps(h)))
-    }
-
-    /// The pieces that take in regions of whose label there was little doubt: a path around a limb may be pulled over its end.
-    ///
-    /// A region between a piece before and after is too certain if its values lie nearer to the old label than to the new one by more
-    /// than [`DOUBT`] in the mean. One narrower than an edge is as it has to be.
-    fn overreaching(
-        &self,
-        refined: &Refined,
-        walls: &[(usize, Vec<Wall>)],
-        regions: &Layer,
-        labels: &[f64],
-        values: &[f64],
-        unit: f64,
-    ) -> Vec<usize> {
-        let mesh = refined.mesh();
-        let mut at_wall: BTreeMap<Edge, Vec<usize>> = BTreeMap::new();
-        for (i, walls) in walls {
-            walls.iter().for_each(|(high, _)| at_wall.entry(mesh.edge(*high)).or_default().push(*i));
-        }
-        let mut at_step: BTreeMap<Edge, Vec<usize>> = BTreeMap::new();
-        for (i, piece, _) in regions.moved() {
-            let edges = piece.steps.iter().map(|s| self.mesh.edge(s.high));
-            edges.for_each(|e| at_step.entry(e).or_default().push(i));
-        }
-        let old = |f: Face| f64::from(self.labels[refined.cut.face_parent[f.index()]]);
-        let mut open: Vec<bool> = mesh.faces().map(|f| labels[f.index()] != old(f)).collect();
-        let mut found = BTreeSet::new();
-        for first in mesh.faces() {
-            if !std::mem::take(&mut open[first.index()]) {
-                continue;
-            }
-            let (mut area, mut certainty) = (0.0, 0.0);
-            let mut around: BTreeSet<usize> = BTreeSet::new();
-            let mut waiting = vec![first];
-            while let Some(f) = waiting.pop() {
-                let parent = refined.cut.face_parent[f.index()];
-                let a = face_in(mesh, f, unit).area;
-                area += a;
-                if let Some(mean) = face_mean(values, f) {
-                    let value = mean + self.shift[self.component[parent] as usize];
-                    certainty += a * ((value - labels[f.index()]).abs() - (value - old(f)).abs());
-                }
-                for h in (0..3).map(|k| f.halfedge(k)) {
-                    let step = refined.parent(h).and_then(|h| at_step.get(&self.mesh.edge(h)));
-                    around.extend(step.into_iter().chain(at_wall.get(&mesh.edge(h))).flatten());
-                    if let Neighbour::Twin(other) = mesh.neighbour(h)
-                        && std::mem::take(&mut open[other.face().index()])
-                    {
-                        waiting.push(other.face());
-                    }
-                }
-            }
-            let strip = |(i, piece, pulled): (usize, &Piece, &Pulled)| {
-                let length = pulled.before / unit;
-                if around.contains(&i) { length * length / piece.steps.len() as f64 } else { 0.0 }
-            };
-            if std::env::var("DBG").is_ok() {
-                eprintln!(
-                    "region area {area:.5} doubt {:.3} strip {:.5} around {around:?}",
-                    certainty / area,
-                    regions.moved().map(strip).sum::<f64>()
-                );
-            }
-            if certainty > DOUBT * area && area > regions.moved().map(strip).sum() {
-                found.extend(around);
-            }
-        }
-        found.into_iter().collect()
-    }
-
     /// The result on the mesh that was cut once more.
     fn on_cut(self, straight: Straight) -> Winding {
         let Straight { cut, labels, values, moved, moved_jump } = straight;
@@ -514,13 +293,6 @@ fn walls_of<'a>(
     }
     lost.iter().for_each(|&i| layer.strands[i].stay());
     lost.is_empty().then_some(walls)
-}
-
-/// How many walls lie on each edge.
-fn uses(mesh: &TriangleMesh, walls: &[(usize, Vec<Wall>)]) -> Vec<u32> {
-    let mut uses = vec![0u32; mesh.edge_count()];
-    walls.iter().flat_map(|(_, walls)| walls).for_each(|(high, _)| uses[mesh.edge(*high).index()] += 1);
-    uses
 }
 
 fn pieces_of_faces(before: &TriangleMesh, cut: &Embedded) -> Vec<u32> {
