@@ -4,7 +4,7 @@ use crate::choices::Choices;
 use crate::solve;
 use eikona::contour::shortest_vertex_path;
 use eikona::winding::{
-    Completion, Diagnosis, Part, Reference, Solver, Winding, WindingError, WindingOptions,
+    Completion, CompletionShape, Diagnosis, Part, Reference, Solver, Winding, WindingError, WindingOptions,
 };
 use eikona_mesh::{
     Curve, CurveKind, Edge, Face, Halfedge, MeshError, Neighbour, SurfaceCurves, SurfacePoint, TriangleMesh,
@@ -273,6 +273,7 @@ fn options(choices: &mut Choices) -> WindingOptions {
         split_short: choices.of([true, false]),
         intrinsic_delaunay: choices.of([false, true]),
         diagnosis: choices.of([Diagnosis::Automatic, Diagnosis::Never, Diagnosis::Always]),
+        completion_shape: choices.of([CompletionShape::Straight, CompletionShape::Edges]),
     }
 }
 

@@ -142,7 +142,7 @@ fn faults_of_curve_files_name_the_line_or_vertex() {
         ("v 0.5 0 0\nv 0.5 1 0\nl 0 1\n", ["vertex 0", "line 3"]),
         ("v 0.5 0 0\nv nan 1 0\nl 1 2\n", ["vertex 2", "not finite"]),
         ("v 0.5 0 0\nv 0.5 1 0\n", ["no l lines", "no curve"]),
-        ("f 1 2 3\n", ["no vertex", "OBJ"]),
+        ("l 1 2 3\n", ["no v lines", "no curve"]),
     ] {
         folder.write("c.obj", text);
         folder.refused("sdf grid.obj --curve c.obj -o d.csv", 3, &words);

@@ -97,6 +97,15 @@ fn obj_lines_are_polylines_in_space_or_curves_of_the_mesh_itself() {
 }
 
 #[test]
+fn a_file_without_curves_is_read_back_from_obj() {
+    // Found by fuzzing.
+    let text = format_curves(&CurveFile::default(), CurveFormat::Obj, &square()).unwrap();
+    let back = read_curves_bytes(text.as_bytes(), CurveFormat::Obj, &square()).unwrap();
+    assert!(back.curves.is_empty() && back.polylines.is_empty());
+    assert_eq!(back.warnings.len(), 1);
+}
+
+#[test]
 fn a_closing_point_given_several_times_is_dropped_at_once() {
     // Found by fuzzing: each writing and reading took one more point away.
     let loop_of_obj = b"v 0 0 9\nv 2 1 9\nv 1 1 9\nl 1 2 3 1 1\nl 2 2 2\n";

@@ -85,6 +85,10 @@ fn join_lines(lines: &[Vec<u32>], vertices: usize) -> (Vec<Vec<u32>>, Vec<u32>, 
 }
 
 pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileError> {
+    if !text.lines().any(|line| line.split_whitespace().next() == Some("v")) {
+        let warning = "the file has no v lines, so there is no curve in it".to_string();
+        return Ok(CurveFile { warnings: vec![warning], ..CurveFile::default() });
+    }
     let read = read_mesh_bytes(text.as_bytes(), MeshFormat::Obj)?;
     let positions = &read.mesh.positions;
     let lines: Vec<Vec<u32>> =
