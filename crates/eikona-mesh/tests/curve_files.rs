@@ -106,6 +106,53 @@ fn a_file_without_curves_is_read_back_from_obj() {
 }
 
 #[test]
+fn obj_curves_are_read_as_obj_meshes_are() {
+    // reports.md F23
+    let expected = [SpacePolyline {
+        kind: CurveKind::Signed,
+        closed: false,
+        points: vec![[0., 0., 9.], [2., 1., 9.], [1., 1., 9.]],
+    }];
+    let path = Path::new("c.obj");
+    for text in [
+        "v 0 0 9\rv 2 1 9\rv 1 1 9\rl 1 2 3\r",
+        "v 0 0 9\nv 2 1 9\nv 1 1 9\nl 1 2 \\\n3\n",
+        "v 0 \\\r\n0 9\r\nv 2 1 9\r\nv 1 1 9\r\nl 1 2 3",
+        "\u{feff}# a\nv 0 0 9 # b\nv 2 1 9\nv 1 1 9\nl 1 2 3 # note\n",
+        "l 1 2 3\nv 0 0 9\nv 2 1 9\nv 1 1 9\n",
+        "v 0 0 9\nv 2 1 9\nv 1 1 9\nl 1.0 2.0 3.0\n",
+        "v 0 0 9\nv 2 1 9\nv 1 1 9\nl -3/1 -2/2 -1/3\n",
+        "v 0 0 9\nv 2 1 9\nv 1 1 9\nl 1 1 2 2 2 3\nl 3 3\n",
+    ] {
+        assert_eq!(CurveFormat::detect(path, text.as_bytes()), CurveFormat::Obj, "{text:?}");
+        let file = read_curves_bytes(text.as_bytes(), CurveFormat::Obj, &square()).unwrap();
+        assert_eq!(file.polylines, expected, "{text:?}");
+    }
+}
+
+#[test]
+fn lines_over_vertices_of_no_face_are_polylines_in_space() {
+    // reports.md F9: vertices 4 to 7 are those of a curve object in the mesh's own file.
+    let mut positions = square().positions().to_vec();
+    let own = [[0.5, 0., 0.], [0.5, 1., 0.], [0.2, 0.2, 0.], [0.4, 0.2, 0.]];
+    positions.extend(own);
+    let mesh = TriangleMesh::new(positions, square().triangles().to_vec()).unwrap();
+    let read = |lines: &[&[u32]]| {
+        let lines: Vec<Vec<u32>> = lines.iter().map(|line| line.to_vec()).collect();
+        curves_from_lines(&lines, &mesh).unwrap()
+    };
+    let file = read(&[&[0, 1, 2], &[4, 5], &[0, 4, 6], &[5, 6, 7, 5], &[3], &[7]]);
+    assert_eq!(file.curves.curves, [Curve::signed([0, 1, 2].map(vertex))]);
+    assert_eq!(file.curves.points, [vertex(3)]);
+    let points: Vec<_> = file.polylines.iter().map(|p| (p.closed, p.points.clone())).collect();
+    let corner = mesh.positions()[0];
+    let expected =
+        [(false, vec![corner, own[0], own[2]]), (true, own[1..].to_vec()), (false, own[..2].to_vec())];
+    assert_eq!(points, expected);
+    assert!(file.warnings.len() == 1 && file.warnings[0].contains("1 single point"), "{:?}", file.warnings);
+}
+
+#[test]
 fn a_closing_point_given_several_times_is_dropped_at_once() {
     // Found by fuzzing: each writing and reading took one more point away.
     let loop_of_obj = b"v 0 0 9\nv 2 1 9\nv 1 1 9\nl 1 2 3 1 1\nl 2 2 2\n";

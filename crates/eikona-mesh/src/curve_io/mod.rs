@@ -79,7 +79,8 @@ pub enum CurveFormat {
 impl CurveFormat {
     /// The format of a file, by what is in it; the extension decides where the content does not.
     pub fn detect(path: &Path, bytes: &[u8]) -> CurveFormat {
-        let text = curve_text(bytes);
+        // A `v` line of OBJ may go on in the next one.
+        let text = curve_text(bytes).replace("\\\n", " ");
         let text = text.trim_start();
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         if text.starts_with('{') {
