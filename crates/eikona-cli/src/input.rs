@@ -26,7 +26,8 @@ pub struct MeshArguments {
     /// are joined at equal places unless `--weld=off` is given
     #[arg(long, value_name = "TOL|off", num_args = 0..=1, require_equals = true, default_missing_value = "0", value_parser = parse_weld)]
     pub weld: Option<Weld>,
-    /// Drop faces without area and faces that name a vertex twice (but not polygons with holes); the vertices stay
+    /// Drop faces without area and faces that name a vertex twice (but not polygons with holes), and corners of polygons named
+    /// twice in a row; the vertices stay
     #[arg(long)]
     pub drop_degenerate: bool,
     /// Join boundaries that touch, or are at most TOL apart (in the unit of the mesh): vertices at vertices, and vertices inside
@@ -106,21 +107,20 @@ struct MeshOfFile {
 
 impl MeshOfFile {
     fn new(polygons: &PolygonMesh) -> Result<MeshOfFile, MeshError> {
-        let whole = drop_broken_polygons(polygons);
-        let broken = whole.maps.dropped_faces();
-        let (whole, _) = whole.mesh.triangulate()?;
+        let RepairedPolygons { mesh: kept, maps } = drop_broken_polygons(polygons);
+        let broken = maps.dropped_faces();
+        let (whole, _) = kept.triangulate()?;
         if broken.is_empty() {
             return Ok(MeshOfFile { whole, stand_ins: None });
         }
         let mut all = PolygonMesh::new(polygons.positions.clone());
-        let mut next = broken.iter().peekable();
-        for (f, corners) in polygons.faces().enumerate() {
-            if next.next_if(|b| b.index() == f).is_some() {
+        for new in maps.faces.as_slice() {
+            if let Some(f) = new {
+                all.push_face(kept.face(f.index()).iter().copied());
+            } else {
                 let first = all.vertex_count() as u32;
                 all.positions.extend([[0.0; 3]; 3]);
                 all.push_face(first..first + 3);
-            } else {
-                all.push_face(corners.iter().copied());
             }
         }
         let (all, _) = all.triangulate()?;
@@ -152,6 +152,13 @@ impl MeshInput {
         if arguments.drop_degenerate {
             let dropped = drop_broken_polygons(&file.mesh);
             let faces = dropped.maps.dropped_faces();
+            let corners = |polygons: &PolygonMesh| polygons.faces().map(<[u32]>::len).sum::<usize>();
+            let lost: usize = faces.iter().map(|f| file.mesh.face(f.index()).len()).sum();
+            let doubled = corners(&file.mesh) - lost - corners(&dropped.mesh);
+            if doubled > 0 {
+                session.note(&format!("removed {doubled} corners at the same vertex as the corner before"));
+                repairs.push(json!({"repair": "remove doubled corners", "corners": doubled}));
+            }
             if !faces.is_empty() {
                 session.note(&format!(
                     "dropped {} faces that name a vertex twice or have fewer than 3 corners",
@@ -161,8 +168,10 @@ impl MeshInput {
                     json!({"repair": "drop broken faces", "dropped_faces": ids(faces.iter().map(|f| f.0))}),
                 );
                 keep(&mut parts_of, &dropped.maps);
-                polygons = Some(dropped.mesh);
                 renumbered = true;
+            }
+            if doubled > 0 || !faces.is_empty() {
+                polygons = Some(dropped.mesh);
             }
         }
         let triangulate = |polygons: &PolygonMesh| polygons.triangulate().map_err(|e| invalid(&path, e, all));
@@ -486,7 +495,8 @@ fn invalid(path: &Path, fault: MeshError, all: bool) -> Failure {
             faults.iter().for_each(|f| text += &format!("\n  {f}"));
         }
         if faults.iter().all(|f| matches!(f, Fault::RepeatedVertex { .. } | Fault::TooFewCorners { .. })) {
-            text += "\n--drop-degenerate drops such faces";
+            text +=
+                "\n--drop-degenerate removes corners that are named twice in a row and drops the other faces";
         }
     }
     Failure::Input(text)

@@ -78,3 +78,27 @@ fn a_bow_tie_is_a_warning() {
     let facts = inspected(&folder, "tie.obj");
     assert_eq!(facts["polygons"]["self_crossing"], json!({"count": 1, "first": 0}));
 }
+
+#[test]
+fn corners_named_twice_in_a_row_are_refused_and_removed_on_demand() {
+    // reports.md F22: a remedy must not delete the face.
+    let folder = Folder::new();
+    let vertices = "v 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\n";
+    folder.write(
+        "side.json",
+        r#"{"eikona":"curves","version":1,"curves":[{"nodes":[{"vertex":5},{"vertex":0}]}]}"#,
+    );
+    // Alone; closed by the first corner; beside a face that is dropped, so that faces have numbers of their own.
+    let faces = ["f 1 2 2 3 4 5 6", "f 1 2 3 4 5 6 1", "f 1 2 1 2\nf 1 2 2 2 3 4 5 6"];
+    for (faces, doubled) in faces.into_iter().zip([1, 1, 2]) {
+        folder.write("twice.obj", &format!("{vertices}{faces}\n"));
+        folder.refused("inspect twice.obj", 3, &["twice", "--drop-degenerate removes corners"]);
+        near(&inspected(&folder, "twice.obj --drop-degenerate")["quality"]["area"], 3.0);
+        folder.done("sdf twice.obj --drop-degenerate --curve side.json -o d.csv --report r.json");
+        // The L lies on the left of its lower side: the distance is -y.
+        for (d, y) in folder.column("d.csv", "distance").iter().zip([0., 1., 1., 2., 2., 0.]) {
+            assert!((d + y).abs() < 1e-9, "{faces}: {d} at y = {y}");
+        }
+        assert_eq!(folder.json("r.json")["input"]["repairs"][0]["corners"], doubled, "{faces}");
+    }
+}

@@ -157,11 +157,7 @@ pub fn weld_polygons(mesh: &PolygonMesh, tolerance: f64) -> Result<RepairedPolyg
     let mut welded = PolygonMesh::new(positions);
     let mut kept = Vec::with_capacity(mesh.face_count());
     for face in mesh.faces() {
-        let mut corners: Vec<u32> = face.iter().map(|&v| vertex_map[v as usize].0).collect();
-        corners.dedup();
-        while corners.len() > 1 && corners.first() == corners.last() {
-            corners.pop();
-        }
+        let corners = without_doubled(face.iter().map(|&v| vertex_map[v as usize].0).collect());
         kept.push(corners.len() >= 3);
         if corners.len() >= 3 {
             welded.push_face(corners);
@@ -175,15 +171,16 @@ pub fn weld_polygons(mesh: &PolygonMesh, tolerance: f64) -> Result<RepairedPolyg
     Ok(RepairedPolygons { mesh: welded, maps })
 }
 
-/// Drops the polygons that can not be triangulated: those with fewer than three corners, those with the same vertex at two
-/// successive corners, and those that repeat a vertex and enclose no area. The vertices stay.
+/// Removes what can not be triangulated: corners that follow one at the same vertex, then polygons with fewer than three
+/// corners, and those that repeat a vertex and enclose no area. The vertices stay.
 ///
 /// Polygons around holes, which pass the ends of a bridge to the hole twice, are kept.
 ///
 /// ```
 /// use eikona_mesh::{Face, PolygonMesh, drop_broken_polygons};
-/// let corners = vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
-/// let mesh = PolygonMesh::from_triangles(corners, &[[0, 1, 1], [0, 1, 2]]);
+/// let mut mesh = PolygonMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]]);
+/// mesh.push_face([0, 1, 1]);
+/// mesh.push_face([0, 1, 1, 2]);
 /// let dropped = drop_broken_polygons(&mesh);
 /// assert_eq!(dropped.maps.dropped_faces(), [Face(0)]);
 /// assert_eq!(dropped.mesh.face(0), [0, 1, 2]);
@@ -197,12 +194,27 @@ pub fn drop_broken_polygons(mesh: &PolygonMesh) -> RepairedPolygons {
         let cut = |triangles| !in_range(corners) || cut_polygon(corners, &mesh.positions, triangles).is_ok();
         corners.len() >= 3 && cut(&mut triangles)
     };
-    let kept: Vec<bool> = mesh.faces().map(&mut whole).collect();
     let mut rest = PolygonMesh::new(mesh.positions.clone());
-    mesh.faces().zip(&kept).filter(|(_, k)| **k).for_each(|(f, _)| rest.push_face(f.iter().copied()));
+    let mut kept = Vec::with_capacity(mesh.face_count());
+    for face in mesh.faces() {
+        let corners = without_doubled(face.to_vec());
+        kept.push(whole(&corners));
+        if kept.last() == Some(&true) {
+            rest.push_face(corners);
+        }
+    }
     let mut maps = IndexMaps::identity(mesh.vertex_count(), mesh.face_count());
     maps.faces = number_kept(kept.into_iter());
     RepairedPolygons { mesh: rest, maps }
+}
+
+/// The corners that do not follow one at the same vertex.
+fn without_doubled(mut corners: Vec<u32>) -> Vec<u32> {
+    corners.dedup();
+    while corners.len() > 1 && corners.first() == corners.last() {
+        corners.pop();
+    }
+    corners
 }
 
 /// Drops the faces whose area is below [`ZERO_AREA`](crate::ZERO_AREA) times the square of their longest edge.
