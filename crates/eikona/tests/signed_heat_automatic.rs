@@ -129,6 +129,33 @@ fn curves_at_different_levels_are_not_held_to_one() {
     assert_eq!(default_solve(&mesh, &ring).report.level_sets.level_sets, LevelSets::Zero);
 }
 
+/// Whole curves that cross bound regions together. The field between them turns, so that the free fit has levels that are none.
+#[test]
+fn whole_curves_that_cross_are_held_at_zero() {
+    let mesh = rough_plate(40);
+    let disk = |x: f64, y: f64, r: f64| zero_level(&mesh, |p| (p[0] - x).hypot(p[1] - y) - r);
+    let large = || disk(0.6, 0.6, 0.5);
+    let small = || disk(0.9, 0.6, 0.25);
+    let apart = disk(1.1, 1.1, 0.15);
+    for (name, source) in
+        [("two", together([large(), small()])), ("three", together([large(), small(), apart]))]
+    {
+        let found = default_solve(&mesh, &source);
+        let chosen = &found.report.level_sets;
+        assert_eq!(chosen.level_sets, LevelSets::Zero, "{name}: {}", chosen.reason);
+        // Positive off the union of the disks; inside, where the small one's arc is far.
+        let off = |p: [f64; 3], [x, y, r]: [f64; 3]| (p[0] - x).hypot(p[1] - y) - r;
+        for v in mesh.vertices() {
+            let p = mesh.position(v);
+            let [large, small] = [[0.6, 0.6, 0.5], [0.9, 0.6, 0.25]].map(|disk| off(p, disk));
+            let apart = off(p, [1.1, 1.1, 0.15]);
+            let d = found.distance[v];
+            assert!(large.min(small).min(apart) < 0.05 || d > 0.0, "{name}: {d} at {p:?}");
+            assert!(large > -0.05 || small < 0.2 || d < 0.0, "{name}: {d} at {p:?}");
+        }
+    }
+}
+
 #[test]
 fn points_and_unsigned_curves_are_held_at_zero() {
     let mesh = plate(12);

@@ -30,6 +30,9 @@ pub enum Damage {
     Nested(f64, f64),
     /// The same, whole.
     NestedWhole(f64),
+    /// The curve and a closed curve around a point of it, whole: the outlines of two regions that overlap. The radius is this
+    /// share of the distance range.
+    Crossing(f64),
     /// A single gap of this share of each loop.
     OneGap(f64),
     /// Walks along edges next to the curve, whole or halved (pieces of so many edges).
@@ -45,6 +48,23 @@ pub struct Whole<'a> {
 }
 
 impl Whole<'_> {
+    /// A function that is negative in the union of the regions that crossing curves outline.
+    pub fn union(&self, damage: Damage, random: &mut Random) -> Option<Vec<f64>> {
+        let Damage::Crossing(share) = damage else { return None };
+        let range = self.distance.iter().fold(0.0f64, |m, d| m.max(d.abs()));
+        let disk = self.disk(share * range, random);
+        Some(self.distance.iter().zip(disk).map(|(a, b)| a.min(b)).collect())
+    }
+
+    /// A function that is negative within a ball around a vertex beside the curve.
+    fn disk(&self, radius: f64, random: &mut Random) -> Vec<f64> {
+        let near: Vec<Vertex> =
+            self.mesh.vertices().filter(|v| self.distance[v.index()].abs() < self.edge).collect();
+        let centre = self.mesh.position(near[random.below(near.len())]);
+        let off = |p: &[f64; 3]| (0..3).map(|k| (p[k] - centre[k]).powi(2)).sum::<f64>().sqrt();
+        self.mesh.positions().iter().map(|p| off(p) - radius).collect()
+    }
+
     /// Negative at the vertices on the left of what `damaged` makes of the curve, where that is closed.
     pub fn side(&self, damage: Damage, random: &mut Random) -> Option<Vec<f64>> {
         match damage {
@@ -106,6 +126,10 @@ impl Whole<'_> {
             }
             Damage::NestedWhole(share) => {
                 [-share, 0.0, share].into_iter().flat_map(|s| at(s * range)).collect()
+            }
+            Damage::Crossing(share) => {
+                let disk = self.disk(share * range, random);
+                [at(0.0), level_set(self.mesh, &disk, 0.0)].concat()
             }
             Damage::OneGap(share) => at(0.0).iter().flat_map(|c| self.gap(c, share, random)).collect(),
             Damage::EdgeWalk(piece) => {

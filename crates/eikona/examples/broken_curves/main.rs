@@ -8,8 +8,9 @@
 //! ```
 //!
 //! A curve is a level set of a slowly varying function at a random level. The truth is the exact distance to the curve that is left
-//! whole, or to the given curve itself where that is closed; for nested curves up to a constant, since each of them is as
-//! good a zero. Numbers are in percent: of the range of the truth, and of the area.
+//! whole, or to the given curve itself where that is closed, and to the outline of the union where closed curves cross. For nested
+//! curves it is meant up to a constant, since each of them is as good a zero. Numbers are in percent: of the range of the truth, and
+//! of the area.
 
 mod breaking;
 mod surfaces;
@@ -43,13 +44,14 @@ const METHODS: [(DiffusionTime, LevelSets); 12] = [
     (AUTO, LevelSets::Zero),
 ];
 
-const DAMAGES: [Damage; 24] = [
+const DAMAGES: [Damage; 25] = [
     Damage::None,
     Damage::Noise(0.1),
     Damage::Noise(0.3),
     Damage::Noise(1.0),
     Damage::EdgeWalk(None),
     Damage::NestedWhole(0.2),
+    Damage::Crossing(0.3),
     Damage::OneGap(0.02),
     Damage::OneGap(0.1),
     Damage::OneGap(0.4),
@@ -131,7 +133,12 @@ fn measure(mesh: &TriangleMesh, functions: usize, seed: u64, table: &mut Table) 
                 continue;
             }
             let source = SurfaceCurves { curves, points: Vec::new() };
-            let own = whole.side(damage, &mut same).map(|side| fine.distance_to_curves(mesh, &source, &side));
+            let own = match whole.union(damage, &mut same.clone()) {
+                Some(union) => Some(fine.distance(&union, 0.0)),
+                None => {
+                    whole.side(damage, &mut same).map(|side| fine.distance_to_curves(mesh, &source, &side))
+                }
+            };
             let truth = own.as_ref().unwrap_or(&distance);
             let up_to_constant = matches!(damage, Damage::Nested(..) | Damage::NestedWhole(..));
             for ((time, level_sets), cell) in METHODS.into_iter().zip(row) {

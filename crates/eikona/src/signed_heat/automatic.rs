@@ -1,6 +1,7 @@
 //! The choice of level sets for a source ([`LevelSets::Automatic`]).
 //!
-//! Closed curves bound a region, so zero along them is part of their exact distance. For curves with gaps it is an assumption, and
+//! Closed curves bound a region, so zero along them is part of their exact distance, unless the free fit shows them at levels that are
+//! far apart and that are costly to join (see `other_hold`). For curves with gaps it is an assumption, and
 //! the fit itself tells what it costs. The free fit disagrees with zero along the curves by a root mean square `sigma`; holding the
 //! curves raises the energy of the fit by `Delta E`. Per length `L` of curve and unit of disagreement that is a *cost*
 //!
@@ -21,7 +22,7 @@ use crate::signed_heat::integration::{Integrated, Integration};
 use crate::signed_heat::level_sets::{Hold, Row};
 use crate::signed_heat::options::LevelSets;
 use crate::signed_heat::source::Source;
-use eikona_mesh::TriangleMesh;
+use eikona_mesh::{CurveKind, TriangleMesh};
 
 /// Curves whose cost is at most this are held firmly.
 const AFFORDABLE: f64 = 0.75;
@@ -102,12 +103,14 @@ impl Integration {
 
         let (along, pieces) =
             self.rows(mesh, triangles, source, &vec![Hold::Softly(1.0); self.component_count]);
-        // One whole piece of curve can contradict nothing.
+        let crossed = self.crossed_components(mesh, source);
+        // One whole piece of curve can contradict nothing. Nor can whole curves that cross: near each crossing the unit field turns
+        // between their normals, and the free fit shows levels that are none.
         let judged: Vec<bool> = self
             .pieces_of_components(&along, pieces)
             .into_iter()
             .enumerate()
-            .map(|(c, pieces)| signed[c] && (broken[c] || pieces > 1))
+            .map(|(c, pieces)| signed[c] && (broken[c] || pieces > 1 && !crossed[c]))
             .collect();
         let free = if judged.contains(&true) { self.fit(b)?.0 } else { held.values.clone() };
         let disagreements = self.disagreements(&along, pieces, b, &free, &held.values);
@@ -164,6 +167,18 @@ impl Integration {
             }
         }
         broken
+    }
+
+    /// For each component, whether signed curves cross in it.
+    fn crossed_components(&self, mesh: &TriangleMesh, source: &Source) -> Vec<bool> {
+        let mut crossed = vec![false; self.component_count];
+        let signed = |pair: &&[usize; 2]| pair.iter().all(|&s| source.kinds[s] == CurveKind::Signed);
+        for [a, _] in source.crossings.iter().filter(signed) {
+            if let Some(c) = self.component_of(mesh, source.segments[*a].ends[0]) {
+                crossed[c] = true;
+            }
+        }
+        crossed
     }
 
     /// How many connected pieces of curve each component has.

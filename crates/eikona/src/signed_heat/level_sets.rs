@@ -390,7 +390,10 @@ impl Integration {
         let mut exact: Vec<bool> =
             places.iter().map(|p| matches!(p, Located::Vertex(_)) && softly(*p).is_none()).collect();
         points.iter().for_each(|&i| exact[i as usize] |= softly(places[i as usize]).is_none());
-        let group = connected_pieces(places.len(), &links);
+        // At a crossing two curves have one value, so they can not have two levels.
+        let met = source.crossings.iter().map(|pair| pair.map(|s| links[s][0]));
+        let joined: Vec<[u32; 2]> = links.iter().copied().chain(met).collect();
+        let group = connected_pieces(places.len(), &joined);
         let groups = group.iter().max().map_or(0, |g| *g as usize + 1);
         let row = |point: Located, exact: bool, weight: f64, group: u32| Row {
             place: Place::of(mesh, point),

@@ -46,6 +46,7 @@
 mod automatic;
 mod condition;
 mod confidence;
+mod crossings;
 mod diffusion;
 mod error;
 mod integration;

@@ -54,7 +54,7 @@ impl DiffusionTime {
 pub enum LevelSets {
     /// Chosen from the source, for each connected component of the mesh; the report says what was chosen and why.
     ///
-    /// * Closed curves are held at [`Zero`](LevelSets::Zero).
+    /// * Closed curves are held at [`Zero`](LevelSets::Zero), also where they cross each other.
     /// * Curves with gaps are held at zero by a firm weight, unless the fit shows that this would press flat what lies between
     ///   pieces beside each other: then by the weight at which the curves change the slope next to them by 0.15, as a root
     ///   mean square.
@@ -67,7 +67,8 @@ pub enum LevelSets {
     /// The distance is zero along every curve and at every point: exactly at vertices and isolated points, and to the square of
     /// the edge length where curves cross edges and faces.
     Zero,
-    /// The distance is constant along each connected piece of the curves, at a value that comes out of the fit.
+    /// The distance is constant along each connected piece of the curves, at a value that comes out of the fit. Curves that cross
+    /// are one piece.
     PerComponent,
     /// The integral of the square of the distance along the curves is weighed against the fit of the gradient. The weight has no unit and
     /// does not depend on resolution: it is divided by the square root of the area of the surface's component. 100 holds a

@@ -5,6 +5,7 @@ use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
 use crate::operators::EdgeFrames;
 use crate::signed_heat::condition::open_ends;
+use crate::signed_heat::crossings::crossing_segments;
 use crate::signed_heat::options::SignConvention;
 use eikona_mesh::{
     CurveError, CurveKind, Face, Halfedge, Located, Neighbour, Segment, SegmentHost, SurfaceCurves,
@@ -19,6 +20,8 @@ pub(crate) struct Source {
     pub points: Vec<Located>,
     /// For each segment: its kind.
     pub kinds: Vec<CurveKind>,
+    /// Pairs of segments that cross.
+    pub crossings: Vec<[usize; 2]>,
     pub warnings: Vec<String>,
     sides: SideOfSegments,
 }
@@ -34,7 +37,8 @@ impl Source {
         let kinds: Vec<CurveKind> = segments.iter().map(|s| input.curves[s.curve].kind).collect();
         let mut warnings = Vec::new();
         let sides = SideOfSegments::of(mesh, consistent, input, &segments, &mut warnings);
-        Ok(Source { segments, points, kinds, warnings, sides })
+        let crossings = crossing_segments(&segments);
+        Ok(Source { segments, points, kinds, crossings, warnings, sides })
     }
 
     /// The places inside the surface where a signed curve ends and no other segment begins: the ends of gaps.
