@@ -199,6 +199,19 @@ impl TriangleMesh {
             all => Neighbour::Nonmanifold(all),
         }
     }
+    /// Whether exactly one face has the edge.
+    #[inline]
+    pub fn is_boundary_edge(&self, e: Edge) -> bool {
+        self.edge_halfedges(e).len() == 1
+    }
+    /// Whether the vertex is an end of a boundary edge.
+    ///
+    /// # Cost
+    /// O(degree).
+    pub fn is_boundary_vertex(&self, v: Vertex) -> bool {
+        let mut sides = self.vertex_corners(v).iter().flat_map(|c| [c.halfedge(), c.halfedge().previous()]);
+        sides.any(|h| self.is_boundary_edge(self.edge(h)))
+    }
     /// The edge between two vertices, if there is one.
     ///
     /// # Cost

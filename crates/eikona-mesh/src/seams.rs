@@ -247,7 +247,7 @@ impl Contacts {
 
 /// The edges with one face.
 fn boundary_edges(mesh: &TriangleMesh) -> impl Iterator<Item = Edge> {
-    mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() == 1)
+    mesh.edges().filter(|&e| mesh.is_boundary_edge(e))
 }
 
 /// See [`Contacts::own`].

@@ -251,7 +251,7 @@ fn every_curve_file_keeps_what_holds_for_all_curves() {
         let (mesh, curves) = load(file);
         let name = file.curve;
         let w = solve(&mesh, &curves, Completion::Full);
-        let is_rim = |e: Edge| w.mesh.edge_halfedges(e).len() == 1;
+        let is_rim = |e: Edge| w.mesh.is_boundary_edge(e);
         let mut on_rim = vec![false; w.mesh.vertex_count()];
         w.mesh.edges().filter(|&e| is_rim(e)).for_each(|e| {
             w.mesh.edge_vertices(e).into_iter().for_each(|v| on_rim[v.index()] = true);

@@ -117,7 +117,7 @@ fn single_fans(mesh: &TriangleMesh) -> Vec<bool> {
 }
 
 fn is_boundary(mesh: &TriangleMesh, e: Edge) -> bool {
-    mesh.edge_halfedges(e).len() == 1
+    mesh.is_boundary_edge(e)
 }
 
 fn sphere() -> TriangleMesh {

@@ -9,7 +9,7 @@ fn chi(mesh: &TriangleMesh) -> i64 {
 }
 
 fn boundary_edges(mesh: &TriangleMesh) -> usize {
-    mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() == 1).count()
+    mesh.edges().filter(|&e| mesh.is_boundary_edge(e)).count()
 }
 
 fn area_vectors(mesh: &TriangleMesh) -> impl Iterator<Item = Vec3> {
@@ -264,7 +264,7 @@ fn plates_lose_exactly_their_holes() {
     // Rims of round holes lie on the circle.
     let mesh = grid_with_holes(40, 40, 1.0, 1.0, &[Hole::Disk { centre: [0.5, 0.5], radius: 0.3 }]).unwrap();
     let mut rim = 0;
-    for v in mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() == 1).flat_map(|e| mesh.edge_vertices(e)) {
+    for v in mesh.edges().filter(|&e| mesh.is_boundary_edge(e)).flat_map(|e| mesh.edge_vertices(e)) {
         let p = mesh.position(v);
         if p[0] > 0.0 && p[0] < 1.0 && p[1] > 0.0 && p[1] < 1.0 {
             assert!(((p[0] - 0.5).hypot(p[1] - 0.5) - 0.3).abs() < 1e-14);

@@ -93,7 +93,7 @@ fn is_disk(mesh: &PolygonMesh) -> bool {
     let n = mesh.face(0).len();
     let boundary = (0..n).all(|k| {
         let [a, b] = [k, (k + 1) % n].map(|k| Vertex(mesh.face(0)[k]));
-        triangles.find_edge(a, b).is_some_and(|e| triangles.edge_halfedges(e).len() == 1)
+        triangles.find_edge(a, b).is_some_and(|e| triangles.is_boundary_edge(e))
     });
     boundary && triangles.edges().filter(|e| triangles.edge_halfedges(*e).len() == 2).count() == n - 3
 }

@@ -107,7 +107,7 @@ fn boundary_loops_are_walks_over_all_boundary_edges() {
             }
         }
         passed.sort_unstable();
-        let boundary: Vec<_> = other.edges().filter(|&e| other.edge_halfedges(e).len() == 1).collect();
+        let boundary: Vec<_> = other.edges().filter(|&e| other.is_boundary_edge(e)).collect();
         assert_eq!(passed, boundary);
     }
 }

@@ -112,7 +112,7 @@ impl Integration {
             .enumerate()
             .map(|(c, pieces)| signed[c] && (broken[c] || pieces > 1 && !crossed[c]))
             .collect();
-        let free = if judged.contains(&true) { self.fit(b)?.0 } else { held.values.clone() };
+        let free = if judged.contains(&true) { self.fit(b)?.values } else { held.values.clone() };
         let disagreements = self.disagreements(&along, pieces, b, &free, &held.values);
         let mut changed = false;
         for c in (0..self.component_count).filter(|&c| judged[c]) {

@@ -2,7 +2,7 @@
 
 use crate::contour::nearest_end::nearest_others;
 use crate::geometry::vector::distance;
-use eikona_mesh::{CurveKind, Halfedge, Located, Neighbour, Segment, SurfaceCurves, TriangleMesh};
+use eikona_mesh::{CurveKind, Located, Segment, SurfaceCurves, TriangleMesh};
 use std::collections::BTreeMap;
 
 /// What kind of damage the signed curves of a source show.
@@ -66,13 +66,9 @@ fn missing_length(mesh: &TriangleMesh, ends: &[Located]) -> f64 {
 }
 
 fn on_boundary(mesh: &TriangleMesh, place: Located) -> bool {
-    let is_boundary = |h: Halfedge| mesh.neighbour(h) == Neighbour::Boundary;
     match place {
-        Located::Vertex(v) => mesh.vertex_corners(v).iter().any(|corner| {
-            let before = corner.face().halfedge((corner.halfedge().side() + 2) % 3);
-            is_boundary(corner.halfedge()) || is_boundary(before)
-        }),
-        Located::Edge(e, _) => mesh.edge_halfedges(e).iter().any(|h| is_boundary(*h)),
+        Located::Vertex(v) => mesh.is_boundary_vertex(v),
+        Located::Edge(e, _) => mesh.is_boundary_edge(e),
         Located::Face(..) => false,
     }
 }

@@ -7,6 +7,8 @@ use crate::operators::{CotanLaplacian, divergence};
 use crate::signed_heat::automatic::ChosenLevelSets;
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::options::LevelSets;
+use crate::signed_heat::refinement::{Refined, refined};
+use crate::signed_heat::slivers::Slivers;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{CurveKind, Located, TriangleMesh};
 use eikona_numeric::{
@@ -29,6 +31,8 @@ pub(crate) struct Integration {
     pub(super) component_count: usize,
     /// Square root of the area of each component.
     pub(super) size_of_component: Vec<f64>,
+    /// Where the assembled matrix is inexact.
+    pub(super) slivers: Option<Slivers>,
     pub(super) memory: Memory,
 }
 
@@ -76,10 +80,20 @@ pub(crate) struct Integrated {
     pub residual: f64,
     /// Largest deviation of a value on the curves from its level, in the unit of length; `None` if none is asked for.
     pub constraint_violation: Option<f64>,
-    /// For the user, if level sets could not be held.
-    pub warning: Option<String>,
+    /// For the user: level sets that could not be held, and digits lost on slivers.
+    pub warnings: Vec<String>,
     /// The level sets and why.
     pub chosen: ChosenLevelSets,
+}
+
+/// An unconstrained fit.
+pub(crate) struct Fit {
+    /// A value a vertex.
+    pub values: Vec<f64>,
+    /// Relative residual.
+    pub residual: f64,
+    /// For the user, if slivers cost digits.
+    pub warning: Option<String>,
 }
 
 impl PreparedIntegration {
@@ -141,6 +155,7 @@ impl PreparedIntegration {
             component_of_vertex,
             component_count,
             size_of_component,
+            slivers: Slivers::of(mesh, triangles),
             memory,
         })
     }
@@ -236,6 +251,7 @@ impl Integration {
             component_of_vertex: self.component_of_vertex.clone(),
             component_count: self.component_count,
             size_of_component: self.size_of_component.clone(),
+            slivers: self.slivers,
             memory: Memory {
                 kept_bytes: self.memory.kept_bytes + symbolic.factor_bytes::<f64>(),
                 ..self.memory
@@ -297,21 +313,42 @@ impl Integration {
     }
 
     /// The unconstrained fit, up to a constant a component.
-    pub fn fit(&self, b: &[f64]) -> Result<(Vec<f64>, f64), SignedHeatError> {
-        let phi = self.factor.solve(b).map_err(at_vertex)?;
-        let residual = self.factor.residual(&phi, b);
-        Ok((phi, residual))
+    pub fn fit(&self, b: &[f64]) -> Result<Fit, SignedHeatError> {
+        let Some(slivers) = &self.slivers else {
+            let values = self.factor.solve(b).map_err(at_vertex)?;
+            let residual = self.factor.residual(&values, b);
+            return Ok(Fit { values, residual, warning: None });
+        };
+        // Grounded vertices are at zero, so that their terms add nothing.
+        let Refined { values, correction } =
+            refined(&self.factor, b, |x| self.applied(x)).map_err(at_vertex)?;
+        let residual = relative_miss(&self.applied(&values), b);
+        let warning = slivers.warning(correction, largest(&values));
+        Ok(Fit { values, residual, warning })
+    }
+
+    /// The Laplacian of vertex values, from their differences. Those have all digits where values of vertices close to each
+    /// other nearly agree; a product with the diagonal does not.
+    pub(super) fn applied(&self, x: &[f64]) -> Vec<f64> {
+        let c = &self.laplacian;
+        let mut product = vec![0.0; x.len()];
+        for (&[i, j], weight) in c.graph.pairs.iter().zip(&c.matrix.off_diagonal) {
+            let flux = weight * (x[j as usize] - x[i as usize]);
+            product[i as usize] += flux;
+            product[j as usize] -= flux;
+        }
+        product
     }
 
     fn free(&self, mesh: &TriangleMesh, b: &[f64], source: &Source) -> Result<Integrated, SignedHeatError> {
-        let (mut values, residual) = self.fit(b)?;
+        let Fit { mut values, residual, warning } = self.fit(b)?;
         let shift = self.mean_at_source(mesh, &values, source);
         self.subtract(&mut values, &shift);
         Ok(Integrated {
             values,
             residual,
             constraint_violation: None,
-            warning: None,
+            warnings: warning.into_iter().collect(),
             chosen: ChosenLevelSets::given(LevelSets::Free),
         })
     }
@@ -387,4 +424,16 @@ impl Integration {
             }
         }
     }
+}
+
+/// The largest difference between the two sides of an equation, relative to the right one (absolute where that is zero).
+pub(super) fn relative_miss(left: &[f64], right: &[f64]) -> f64 {
+    let scale = largest(right);
+    let worst = left.iter().zip(right).fold(0.0f64, |m, (l, r)| m.max((l - r).abs()));
+    if scale > 0.0 { worst / scale } else { worst }
+}
+
+/// The largest absolute value.
+pub(super) fn largest(a: &[f64]) -> f64 {
+    a.iter().fold(0.0, |m, x| m.max(x.abs()))
 }

@@ -12,11 +12,15 @@ use crate::geometry::vector::distance;
 use crate::operators::CotanLaplacian;
 use crate::signed_heat::automatic::ChosenLevelSets;
 use crate::signed_heat::error::SignedHeatError;
-use crate::signed_heat::integration::{Ground, Integrated, Integration, at_vertex, grounded_matrix};
+use crate::signed_heat::integration::{
+    Ground, Integrated, Integration, at_vertex, grounded_matrix, largest, relative_miss,
+};
 use crate::signed_heat::options::LevelSets;
+use crate::signed_heat::refinement::refined;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{DisjointSets, Located, Segment, SegmentHost, TriangleMesh};
 use eikona_numeric::{Cholesky, NumericError, Ordering, Symbolic, SymmetricMatrix};
+use std::cell::Cell;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
@@ -152,7 +156,16 @@ impl Integration {
         rhs.resize(factor.symbolic().unknowns(), 0.0);
         let misses_of =
             |x: &[f64]| -> Vec<f64> { rows.iter().map(|r| if r.exact { r.miss(x) } else { 0.0 }).collect() };
-        let mut x = factor.solve(&rhs).map_err(at_vertex)?;
+        let correction = Cell::new(0.0f64);
+        let solve = |rhs: &[f64]| {
+            if self.slivers.is_none() {
+                return factor.solve(rhs).map_err(at_vertex);
+            }
+            let refined = refined(&factor, rhs, |x| self.held_applied(&rows, x)).map_err(at_vertex)?;
+            correction.set(correction.get().max(refined.correction));
+            Ok(refined.values)
+        };
+        let mut x = solve(&rhs)?;
         let mut misses = misses_of(&x);
         let target = CONSTRAINT_TOLERANCE * largest(&x);
         let mut multipliers = vec![0.0; rows.len()];
@@ -163,7 +176,7 @@ impl Integration {
             }
             let mut force = vec![0.0; x.len()];
             rows.iter().zip(&direction).for_each(|(row, d)| row.add_to(&mut force, -d));
-            let x_change = factor.solve(&force).map_err(at_vertex)?;
+            let x_change = solve(&force)?;
             let change = misses_of(&x_change);
             let norm = dot(&misses, &misses);
             let step = -norm / dot(&direction, &change);
@@ -189,15 +202,16 @@ impl Integration {
         // Where all values are held at zero there is nothing to compare with but the surface's size.
         let allowed =
             (CONSTRAINT_MISSED * largest(&x)).max(CONSTRAINT_ROUNDING * largest(&self.size_of_component));
-        let warning = (missed > allowed).then(|| {
+        let not_held = (missed > allowed).then(|| {
             format!("level sets are held but for {missed:.1e}: the constraints are nearly dependent; give fewer nodes where curves crowd")
         });
+        let lost_digits = self.slivers.and_then(|slivers| slivers.warning(correction.get(), largest(&x)));
         x.truncate(b.len());
         let mut result = Integrated {
             values: x,
             residual,
             constraint_violation: violation,
-            warning,
+            warnings: not_held.into_iter().chain(lost_digits).collect(),
             chosen: ChosenLevelSets::given(LevelSets::Zero),
         };
         if holds.contains(&Hold::OwnLevels) {
@@ -334,19 +348,10 @@ impl Integration {
         (next - first) as usize
     }
 
-    /// The Laplacian of vertex values; zero at vertices without faces.
-    pub(super) fn applied(&self, x: &[f64]) -> Vec<f64> {
-        let c = &self.laplacian;
-        let mut product: Vec<f64> = x
-            .iter()
-            .zip(&c.matrix.diagonal)
-            .zip(&self.component_of_vertex)
-            .map(|((x, d), component)| if component.is_some() { x * d } else { 0.0 })
-            .collect();
-        for ([i, j], value) in c.graph.pairs.iter().zip(&c.matrix.off_diagonal) {
-            product[*i as usize] += value * x[*j as usize];
-            product[*j as usize] += value * x[*i as usize];
-        }
+    /// The matrix of [`held`](Integration::held) times the unknowns, term by term.
+    fn held_applied(&self, rows: &[Row], unknowns: &[f64]) -> Vec<f64> {
+        let mut product = self.applied(unknowns);
+        rows.iter().for_each(|row| row.add_to(&mut product, row.weight * row.miss(unknowns)));
         product
     }
 
@@ -358,9 +363,7 @@ impl Integration {
                 error[v as usize] += w * m;
             }
         }
-        let scale = b.iter().fold(0.0f64, |s, x| s.max(x.abs()));
-        let worst = error.iter().zip(b).fold(0.0f64, |s, (e, b)| s.max((e - b).abs()));
-        if scale > 0.0 { worst / scale } else { worst }
+        relative_miss(&error, b)
     }
 
     /// One row for each node of the curves and each point, with the connected piece that it belongs to.
@@ -457,10 +460,6 @@ fn at_piece(mut fault: NumericError, rows: &[Row]) -> NumericError {
 
 fn largest_miss(rows: &[Row], unknowns: &[f64]) -> f64 {
     rows.iter().map(|row| row.miss(unknowns).abs()).fold(0.0, f64::max)
-}
-
-fn largest(a: &[f64]) -> f64 {
-    a.iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -53,6 +53,7 @@ mod integration;
 mod level_sets;
 mod normals;
 mod options;
+mod refinement;
 mod report;
 mod sheets;
 mod slivers;

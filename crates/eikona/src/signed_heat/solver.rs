@@ -12,7 +12,7 @@ use crate::signed_heat::integration::{Integration, Memory, PreparedIntegration, 
 use crate::signed_heat::options::{DiffusionTime, LevelSets, SOFT_WEIGHTS, SolveOptions, SolverOptions};
 use crate::signed_heat::report::{KeptNormals, Preparation, Report};
 use crate::signed_heat::sheets::Sheets;
-use crate::signed_heat::slivers::note_slivers;
+use crate::signed_heat::slivers::note_degenerate;
 use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
@@ -76,7 +76,7 @@ impl Solver {
         let mesh = consistently_wound(mesh, &mut warnings);
         let triangles = lay_out(&mesh);
         check_scale(&triangles)?;
-        note_slivers(&mesh, &triangles, &mut warnings);
+        note_degenerate(&triangles, &mut warnings);
         let time = choose_time(&mesh, &triangles, options.time)?;
         let components = Components::of(&mesh);
         phases.end("geometry");
@@ -194,7 +194,7 @@ impl Solver {
         let has_source = self.integration.has_source(&self.mesh, &source);
         let levels = source.means(&self.mesh, curves, &integrated.values);
         let mut warnings = source.warnings;
-        warnings.extend(integrated.warning);
+        warnings.extend(integrated.warnings);
         warnings.extend(field.kept_normals.as_ref().and_then(KeptNormals::warning));
         self.warn_unreached(&integrated.values, &has_source, &mut warnings);
         Ok(Solution {
@@ -273,7 +273,7 @@ impl Solver {
     ) -> Result<(), SignedHeatError> {
         let mut b = divergence(&self.mesh, &self.triangles, &field.vectors);
         b.iter_mut().for_each(|x| *x = -*x);
-        let (phi, _) = fit.integration.fit(&b)?;
+        let phi = fit.integration.fit(&b)?.values;
         let zero = self.integration.mean_at_source(&self.mesh, &phi, source);
         let distance = |v: Vertex| {
             let component = self.integration.component_of_vertex()[v.index()].unwrap_or(0) as usize;

@@ -55,7 +55,7 @@ impl Chain {
             let number = steps.last().filter(|s| s.curve == curve).map_or(0, |s| s.step + 1);
             let step = |jump| Step { curve, step: number, edge, ends, jump };
             let &[first, _] = mesh.edge_halfedges(edge) else {
-                let is_boundary = mesh.edge_halfedges(edge).len() == 1;
+                let is_boundary = mesh.is_boundary_edge(edge);
                 *(if is_boundary { &mut chain.on_boundary } else { &mut chain.on_nonmanifold }) += 1;
                 steps.push(step(0));
                 continue;

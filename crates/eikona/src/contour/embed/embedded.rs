@@ -291,13 +291,8 @@ pub(crate) fn parts_of_short_edges(
         *leaving_less_arriving.entry(ends[0]).or_default() += 1;
         *leaving_less_arriving.entry(ends[1]).or_default() -= 1;
     }
-    let on_boundary = |v: Vertex| {
-        let corners = mesh.vertex_corners(v).iter();
-        let mut sides = corners.flat_map(|c| [c.halfedge(), c.halfedge().previous()]);
-        sides.any(|h| mesh.edge_halfedges(mesh.edge(h)).len() == 1)
-    };
     let mut open: BTreeSet<u32> = BTreeSet::new();
-    for (v, _) in leaving_less_arriving.into_iter().filter(|&(v, n)| n != 0 && !on_boundary(v)) {
+    for (v, _) in leaving_less_arriving.into_iter().filter(|&(v, n)| n != 0 && !mesh.is_boundary_vertex(v)) {
         open.insert(pieces.find(v.0));
     }
     let mut edges_of: BTreeMap<u32, usize> = BTreeMap::new();
