@@ -1,9 +1,10 @@
 #!/bin/sh
-# All checks of the project, on any machine with a Rust toolchain: layers, formatting, lints, documentation, tests.
+# All checks of the project, on any machine with a Rust toolchain: layers, comment width, formatting, lints, documentation, tests.
 # Tests read the data folder ../shared/data where it is there, and say how many files they ran.
 set -eu
 cd "$(dirname "$0")/.."
 sh scripts/check_layers.sh
+sh scripts/check_comments.sh
 if cargo fmt --version >/dev/null 2>&1; then cargo fmt --all --check; fi
 if cargo clippy --version >/dev/null 2>&1; then cargo clippy --workspace --all-targets --profile test -- -D warnings; fi
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --quiet --profile test

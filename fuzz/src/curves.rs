@@ -13,7 +13,8 @@ use std::sync::OnceLock;
 const FORMATS: [CurveFormat; 4] =
     [CurveFormat::Json, CurveFormat::Obj, CurveFormat::SignedHeatDemo, CurveFormat::SurfaceWinding];
 
-/// A bent sheet of 3 x 2 squares, a tetrahedron apart from it, three faces at one edge, and an unused vertex.
+/// A bent sheet of 3 x 2 squares, a tetrahedron apart from it, three faces at one edge, and an
+/// unused vertex.
 pub fn mesh() -> &'static TriangleMesh {
     static MESH: OnceLock<TriangleMesh> = OnceLock::new();
     MESH.get_or_init(|| {

@@ -21,7 +21,8 @@ const FORMATS: [MeshFormat; 7] = [
 /// Reads the bytes; what can be read must survive all that can be done with it.
 ///
 /// # Panics
-/// When our own output can not be read again or has lost vertices or faces, or a repair makes an invalid mesh.
+/// When our own output can not be read again or has lost vertices or faces, or a repair makes an
+/// invalid mesh.
 pub fn check(bytes: &[u8], format: MeshFormat) {
     black_box(MeshFormat::sniff(bytes));
     let file = match read_mesh_bytes(bytes, format) {

@@ -45,7 +45,8 @@ pub fn check(bytes: &[u8]) {
     }
 }
 
-/// Looks curves over and traces them, on meshes that are as bad as can be; keeps the traced ones if asked to.
+/// Looks curves over and traces them, on meshes that are as bad as can be; keeps the traced ones if
+/// asked to.
 fn check_contours(mesh: &TriangleMesh, source: &mut SurfaceCurves, keep: bool) {
     if let Ok(report) = CurveReport::of(mesh, source) {
         black_box(report.warnings(source));
@@ -117,7 +118,8 @@ fn solve_options(choices: &mut Choices) -> SolveOptions {
     }
 }
 
-/// A patch of a grid, a strip that may be twisted, or any faces at all; then some positions and faces are spoilt.
+/// A patch of a grid, a strip that may be twisted, or any faces at all; then some positions and
+/// faces are spoilt.
 pub(crate) fn mesh(choices: &mut Choices) -> Result<TriangleMesh, eikona_mesh::MeshError> {
     let mut positions: Vec<[f64; 3]> = Vec::new();
     let mut faces: Vec<[u32; 3]> = Vec::new();

@@ -138,8 +138,8 @@ fn corner_at(mesh: &TriangleMesh, h: Halfedge, v: Vertex) -> usize {
     3 * f.index() + (0..3).find(|&k| mesh.face_vertices(f)[k] == v).expect("the edge ends at the vertex")
 }
 
-/// The edges that are crossed in a walk around a vertex whose faces are one fan, each with whether it is from its first face to its
-/// second; and whether the walk closes.
+/// The edges that are crossed in a walk around a vertex whose faces are one fan, each with whether
+/// it is from its first face to its second; and whether the walk closes.
 fn fan(mesh: &TriangleMesh, v: Vertex) -> Option<(Vec<(Edge, bool)>, bool)> {
     let corners = mesh.vertex_corners(v);
     let sides = |f: Face| -> Vec<Halfedge> {
@@ -211,11 +211,12 @@ fn check_answers(input: &TriangleMesh, w: &Winding, choices: &mut Choices) {
     black_box(w.label_at(Face(choices.below(300) as u32), wild));
 }
 
-/// Curves turned over turn over the nonbounding part, which costs as much. Only the cost is compared: of loops with the same cost
-/// either may be taken.
+/// Curves turned over turn over the nonbounding part, which costs as much. Only the cost is
+/// compared: of loops with the same cost either may be taken.
 fn check_reversal(solver: &Solver, curves: &SurfaceCurves, options: &WindingOptions, w: &Winding) {
     let Some(program) = &w.report.program else { return };
-    // Cuts may differ, and the side of a curve is told by its first face, from where it is carried over sides and seams of sheets.
+    // Cuts may differ, and the side of a curve is told by its first face, from where it is carried
+    // over sides and seams of sheets.
     let is_carried = |text: &String| {
         text.contains("no consistent orientation")
             || text.contains("three or more faces, where there is no left")
@@ -336,7 +337,8 @@ fn shape(choices: &mut Choices) -> Result<TriangleMesh, MeshError> {
     }
 }
 
-/// A torus one quad wide: both sides of each quad along the strip are the same edge, but for a turn.
+/// A torus one quad wide: both sides of each quad along the strip are the same edge, but for a
+/// turn.
 fn strip_torus(n: u32) -> TriangleMesh {
     // A triangle of vertices a step makes a tube; every step is glued to the next.
     let at = |i: u32, j: u32| 3 * (i % n) + j % 3;

@@ -1,9 +1,11 @@
-//! `cargo bench -p eikona-cli`: what `eikona bench` measures at two sizes, built as that command is.
+//! `cargo bench -p eikona-cli`: what `eikona bench` measures at two sizes, built as that command
+//! is.
 
 use std::process::{Command, ExitCode};
 
 fn main() -> ExitCode {
-    // Only `cargo bench` gives this word: tests that list or run all targets have nothing to do here.
+    // Only `cargo bench` gives this word: tests that list or run all targets have nothing to do
+    // here.
     if !std::env::args().any(|word| word == "--bench") {
         return ExitCode::SUCCESS;
     }

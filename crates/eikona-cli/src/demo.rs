@@ -1,4 +1,5 @@
-//! `eikona demo`: makes a mesh and a broken curve, measures, draws. It runs the commands that it prints.
+//! `eikona demo`: makes a mesh and a broken curve, measures, draws. It runs the commands that it
+//! prints.
 
 use crate::exit::Failure;
 use crate::progress::say;
@@ -17,7 +18,8 @@ pub struct DemoArguments {
     pub output: PathBuf,
 }
 
-/// The commands, with `DIR` for the folder and `REPORT` for the report of the distance: a mesh with a curve of which 60 % is there, and the distance to it.
+/// The commands, with `DIR` for the folder and `REPORT` for the report of the distance: a mesh with
+/// a curve of which 60 % is there, and the distance to it.
 const COMMANDS: [&str; 2] = [
     "make clay_animal levels=5 -o DIR/animal.ply --broken-curve DIR/broken-loop.json \
      --cut axis=x,at=0,wave=0.13,waves=7,about=0:1.1:0.8 --keep 0.06 --drop 0.04 --seed 3",
@@ -25,7 +27,8 @@ const COMMANDS: [&str; 2] = [
      --report REPORT",
 ];
 
-/// Runs the verb through `run`, which takes a command line with the program's name in front. Gives the exit code.
+/// Runs the verb through `run`, which takes a command line with the program's name in front. Gives
+/// the exit code.
 pub fn run(
     arguments: &DemoArguments,
     general: &General,

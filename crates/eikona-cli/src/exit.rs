@@ -1,4 +1,5 @@
-//! How the command ends: the exit codes, and failures as one paragraph that says what, where and what to do.
+//! How the command ends: the exit codes, and failures as one paragraph that says what, where and
+//! what to do.
 
 use eikona::contour::ContourError;
 use eikona::signed_heat::SignedHeatError;

@@ -78,7 +78,8 @@ pub fn output_fields(
                 out.vertex_colours = Some(&shown);
             }
             out.vertex_scalars = if format == MeshFormat::Off { Vec::new() } else { fields.to_vec() };
-            // Formats for data keep what the mesh came with; the others are for looking at the new field.
+            // Formats for data keep what the mesh came with; the others are for looking at the new
+            // field.
             let carried = if matches!(format, MeshFormat::Ply | MeshFormat::Vtp) {
                 Carried::of(input)
             } else {
@@ -117,8 +118,9 @@ struct Carried<'a> {
     colours: Option<Vec<[u8; 3]>>,
 }
 
-/// What an earlier run has left in the file is not carried on: it would look like a result of this one. The same holds for
-/// `quality`, under which PLY files give their first field once more; a quality of another origin gets another name.
+/// What an earlier run has left in the file is not carried on: it would look like a result of this
+/// one. The same holds for `quality`, under which PLY files give their first field once more; a
+/// quality of another origin gets another name.
 const RESULTS: [&str; 3] = ["distance", "confidence", "distance_to_data"];
 
 const COLOURS: [&str; 3] = ["red", "green", "blue"];

@@ -1,4 +1,5 @@
-//! The mesh that a verb works on: read from a file or the standard input, repaired where that was asked for, triangulated.
+//! The mesh that a verb works on: read from a file or the standard input, repaired where that was
+//! asked for, triangulated.
 
 use crate::exit::Failure;
 use crate::seams::{Stitch, looks_loose, parse_stitch, stitch_mesh};
@@ -16,22 +17,24 @@ use std::path::{Path, PathBuf};
 /// The mesh file and what is to be repaired in it.
 #[derive(Args, Clone, Debug)]
 pub struct MeshArguments {
-    /// The mesh: .obj, .ply, .stl, .off, .glb, .gltf or .vtp, also with .gz; - for the standard input
+    /// The mesh: .obj, .ply, .stl, .off, .glb, .gltf or .vtp, also with .gz; - for the standard
+    /// input
     #[arg(value_name = "MESH")]
     pub mesh: PathBuf,
-    /// Format of the standard input, when its content does not tell it: obj, ply, stl, off, glb, gltf, vtp
+    /// Format of the standard input, when its content does not tell it: obj, ply, stl, off, glb,
+    /// gltf, vtp
     #[arg(long, value_name = "FORMAT", value_parser = parse_format)]
     pub in_format: Option<MeshFormat>,
-    /// Join vertices at the same place, or at most TOL apart (in the unit of the mesh). STL files, which hold loose triangles,
-    /// are joined at equal places unless `--weld=off` is given
+    /// Join vertices at the same place, or at most TOL apart (in the unit of the mesh). STL files,
+    /// which hold loose triangles, are joined at equal places unless `--weld=off` is given
     #[arg(long, value_name = "TOL|off", num_args = 0..=1, require_equals = true, default_missing_value = "0", value_parser = parse_weld)]
     pub weld: Option<Weld>,
-    /// Drop faces without area and faces that name a vertex twice (but not polygons with holes), and corners of polygons named
-    /// twice in a row; the vertices stay
+    /// Drop faces without area and faces that name a vertex twice (but not polygons with holes),
+    /// and corners of polygons named twice in a row; the vertices stay
     #[arg(long)]
     pub drop_degenerate: bool,
-    /// Join boundaries that touch, or are at most TOL apart (in the unit of the mesh): vertices at vertices, and vertices inside
-    /// edges (T-junctions), which are divided there with their faces
+    /// Join boundaries that touch, or are at most TOL apart (in the unit of the mesh): vertices at
+    /// vertices, and vertices inside edges (T-junctions), which are divided there with their faces
     #[arg(long, value_name = "TOL", num_args = 0..=1, require_equals = true, default_missing_value = "auto", value_parser = parse_stitch)]
     pub stitch: Option<Stitch>,
     /// Whether a mesh that is not valid is refused with all its faults rather than the first few.
@@ -82,13 +85,16 @@ pub struct MeshInput {
     pub file: MeshFile,
     /// The triangles that are worked on.
     pub mesh: TriangleMesh,
-    /// How far the polygons, after repairs, are from convex and planar ones. `None` if all faces are triangles.
+    /// How far the polygons, after repairs, are from convex and planar ones. `None` if all faces
+    /// are triangles.
     pub polygon_quality: Option<PolygonQuality>,
     /// What goes into output files.
     surface: Surface,
-    /// The face of the file that each triangle is a part of, in their order. `None` if triangles have the numbers of faces.
+    /// The face of the file that each triangle is a part of, in their order. `None` if triangles
+    /// have the numbers of faces.
     parts_of: Option<Vec<Face>>,
-    /// The mesh that curve files number: that of the file before it was repaired. `None` when it is `mesh`.
+    /// The mesh that curve files number: that of the file before it was repaired. `None` when it is
+    /// `mesh`.
     of_file: Option<MeshOfFile>,
     /// From the vertices of that mesh to those of `mesh`, where they were joined.
     joined: Option<IndexMaps>,
@@ -100,8 +106,9 @@ pub struct MeshInput {
 struct MeshOfFile {
     /// Its vertices and whole faces.
     whole: TriangleMesh,
-    /// Where faces are broken: with a triangle in the place of each, on three vertices of its own behind all others; and which
-    /// faces they are. Files that number the faces count the broken ones too.
+    /// Where faces are broken: with a triangle in the place of each, on three vertices of its own
+    /// behind all others; and which faces they are. Files that number the faces count the broken
+    /// ones too.
     stand_ins: Option<(TriangleMesh, Vec<Face>)>,
 }
 
@@ -200,7 +207,8 @@ impl MeshInput {
                 renumbered |= from != to || lost > 0;
                 joined = Some(welded.maps);
             } else if lost > 0 || arguments.drop_degenerate || arguments.stitch.is_some() {
-                // No curve can name the vertices of an STL file, which has none of its own; but its faces.
+                // No curve can name the vertices of an STL file, which has none of its own; but its
+                // faces.
                 joined_stl = Some(with_vertices(&file.mesh, &welded));
                 renumbered |= lost > 0;
             }
@@ -296,7 +304,8 @@ impl MeshInput {
         }
     }
 
-    /// Whether the faces of output files that can hold polygons are those of the input file, one by one.
+    /// Whether the faces of output files that can hold polygons are those of the input file, one by
+    /// one.
     pub fn writes_faces_of_file(&self) -> bool {
         matches!(self.surface, Surface::File)
     }
@@ -329,7 +338,8 @@ impl MeshInput {
         Err(format!("{face} was dropped as it has no area or too few corners; name another one"))
     }
 
-    /// Values given at the vertices of the file, at the vertices of the mesh. Where vertices were joined the first one counts.
+    /// Values given at the vertices of the file, at the vertices of the mesh. Where vertices were
+    /// joined the first one counts.
     pub fn vertex_values(&self, values: &[f64]) -> Vec<f64> {
         if self.joined.is_none() && self.stitched.is_none() {
             return values.to_vec();
@@ -348,8 +358,9 @@ impl MeshInput {
         self.of_file.as_ref().map_or(&self.mesh, |of_file| &of_file.whole)
     }
 
-    /// The mesh whose vertices, edges and faces a curve file names by number. What it holds more than the file is refused by
-    /// [`MeshInput::check_of_file`]; see [`MeshInput::has_stand_ins`] too.
+    /// The mesh whose vertices, edges and faces a curve file names by number. What it holds more
+    /// than the file is refused by [`MeshInput::check_of_file`]; see [`MeshInput::has_stand_ins`]
+    /// too.
     pub fn mesh_for_numbers(&self) -> &TriangleMesh {
         self.stand_ins().map_or(self.mesh_for_curves(), |(mesh, _)| mesh)
     }
@@ -394,8 +405,8 @@ impl MeshInput {
         stitched.map_or(welded, |v| v.0)
     }
 
-    /// A point named by vertices of the file, named by vertices of the mesh. Where its face or edge was dropped, there is no such
-    /// point any more.
+    /// A point named by vertices of the file, named by vertices of the mesh. Where its face or edge
+    /// was dropped, there is no such point any more.
     pub fn renumber(&self, point: SurfacePoint) -> SurfacePoint {
         let welded = match &self.joined {
             Some(maps) => renumbered(point, maps),

@@ -1,4 +1,5 @@
-//! `eikona inspect`: what a mesh is, what is wrong with it, and what to do about it; the same for curves on it.
+//! `eikona inspect`: what a mesh is, what is wrong with it, and what to do about it; the same for
+//! curves on it.
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
@@ -101,7 +102,8 @@ impl Kind<'_> {
     }
 }
 
-/// The faults of a mesh, touching boundaries and slivers among them. Slivers of zero area are listed once, as such.
+/// The faults of a mesh, touching boundaries and slivers among them. Slivers of zero area are
+/// listed once, as such.
 fn all_faults(mesh: &TriangleMesh, seams: &Seams) -> Vec<Fault> {
     let mut faults = validate(mesh);
     faults.extend(seams.faults(mesh));

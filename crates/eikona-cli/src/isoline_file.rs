@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 /// Which isolines are wanted, and where.
 #[derive(Args, Clone, Debug, Default)]
 pub struct IsolineArguments {
-    /// Isolines of the distance: .obj, .ply, .svg (flat meshes), or .json: curves that `--curve` takes again
+    /// Isolines of the distance: .obj, .ply, .svg (flat meshes), or .json: curves that `--curve`
+    /// takes again
     #[arg(long, value_name = "OUT2")]
     pub isolines: Option<PathBuf>,
     /// Isolines at all multiples of D (also in the picture) [default: about 18 round values]

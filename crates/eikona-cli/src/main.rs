@@ -1,4 +1,5 @@
-//! The command `eikona`: it reads files, calls the library, prints and writes. No mathematics is done here.
+//! The command `eikona`: it reads files, calls the library, prints and writes. No mathematics is
+//! done here.
 
 mod bench;
 mod demo;
@@ -63,7 +64,8 @@ enum Verb {
     Demo(demo::DemoArguments),
     /// Phases, accuracy and memory on meshes with a known answer
     Bench(bench::BenchArguments),
-    /// Completions for a shell, to the standard output: eikona completions bash > /etc/bash_completion.d/eikona
+    /// Completions for a shell, to the standard output: eikona completions bash >
+    /// /etc/bash_completion.d/eikona
     Completions {
         /// The shell
         shell: clap_complete::Shell,
@@ -89,7 +91,8 @@ fn run(arguments: Vec<OsString>) -> u8 {
         Ok(cli) => cli,
         Err(mut message) => {
             give_hint(&mut message);
-            // Help and version go to the standard output and are no failure. There is nobody to tell if printing fails.
+            // Help and version go to the standard output and are no failure. There is nobody to
+            // tell if printing fails.
             let _ = message.print();
             return if message.use_stderr() { exit::USAGE } else { 0 };
         }
@@ -136,7 +139,8 @@ fn give_hint(message: &mut clap::Error) {
         },
         _ => return,
     };
-    // This takes the place of "to pass '-x' as a value, use '-- -x'": no name or number here begins with a hyphen.
+    // This takes the place of "to pass '-x' as a value, use '-- -x'": no name or number here begins
+    // with a hyphen.
     match hint {
         Some(hint) => message.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint.into()])),
         None => message.remove(ContextKind::Suggested),

@@ -82,12 +82,13 @@ pub struct CurveArguments {
     /// Write the curve in pieces
     #[arg(long, value_name = "C.json")]
     pub broken_curve: Option<PathBuf>,
-    /// A curve in space by its name: circle, latitude, wavy-latitude, torus-knot, trefoil or figure-eight, with its parameters.
-    /// (The curves of a file are given to `eikona sdf`.)
+    /// A curve in space by its name: circle, latitude, wavy-latitude, torus-knot, trefoil or
+    /// figure-eight, with its parameters. (The curves of a file are given to `eikona sdf`.)
     #[arg(long, value_name = "NAME[,key=value..]", conflicts_with = "cut")]
     pub curve: Option<String>,
-    /// The cut of the mesh with a plane: its axis and where (a coordinate, or a share such as 30%); with wave=A it rises and falls
-    /// by A, waves=N times in a turn about the middle of the mesh, or about=x:y:z
+    /// The cut of the mesh with a plane: its axis and where (a coordinate, or a share such as 30%);
+    /// with wave=A it rises and falls by A, waves=N times in a turn about the middle of the mesh,
+    /// or about=x:y:z
     #[arg(long, value_name = "axis=z,at=0.3[,wave=A,..]", allow_hyphen_values = true)]
     pub cut: Option<String>,
     /// Share of the curve's length that each piece has [default: 0.1]
@@ -344,7 +345,8 @@ fn broken(lines: &[Vec<[f64; 3]>], arguments: &MakeArguments) -> Result<Vec<Vec<
     Ok(pieces)
 }
 
-/// The values of a comma-separated list of `key=value`; keys that are not known, or come twice, are refused.
+/// The values of a comma-separated list of `key=value`; keys that are not known, or come twice, are
+/// refused.
 struct Keys<'a> {
     what: &'a str,
     values: Vec<(&'a str, &'a str)>,

@@ -42,8 +42,8 @@ pub fn brief(x: f64) -> String {
     text.strip_suffix(".0").unwrap_or(&text).to_string()
 }
 
-/// A number among others of which the largest has this size: with so many digits behind the point if these show it, else with an
-/// exponent.
+/// A number among others of which the largest has this size: with so many digits behind the point
+/// if these show it, else with an exponent.
 pub fn rounded(x: f64, digits: usize, size: f64) -> String {
     const LARGE: f64 = 1e9;
     /// Digits that are shown at least.

@@ -1,4 +1,5 @@
-//! Pictures: camera and style flags, and the one way in which every verb draws a mesh with its field and curves.
+//! Pictures: camera and style flags, and the one way in which every verb draws a mesh with its
+//! field and curves.
 
 use crate::exit::Failure;
 use crate::number::finite;
@@ -125,7 +126,8 @@ pub struct Drawing<'a> {
     pub field: Option<(&'a [f64], &'a str)>,
     /// Values per face, and their name; drawn when there are none per vertex.
     pub face_field: Option<(&'a [f64], &'a str)>,
-    /// Numerators and denominators per corner, and the name of the quotient; drawn when there are none per vertex or face.
+    /// Numerators and denominators per corner, and the name of the quotient; drawn when there are
+    /// none per vertex or face.
     pub quotient: Option<([&'a [f64]; 2], &'a str)>,
     /// Whole numbers per face, drawn as regions.
     pub labels: Option<&'a [i64]>,

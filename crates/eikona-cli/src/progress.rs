@@ -30,7 +30,8 @@ struct State {
 }
 
 impl Progress {
-    /// A line that appears after a second if standard error is a terminal; otherwise nothing ever appears.
+    /// A line that appears after a second if standard error is a terminal; otherwise nothing ever
+    /// appears.
     pub fn new(wanted: bool) -> Progress {
         let mut progress = Progress::default();
         if wanted && std::io::stderr().is_terminal() {

@@ -25,8 +25,9 @@ pub struct RenderArguments {
     /// The picture; - for the standard output
     #[arg(short, long, value_name = "PNG")]
     pub output: PathBuf,
-    /// The field of the file to show, or none [default: distance, else quality, else the first one]; uv-quotient is u / v of the
-    /// texture coordinates of an OBJ file, divided at each pixel (what `eikona winding -o OUT.obj` writes)
+    /// The field of the file to show, or none [default: distance, else quality, else the first
+    /// one]; uv-quotient is u / v of the texture coordinates of an OBJ file, divided at each pixel
+    /// (what `eikona winding -o OUT.obj` writes)
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
     /// About how many isolines; 0 for none [default: 18]

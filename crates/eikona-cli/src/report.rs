@@ -1,4 +1,5 @@
-//! The report of a run as JSON: what went in, what was chosen, how long it took, what was noticed, what came out.
+//! The report of a run as JSON: what went in, what was chosen, how long it took, what was noticed,
+//! what came out.
 
 use eikona::signed_heat::Phases;
 use serde::Serialize;
@@ -86,7 +87,8 @@ impl Report {
 
     /// The text of the file.
     pub fn to_json(&self) -> String {
-        // A report holds only strings, numbers and lists: there is no way to fail. NaN becomes null.
+        // A report holds only strings, numbers and lists: there is no way to fail. NaN becomes
+        // null.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 }

@@ -41,21 +41,25 @@ pub struct SdfArguments {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Method")]
 pub struct MethodArguments {
-    /// Diffusion time: a coefficient of h², with h half the mean edge length (1 is the paper's); auto: by the gaps of the curves;
-    /// smooth: for smooth closed curves without ridges of the distance
+    /// Diffusion time: a coefficient of h², with h half the mean edge length (1 is the paper's);
+    /// auto: by the gaps of the curves; smooth: for smooth closed curves without ridges of the
+    /// distance
     #[arg(long, value_name = "auto|smooth|COEFF", default_value = "auto", allow_hyphen_values = true, value_parser = parse_time)]
     pub time: DiffusionTime,
-    /// What the curves are held to: auto (closed curves exactly at zero, broken ones as firmly as they agree with each other), zero,
-    /// soft (near zero, with this weight), per-component (each piece at a level of its own), or nothing (free)
+    /// What the curves are held to: auto (closed curves exactly at zero, broken ones as firmly as
+    /// they agree with each other), zero, soft (near zero, with this weight), per-component (each
+    /// piece at a level of its own), or nothing (free)
     #[arg(long, value_name = "auto|zero|soft[=W]|per-component|free", default_value = "auto", value_parser = parse_level_sets)]
     pub level_sets: LevelSets,
     /// Keep the diffused vectors normal to the curves, so that their corners are not rounded
     #[arg(long, conflicts_with = "unsigned")]
     pub preserve_normals: bool,
-    /// On which side of a curve, seen along its direction, the distance is negative or positive [default: left-negative]
+    /// On which side of a curve, seen along its direction, the distance is negative or positive
+    /// [default: left-negative]
     #[arg(long, value_name = "left-negative|left-positive", conflicts_with = "unsigned", value_parser = parse_sign)]
     pub sign: Option<SignConvention>,
-    /// Also write how far each value rests on data: the fields `confidence` (0 to 1) and `distance_to_data`
+    /// Also write how far each value rests on data: the fields `confidence` (0 to 1) and
+    /// `distance_to_data`
     #[arg(long)]
     pub confidence: bool,
     /// Refuse to factor when that is predicted to take more than this, such as 2GiB or 500MB
@@ -67,11 +71,13 @@ pub struct MethodArguments {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Outputs")]
 pub struct OutputArguments {
-    /// The mesh with the distance at its vertices (.ply and .vtp: beside the values that the input came with; .glb, .gltf; .obj:
-    /// as texture u; .off: as colours), or the numbers alone (.npy, .csv); - for the standard output
+    /// The mesh with the distance at its vertices (.ply and .vtp: beside the values that the input
+    /// came with; .glb, .gltf; .obj: as texture u; .off: as colours), or the numbers alone (.npy,
+    /// .csv); - for the standard output
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
-    /// Format of the output when it goes to the standard output: ply, obj, off, vtp, glb, gltf, npy, csv
+    /// Format of the output when it goes to the standard output: ply, obj, off, vtp, glb, gltf,
+    /// npy, csv
     #[arg(long, value_name = "FORMAT")]
     pub out_format: Option<String>,
     #[command(flatten)]
@@ -232,7 +238,8 @@ fn check_idle(arguments: &SdfArguments) -> Result<(), Failure> {
     arguments.source.check_sides(&flags)
 }
 
-/// A coefficient of the diffusion time below this lets the vectors that are diffused die out within an edge.
+/// A coefficient of the diffusion time below this lets the vectors that are diffused die out within
+/// an edge.
 const SHORT_TIME: f64 = 1e-2;
 
 fn warn_if_short(time: DiffusionTime, session: &mut Session) {

@@ -76,8 +76,8 @@ pub fn looks_loose(mesh: &TriangleMesh) -> bool {
     mesh.face_count() > 1 && mesh.vertices().all(|v| mesh.vertex_corners(v).len() <= 1)
 }
 
-/// Warns of boundaries that touch without being joined, on parts of the surface that the curves and points lie on: results would
-/// differ if they were joined.
+/// Warns of boundaries that touch without being joined, on parts of the surface that the curves and
+/// points lie on: results would differ if they were joined.
 pub fn warn_of_seams(mesh: &TriangleMesh, source: &SurfaceCurves, session: &mut Session) {
     if looks_loose(mesh) {
         return; // which is said when the mesh is read

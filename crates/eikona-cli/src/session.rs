@@ -1,5 +1,5 @@
-//! One run of the command: what it says, what it notes for the report, and its output files, which appear together at the
-//! end or not at all.
+//! One run of the command: what it says, what it notes for the report, and its output files, which
+//! appear together at the end or not at all.
 
 use crate::exit::Failure;
 use crate::progress::Progress;
@@ -125,7 +125,8 @@ impl Session {
         }
     }
 
-    /// Says something that the user should look at. Of one kind only the first few are printed; the report has all.
+    /// Says something that the user should look at. Of one kind only the first few are printed; the
+    /// report has all.
     pub fn warn(&mut self, text: impl Into<String>) {
         let text = text.into();
         let count = self.warned.entry(kind_of(&text)).or_default();
@@ -175,7 +176,8 @@ impl Session {
         self.report.outputs.push(Output { kind, path: path.display().to_string() });
     }
 
-    /// Writes the report, gives all files their names, says what was written and how long it took. Gives the exit code.
+    /// Writes the report, gives all files their names, says what was written and how long it took.
+    /// Gives the exit code.
     pub fn finish(mut self) -> Result<u8, Failure> {
         self.report.seconds = self.started.elapsed().as_secs_f64();
         self.report.peak_memory_bytes = peak_memory_bytes();
@@ -219,7 +221,8 @@ pub fn print_bytes(bytes: &[u8]) -> Result<(), Failure> {
     }
 }
 
-/// Refuses early what could not be written late, two outputs that are one file, and an output that is one of the inputs.
+/// Refuses early what could not be written late, two outputs that are one file, and an output that
+/// is one of the inputs.
 pub fn check_outputs(outputs: &[&Path], inputs: &[&Path]) -> Result<(), Failure> {
     let stdio = Path::new("-");
     let read: Vec<(PathBuf, &Path)> =
@@ -247,8 +250,9 @@ pub fn check_outputs(outputs: &[&Path], inputs: &[&Path]) -> Result<(), Failure>
     Ok(())
 }
 
-/// The file that a name leads to, however it is spelled and through whatever links. (An output takes the place of one hard link
-/// and leaves the others as they are, so these are files of their own.)
+/// The file that a name leads to, however it is spelled and through whatever links. (An output
+/// takes the place of one hard link and leaves the others as they are, so these are files of their
+/// own.)
 fn file_of(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     path.canonicalize().unwrap_or_else(|_| match (folder.canonicalize(), path.file_name()) {
@@ -257,7 +261,8 @@ fn file_of(path: &Path) -> PathBuf {
     })
 }
 
-/// Refuses early what could not be written late: a folder, or a file in a folder that does not exist.
+/// Refuses early what could not be written late: a folder, or a file in a folder that does not
+/// exist.
 pub fn check_output(path: &Path) -> Result<(), Failure> {
     if path == Path::new("-") {
         return Ok(());

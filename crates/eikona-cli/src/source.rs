@@ -1,4 +1,5 @@
-//! The curves and points that distance is measured to: read from files, brought to the mesh, traced across its faces.
+//! The curves and points that distance is measured to: read from files, brought to the mesh, traced
+//! across its faces.
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
@@ -19,11 +20,13 @@ use std::path::{Path, PathBuf};
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Curves and points")]
 pub struct SourceArguments {
-    /// A file of curves: JSON of eikona, OBJ with `l` lines, or the text formats of signed-heat-demo and SWN; may be repeated.
-    /// Without it and --points, the `l` lines of the mesh's own OBJ file are taken
+    /// A file of curves: JSON of eikona, OBJ with `l` lines, or the text formats of
+    /// signed-heat-demo and SWN; may be repeated. Without it and --points, the `l` lines of the
+    /// mesh's own OBJ file are taken
     #[arg(long, value_name = "FILE")]
     pub curve: Vec<PathBuf>,
-    /// Isolated points: vertex numbers from 0 ("12,40"), or a curve file with points, whose curves are left out; may be repeated
+    /// Isolated points: vertex numbers from 0 ("12,40"), or a curve file with points, whose curves
+    /// are left out; may be repeated
     #[arg(long, value_name = "V,V,..|FILE", allow_hyphen_values = true, value_parser = parse_points)]
     pub points: Vec<Points>,
     /// Take all curves as unsigned: distance grows on both sides
@@ -32,7 +35,8 @@ pub struct SourceArguments {
     /// Reverse the direction of all curves, which exchanges left and right
     #[arg(long)]
     pub flip: bool,
-    /// Trace segments that span several faces, and polylines in space, over the mesh (this is the default)
+    /// Trace segments that span several faces, and polylines in space, over the mesh (this is the
+    /// default)
     #[arg(long, overrides_with = "no_trace")]
     pub trace: bool,
     /// Refuse curves that would have to be traced
@@ -167,7 +171,8 @@ pub fn read_source(
     Ok((curves, report))
 }
 
-/// The curves that the mesh's own file has as `l` lines; those that lie off the surface are left out if others remain.
+/// The curves that the mesh's own file has as `l` lines; those that lie off the surface are left
+/// out if others remain.
 fn own_lines(input: &MeshInput, session: &mut Session) -> Result<CurveFile, Failure> {
     let path = &input.path;
     let mut file = curves_from_lines(&input.lines(), &input.mesh).map_err(|e| Failure::curve(path, e))?;
@@ -213,8 +218,8 @@ fn own_lines(input: &MeshInput, session: &mut Session) -> Result<CurveFile, Fail
     Ok(file)
 }
 
-/// The source as [`read_source`] finds it, for verbs that can do without: `l` lines of the mesh's own file that are no curve on its
-/// surface get a warning.
+/// The source as [`read_source`] finds it, for verbs that can do without: `l` lines of the mesh's
+/// own file that are no curve on its surface get a warning.
 pub fn read_source_if_any(
     arguments: &SourceArguments,
     input: &MeshInput,
@@ -267,7 +272,8 @@ pub fn read_curve_file(path: &Path, input: &MeshInput, session: &mut Session) ->
     Ok(file)
 }
 
-/// Refuses numbers of edges and faces in a text file where those at hand are not those of the mesh's file.
+/// Refuses numbers of edges and faces in a text file where those at hand are not those of the
+/// mesh's file.
 fn refuse_numbers(path: &Path, bytes: &[u8], input: &MeshInput) -> Result<(), Failure> {
     let (words, why): (&[&str], _) = if !input.file.mesh.is_triangular() {
         (
@@ -423,7 +429,8 @@ fn trace_line(line: &SpacePolyline, input: &MeshInput, bvh: &Bvh) -> Result<Trac
     trace_polyline(&input.mesh, bvh, &line.points, line.closed, line.kind, DEFAULT_TOLERANCE)
 }
 
-/// The fault without the number of the only curve that was traced; the caller knows which one it is.
+/// The fault without the number of the only curve that was traced; the caller knows which one it
+/// is.
 fn of_one_curve(fault: ContourError) -> String {
     match fault {
         ContourError::Curve(CurveError::AtNode { node, fault, .. }) => format!("node {node}: {fault}"),

@@ -51,21 +51,23 @@ repeated. Without it, the `l` lines of the mesh's own OBJ file are taken";
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Method")]
 pub struct MethodArguments {
-    /// Take the nonbounding part off everywhere (full), or only along the curve, as the authors' program does
+    /// Take the nonbounding part off everywhere (full), or only along the curve, as the authors'
+    /// program does
     #[arg(long, value_enum, default_value = "full")]
     pub completion: CompletionName,
-    /// What completes the curve in its gaps: shortest paths across faces (straight), or paths along edges of the mesh (edges)
+    /// What completes the curve in its gaps: shortest paths across faces (straight), or paths along
+    /// edges of the mesh (edges)
     #[arg(long, value_enum, value_name = "SHAPE", default_value = "straight")]
     pub completion_shape: ShapeName,
     /// Cost of a nonbounding loop along the curve, as a share of its cost elsewhere: from 1e-9 to 1
     #[arg(long, value_name = "SHARE", default_value = "0.01", allow_hyphen_values = true, value_parser = parse_epsilon)]
     pub epsilon: f64,
-    /// The face of the file (numbered from 0; of a polygon its first triangle) whose label is 0. Without it: the label that covers
-    /// most of the area is 0
+    /// The face of the file (numbered from 0; of a polygon its first triangle) whose label is 0.
+    /// Without it: the label that covers most of the area is 0
     #[arg(long, value_name = "FACE")]
     pub reference: Option<u32>,
-    /// Leave open pieces of the curve with fewer than 8 edges as they are. Without it they are bisected, as short pieces have
-    /// little effect otherwise
+    /// Leave open pieces of the curve with fewer than 8 edges as they are. Without it they are
+    /// bisected, as short pieces have little effect otherwise
     #[arg(long)]
     pub keep_short: bool,
     /// Solve on intrinsic Delaunay triangles: better where faces are badly shaped
@@ -109,17 +111,19 @@ pub enum ShapeName {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Outputs")]
 pub struct OutputArguments {
-    /// The mesh with `label`, `margin` and `parent` (the face of your file) at its faces (.ply, .vtp); with the winding number at its corners as homogeneous texture
-    /// coordinates u/v (.obj); cut open between regions, with colours and `label` at its vertices (.glb, .gltf); label, margin and
-    /// parent of each face (.csv); or the labels alone (.npy)
+    /// The mesh with `label`, `margin` and `parent` (the face of your file) at its faces (.ply,
+    /// .vtp); with the winding number at its corners as homogeneous texture coordinates u/v (.obj);
+    /// cut open between regions, with colours and `label` at its vertices (.glb, .gltf); label,
+    /// margin and parent of each face (.csv); or the labels alone (.npy)
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
-    /// The mesh cut open between regions: with `label` and `parent` at its faces (.ply, .vtp), with `label` at its vertices (.glb,
-    /// .gltf), with the colours of the regions (these, .obj, .off), or bare (.stl)
+    /// The mesh cut open between regions: with `label` and `parent` at its faces (.ply, .vtp), with
+    /// `label` at its vertices (.glb, .gltf), with the colours of the regions (these, .obj, .off),
+    /// or bare (.stl)
     #[arg(long, value_name = "OUT")]
     pub split: Option<PathBuf>,
-    /// A label for each face of your file: where it was cut, that of the larger part; where it was dropped, none (.csv: nothing
-    /// behind the comma; .npy, int32: -2147483648)
+    /// A label for each face of your file: where it was cut, that of the larger part; where it was
+    /// dropped, none (.csv: nothing behind the comma; .npy, int32: -2147483648)
     #[arg(long, value_name = "OUT")]
     pub input_labels: Option<PathBuf>,
     /// The completed boundary of the regions, as lines of an OBJ file

@@ -46,7 +46,8 @@ impl Formats {
     /// Of the names given.
     ///
     /// # Errors
-    /// [`Failure::Usage`] for a name that stands for no format that the output can have, with those it can.
+    /// [`Failure::Usage`] for a name that stands for no format that the output can have, with those
+    /// it can.
     pub fn of(outputs: &OutputArguments) -> Result<Formats, Failure> {
         let wrong = |path: &Path, what: &str| Failure::Usage(format!("{}: {what}", path.display()));
         const MAIN: &str =
@@ -172,7 +173,8 @@ pub fn write_outputs(
         let file = CurveFile { curves: orientation.suggested(curves), ..CurveFile::default() };
         output_curves(path, &file, &input.mesh, session)?;
     }
-    // The winding number is of a mesh that may have been cut; the curves name points of the one that was read.
+    // The winding number is of a mesh that may have been cut; the curves name points of the one
+    // that was read.
     let curves = Drawing { curves: Some(curves), curves_of: Some(&input.mesh), ..Drawing::default() };
     if let Some(path) = &outputs.render {
         let labels: Vec<i64> = winding.labels.as_slice().iter().map(|&l| i64::from(l)).collect();
@@ -201,8 +203,8 @@ fn curves_of(loops: &[JumpLoop]) -> SurfaceCurves {
     SurfaceCurves { curves: loops.iter().map(curve).collect(), points: Vec::new() }
 }
 
-/// At each corner the winding number and 1, or twice 0 where it has no value (an endpoint): interpolated linearly and divided at each
-/// pixel. Shifted so that labels are the values rounded.
+/// At each corner the winding number and 1, or twice 0 where it has no value (an endpoint):
+/// interpolated linearly and divided at each pixel. Shifted so that labels are the values rounded.
 fn homogeneous(winding: &Winding) -> [Vec<f64>; 2] {
     let shift = |corner: usize| winding.shift[winding.component.as_slice()[corner / 3] as usize];
     let values = winding.values.as_slice().iter().enumerate();
@@ -211,7 +213,8 @@ fn homogeneous(winding: &Winding) -> [Vec<f64>; 2] {
     [numerator, denominator]
 }
 
-/// Tenths, but no whole numbers: whole regions have these but for rounding, which isolines would show.
+/// Tenths, but no whole numbers: whole regions have these but for rounding, which isolines would
+/// show.
 fn levels_between_whole_numbers(values: &[f64]) -> Option<Levels> {
     const MOST: f64 = 50.0;
     let (low, high) = values.iter().fold((0.0f64, 0.0f64), |(l, h), &w| (l.min(w), h.max(w)));
@@ -223,11 +226,12 @@ fn levels_between_whole_numbers(values: &[f64]) -> Option<Levels> {
     Some(Levels::Values(units.flat_map(|n| (1..10).map(move |i| n as f64 + 0.1 * f64::from(i))).collect()))
 }
 
-/// Stands for the label of a face that was dropped, where labels are whole numbers: the least int32, which no label comes near.
+/// Stands for the label of a face that was dropped, where labels are whole numbers: the least
+/// int32, which no label comes near.
 const NO_LABEL: i32 = i32::MIN;
 
-/// The label of each face of the file: the one that covers most of it, of labels that cover the same area the smallest. `None` if the
-/// face was dropped.
+/// The label of each face of the file: the one that covers most of it, of labels that cover the
+/// same area the smallest. `None` if the face was dropped.
 fn labels_of_file(winding: &Winding, input: &MeshInput) -> Vec<Option<i32>> {
     let of_triangles = winding.input_labels();
     if input.has_faces_of_file() {

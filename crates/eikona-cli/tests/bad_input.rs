@@ -1,5 +1,6 @@
-//! What the public solvers fail on (rows of a table of their behaviour), and what people type wrongly: the right answer, or
-//! the right exit code with the element in the message and no file left behind.
+//! What the public solvers fail on (rows of a table of their behaviour), and what people type
+//! wrongly: the right answer, or the right exit code with the element in the message and no file
+//! left behind.
 
 mod run;
 
@@ -449,7 +450,8 @@ fn failures_of_the_machine_have_exit_code_1() {
         1,
         &["pip install potpourri3d"],
     );
-    // A later output that can not be written takes the earlier ones with it: no folder can have a file below a file.
+    // A later output that can not be written takes the earlier ones with it: no folder can have a
+    // file below a file.
     folder.write("file", "");
     folder.refused("sdf grid.obj --curve line.json -o out.ply --render file/out.png", 2, &["file"]);
 }

@@ -38,7 +38,8 @@ fn an_output_is_no_other_output_and_no_input() {
         folder.refused(&command, 2, &words);
     }
     assert_eq!((folder.read("grid.obj"), folder.read("line.json")), (grid_obj(), LINE.to_string()));
-    // What has the name of an input but lies elsewhere is another file; and so is the standard output.
+    // What has the name of an input but lies elsewhere is another file; and so is the standard
+    // output.
     folder.done(&format!("{sdf} -o sub/grid.obj"));
     let outcome = folder.run_words(
         ["sdf", "-", "--curve", "line.json", "-o", "-", "--out-format", "csv"],

@@ -1,4 +1,5 @@
-//! `eikona sdf MESH --curve CURVE -o OUT --render PNG --report R.json`, with answers that are known.
+//! `eikona sdf MESH --curve CURVE -o OUT --render PNG --report R.json`, with answers that are
+//! known.
 
 mod run;
 

@@ -4,7 +4,8 @@ mod run;
 
 use run::{Folder, grid_obj};
 
-/// The grid of [`grid_obj`] with this face in front of all others, which moves their numbers up by one.
+/// The grid of [`grid_obj`] with this face in front of all others, which moves their numbers up by
+/// one.
 fn grid_behind(face: &str) -> String {
     let grid = grid_obj();
     let at = grid.find("f ").unwrap();
@@ -56,7 +57,8 @@ fn assert_equal(folder: &Folder, a: &str, b: &str) {
     }
 }
 
-/// Unit squares in a row along x, each with vertices of its own, and the line x = 2 as corners of the third.
+/// Unit squares in a row along x, each with vertices of its own, and the line x = 2 as corners of
+/// the third.
 fn loose_squares() -> String {
     let (mut vertices, mut faces) = (String::new(), String::new());
     for x in 0..6 {
@@ -177,7 +179,8 @@ fn faces_of_stl_files_keep_their_numbers() {
     }
 }
 
-/// Six unit squares in a row along x, as polygons behind these faces; the vertex `2 x + y + 1` lies at (x, y).
+/// Six unit squares in a row along x, as polygons behind these faces; the vertex `2 x + y + 1` lies
+/// at (x, y).
 fn squares_behind(faces: &str) -> String {
     let vertices: String = (0..14).map(|v| format!("v {} {} 0\n", v / 2, v % 2)).collect();
     let square = |x: i32| format!("f {} {} {} {}\n", 2 * x + 1, 2 * x + 3, 2 * x + 4, 2 * x + 2);

@@ -88,7 +88,8 @@ fn corners_named_twice_in_a_row_are_refused_and_removed_on_demand() {
         "side.json",
         r#"{"eikona":"curves","version":1,"curves":[{"nodes":[{"vertex":5},{"vertex":0}]}]}"#,
     );
-    // Alone; closed by the first corner; beside a face that is dropped, so that faces have numbers of their own.
+    // Alone; closed by the first corner; beside a face that is dropped, so that faces have numbers
+    // of their own.
     let faces = ["f 1 2 2 3 4 5 6", "f 1 2 3 4 5 6 1", "f 1 2 1 2\nf 1 2 2 2 3 4 5 6"];
     for (faces, doubled) in faces.into_iter().zip([1, 1, 2]) {
         folder.write("twice.obj", &format!("{vertices}{faces}\n"));

@@ -1,4 +1,5 @@
-//! Boundaries that touch without being joined: T-junctions, cracks and seams are reported, warned of and mended.
+//! Boundaries that touch without being joined: T-junctions, cracks and seams are reported, warned
+//! of and mended.
 
 mod run;
 
@@ -10,7 +11,8 @@ const T_JUNCTION: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 .5 0\nv 2 0 0\
 f 1 2 3\nf 1 3 4\nf 2 6 7\nf 2 7 5\nf 5 7 8\nf 5 8 3\n";
 const UPWARD: &str = "v 0 0 0\nv 0 1 0\nl 1 2\n";
 
-/// Strips of unit height from x = 0 to 1 and from 1 + gap to 2, in 10 columns and so many rows each; with the places of vertices.
+/// Strips of unit height from x = 0 to 1 and from 1 + gap to 2, in 10 columns and so many rows
+/// each; with the places of vertices.
 fn strips(rows: [usize; 2], gap: f64) -> (String, Vec<[f64; 2]>) {
     const COLUMNS: usize = 10;
     let mut places: Vec<[f64; 2]> = Vec::new();
@@ -148,7 +150,8 @@ fn winding_warns_of_a_t_junction_and_is_right_when_it_is_stitched() {
 fn curve_files_go_by_the_numbers_of_the_file_whatever_is_stitched() {
     let folder = Folder::new();
     folder.write("t.obj", T_JUNCTION);
-    // x = 1 along the divided edge; x = 0.5 across two divided faces, by edges and by face; vertices that --points names.
+    // x = 1 along the divided edge; x = 0.5 across two divided faces, by edges and by face;
+    // vertices that --points names.
     let node = |text: &str| format!("{{\"nodes\":[{text}]}}");
     let file = |curve: &str| format!("{{\"eikona\":\"curves\",\"version\":1,\"curves\":[{curve}]}}");
     folder.write(
@@ -164,7 +167,8 @@ fn curve_files_go_by_the_numbers_of_the_file_whatever_is_stitched() {
             assert!((d - (x - shift)).abs() < 1e-9, "{curve} vertex {v}: {d}, not {}", x - shift);
         }
     }
-    // Edges 5 and 7 of the file are those from vertex 1 to 5 and to 6; the divided face stands before them.
+    // Edges 5 and 7 of the file are those from vertex 1 to 5 and to 6; the divided face stands
+    // before them.
     folder.write("n.txt", "signed_curve\ne 5 0.5\ne 7 0.5\n");
     let by_file = folder.done("inspect t.obj --stitch --curve n.txt").text();
     assert!(by_file.contains("1 segments, length 0.250000;"), "{by_file}");
@@ -241,7 +245,8 @@ fn of_the_data_files_only_those_with_seams_are_warned_of() {
     let touching =
         [("badquality/capsule.obj", 0), ("nonmanifold/screwdriver.obj", 0), ("nonmanifold/truck.obj", 385)];
     let clean = [
-        "curves/swn/annulus.obj", // lies over itself: vertices on edges of the other sheet, which the rim crosses
+        // lies over itself: vertices on edges of the other sheet, which the rim crosses
+        "curves/swn/annulus.obj",
         "nonmanifold/chair_model.obj",
         "synthetic/projective-plane-roman.obj",
         "synthetic/annulus-2twists.obj",

@@ -7,8 +7,8 @@ use eikona_mesh::{Topology, TriangleMesh};
 use eikona_render::label_color;
 use run::{Folder, LINE, data, grid_obj, png_size};
 
-/// The grid of 10 x 2 squares, and the line x = 4.5 from rim to rim, which crosses faces: 1 on its left, where x is smaller, and 0 on
-/// the larger right side.
+/// The grid of 10 x 2 squares, and the line x = 4.5 from rim to rim, which crosses faces: 1 on its
+/// left, where x is smaller, and 0 on the larger right side.
 fn across() -> Folder {
     let folder = Folder::new();
     folder.write("grid.obj", &grid_obj());
@@ -122,7 +122,8 @@ fn texture_coordinates_are_the_value_and_one() {
     assert_eq!(uvs.len(), 3 * mesh.face_count());
     for (f, label) in expected(&mesh).into_iter().enumerate() {
         for uv in &uvs[3 * f..3 * f + 3] {
-            // The curve has no endpoint inside, so every corner has a value, and each is a whole number.
+            // The curve has no endpoint inside, so every corner has a value, and each is a whole
+            // number.
             assert!((uv[0] - label).abs() < 1e-6 && uv[1] == 1.0, "face {f}: {uv:?}, not {label}");
         }
     }
@@ -219,7 +220,8 @@ fn faces_of_the_input_get_the_label_of_their_larger_part() {
     folder.done(&format!("{SOLVE} --input-labels in.npy"));
     folder.done(&format!("{SOLVE} --input-labels in.csv"));
     let labels = folder.npy("in.npy");
-    // The squares at x from 4 to 5 are cut: three quarters of the face above the diagonal are on the left, one of that below it.
+    // The squares at x from 4 to 5 are cut: three quarters of the face above the diagonal are on
+    // the left, one of that below it.
     let wanted: Vec<i32> = (0..40).map(|f| i32::from(f < 16 || (f < 20 && f % 2 == 1))).collect();
     assert_eq!(labels, wanted);
     let column: Vec<i32> = folder.column("in.csv", "label").into_iter().map(|l| l as i32).collect();
@@ -334,7 +336,8 @@ fn curves_of_the_shared_data_are_written_in_every_format() {
 #[test]
 fn the_curve_is_parted_into_what_bounds_and_what_does_not() {
     let folder = Folder::new();
-    // Three circles around the tube of a torus: the plane makes two, which bound a half; one more bounds nothing.
+    // Three circles around the tube of a torus: the plane makes two, which bound a half; one more
+    // bounds nothing.
     folder.done("make torus nu=40 nv=20 -o t.ply --curve-out two.json --cut axis=y,at=0.03");
     folder.done(
         "winding t.ply --curve two.json --bounding-part b.obj --nonbounding-part n.obj --bounding l.obj",

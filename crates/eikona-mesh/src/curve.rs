@@ -1,4 +1,5 @@
-//! Curves and isolated points on a surface: the one form in which every method takes them and gives them back.
+//! Curves and isolated points on a surface: the one form in which every method takes them and gives
+//! them back.
 
 use crate::error::CurveError;
 use crate::id::{Edge, Face};
@@ -24,10 +25,12 @@ pub struct Curve {
     /// Oriented or not.
     #[serde(default)]
     pub kind: CurveKind,
-    /// The corners of the polyline. Methods want consecutive nodes in one (closed) face; tracing makes them so.
+    /// The corners of the polyline. Methods want consecutive nodes in one (closed) face; tracing
+    /// makes them so.
     pub nodes: Vec<SurfacePoint>,
-    /// A surface normal at the first segment, from whose side "left" is seen. Without it, the winding of the faces tells. On
-    /// a surface without a consistent orientation the choice is carried along the curve from its first segment.
+    /// A surface normal at the first segment, from whose side "left" is seen. Without it, the
+    /// winding of the faces tells. On a surface without a consistent orientation the choice is
+    /// carried along the curve from its first segment.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<[f64; 3]>,
 }
@@ -101,11 +104,12 @@ impl SurfaceCurves {
         self.curves.iter().map(|c| c.nodes.len().saturating_sub(1)).sum()
     }
 
-    /// All curves cut into their segments, each with the edge or face that it lies in; zero-length segments are left out.
+    /// All curves cut into their segments, each with the edge or face that it lies in; zero-length
+    /// segments are left out.
     ///
     /// # Errors
-    /// The first fault with curve and node: fewer than two nodes, an element that does not exist, weights out of range, or
-    /// [`CurveError::SegmentAcrossFaces`] where a segment leaves its face.
+    /// The first fault with curve and node: fewer than two nodes, an element that does not exist,
+    /// weights out of range, or [`CurveError::SegmentAcrossFaces`] where a segment leaves its face.
     pub fn segments(&self, mesh: &TriangleMesh) -> Result<Vec<Segment>, CurveError> {
         let mut segments = Vec::with_capacity(self.segment_count());
         for (c, curve) in self.curves.iter().enumerate() {

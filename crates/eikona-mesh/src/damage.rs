@@ -1,8 +1,8 @@
-//! Damaged versions of a mesh, by seed, each with what was done: for tests of robustness and of what a repair
-//! brings back.
+//! Damaged versions of a mesh, by seed, each with what was done: for tests of robustness and of
+//! what a repair brings back.
 //!
-//! The same mesh, amount and seed give the same damage. A share says how many faces are hit: `share` times the
-//! number of faces, rounded, drawn without repetition.
+//! The same mesh, amount and seed give the same damage. A share says how many faces are hit:
+//! `share` times the number of faces, rounded, drawn without repetition.
 
 use crate::error::MeshError;
 use crate::field::{CornerField, VertexField};
@@ -17,8 +17,8 @@ use crate::shapes::vector::{add, distance, lerp, scale, sub};
 pub struct Damaged {
     /// The mesh with the damage.
     pub mesh: TriangleMesh,
-    /// The faces of the input that were hit (removed, flipped, copied, flattened), in increasing order; empty when
-    /// all faces are alike in this.
+    /// The faces of the input that were hit (removed, flipped, copied, flattened), in increasing
+    /// order; empty when all faces are alike in this.
     pub hit: Vec<Face>,
     /// The vertex of the input that each vertex comes from.
     pub source_vertex: VertexField<Vertex>,
@@ -35,8 +35,8 @@ impl Damaged {
 
 /// The mesh with each vertex moved at random by up to `amount` times its shortest edge.
 ///
-/// The displacement is uniform in a ball. Below `amount` = 0.5 two neighbours cannot meet; triangles may still turn
-/// over. Vertices without an edge stay.
+/// The displacement is uniform in a ball. Below `amount` = 0.5 two neighbours cannot meet;
+/// triangles may still turn over. Vertices without an edge stay.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when `amount` is not in [0, 100].
@@ -53,8 +53,8 @@ pub fn jitter(mesh: &TriangleMesh, amount: f64, seed: u64) -> Result<TriangleMes
     jitter_with(mesh, amount, seed, &|p| p)
 }
 
-/// As [`jitter`], and then each vertex, moved or not, is put where `project` says: back onto the sphere, say, for
-/// noise along it.
+/// As [`jitter`], and then each vertex, moved or not, is put where `project` says: back onto the
+/// sphere, say, for noise along it.
 ///
 /// # Errors
 /// As [`jitter`]; [`MeshError::Invalid`] when `project` returns something that is not finite.
@@ -83,7 +83,8 @@ pub fn jitter_with(
     }
     let mut random = Random::from_seed(seed);
     let moved = mesh.positions().iter().zip(&shortest).map(|(&p, &edge)| {
-        let step = random.in_unit_ball(); // drawn for every vertex, so that one vertex does not change the others' noise
+        // drawn for every vertex, so that one vertex does not change the others' noise
+        let step = random.in_unit_ball();
         project(if edge.is_finite() { add(p, scale(step, amount * edge)) } else { p })
     });
     mesh.with_positions(moved.collect())
@@ -105,8 +106,8 @@ pub fn remove_faces(mesh: &TriangleMesh, share: f64, seed: u64) -> Result<Damage
     without_faces(mesh, hit)
 }
 
-/// The mesh without `count` round patches: each a face drawn at random with all faces within `rings` steps over
-/// shared vertices.
+/// The mesh without `count` round patches: each a face drawn at random with all faces within
+/// `rings` steps over shared vertices.
 ///
 /// Patches may touch or overlap, so the boundary has at most `count` more loops, or fewer.
 ///
@@ -157,7 +158,8 @@ pub fn holes(mesh: &TriangleMesh, count: usize, rings: usize, seed: u64) -> Resu
 /// use eikona_mesh::{damage::flip_faces, shapes::icosphere};
 /// let sphere = icosphere(1)?;
 /// let mixed = flip_faces(&sphere, 0.25, 1)?;
-/// let flipped = mixed.mesh.triangles().iter().zip(sphere.triangles()).filter(|(a, b)| a != b).count();
+/// let pairs = mixed.mesh.triangles().iter().zip(sphere.triangles());
+/// let flipped = pairs.filter(|(a, b)| a != b).count();
 /// assert_eq!(flipped, 20);
 /// # Ok::<(), eikona_mesh::MeshError>(())
 /// ```
@@ -170,8 +172,8 @@ pub fn flip_faces(mesh: &TriangleMesh, share: f64, seed: u64) -> Result<Damaged,
     with_corners(mesh, corners, hit)
 }
 
-/// The mesh with a share of its faces twice: the copies come after all others, in the order of `hit`, and are
-/// oriented alike.
+/// The mesh with a share of its faces twice: the copies come after all others, in the order of
+/// `hit`, and are oriented alike.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when `share` is not in [0, 1].
@@ -189,8 +191,8 @@ pub fn duplicate_faces(mesh: &TriangleMesh, share: f64, seed: u64) -> Result<Dam
     with_corners(mesh, corners, hit)
 }
 
-/// The same surface with all numbers drawn anew: of vertices, of faces, and of the corners within each face (its
-/// winding stays).
+/// The same surface with all numbers drawn anew: of vertices, of faces, and of the corners within
+/// each face (its winding stays).
 ///
 /// # Errors
 /// None for a mesh that exists.
@@ -228,7 +230,8 @@ pub fn shuffle(mesh: &TriangleMesh, seed: u64) -> Result<Damaged, MeshError> {
     })
 }
 
-/// The mesh as a soup: corner k of face f has vertex 3 f + k for itself. Vertices that no face used are gone.
+/// The mesh as a soup: corner k of face f has vertex 3 f + k for itself. Vertices that no face used
+/// are gone.
 ///
 /// # Errors
 /// [`MeshError::TooLarge`] when there are more corners than vertices can be named.
@@ -252,12 +255,12 @@ pub fn unweld(mesh: &TriangleMesh) -> Result<Damaged, MeshError> {
     })
 }
 
-/// The mesh with slivers: in each face hit, a corner drawn at random is moved towards a point of the middle half of
-/// the opposite edge, so that its height shrinks to `height` times what it was (0.001, say; 0 makes faces without
-/// area).
+/// The mesh with slivers: in each face hit, a corner drawn at random is moved towards a point of
+/// the middle half of the opposite edge, so that its height shrinks to `height` times what it was
+/// (0.001, say; 0 makes faces without area).
 ///
-/// The other faces at the moved vertex grow. No face hit has a vertex in common with another one, so when the share
-/// is large fewer faces are hit than it says; `hit` has those that are.
+/// The other faces at the moved vertex grow. No face hit has a vertex in common with another one,
+/// so when the share is large fewer faces are hit than it says; `hit` has those that are.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when `share` or `height` is not in [0, 1].

@@ -43,12 +43,14 @@ impl DisjointSets {
         self.parent[a.max(b) as usize] = a.min(b);
     }
 
-    /// For every number the number of its set, and how many sets there are, counted in the order of their smallest numbers.
+    /// For every number the number of its set, and how many sets there are, counted in the order of
+    /// their smallest numbers.
     pub fn numbers(&mut self) -> (Vec<u32>, usize) {
         self.number(0..self.parent.len() as u32)
     }
 
-    /// Numbers the sets in the order in which `members` first names them: the number of each member, and how many there are.
+    /// Numbers the sets in the order in which `members` first names them: the number of each
+    /// member, and how many there are.
     pub(crate) fn number(&mut self, members: impl Iterator<Item = u32>) -> (Vec<u32>, usize) {
         let mut number_of_set: Vec<Option<u32>> = vec![None; self.parent.len()];
         let mut count = 0;

@@ -1,4 +1,5 @@
-//! What can be wrong with a mesh, a curve or a file: element, value, bound and remedy in a sentence.
+//! What can be wrong with a mesh, a curve or a file: element, value, bound and remedy in a
+//! sentence.
 
 use crate::id::{Edge, Face, Vertex};
 use std::fmt;
@@ -25,8 +26,8 @@ pub enum Fault {
         /// How many vertices there are.
         vertices: usize,
     },
-    /// A face names one vertex twice: at successive corners, or without area. (Polygons may pass a vertex again on the way
-    /// back from a hole.)
+    /// A face names one vertex twice: at successive corners, or without area. (Polygons may pass a
+    /// vertex again on the way back from a hole.)
     RepeatedVertex {
         /// The face.
         face: Face,
@@ -384,7 +385,8 @@ impl FileError {
     pub fn io(path: impl AsRef<Path>, fault: std::io::Error) -> Self {
         FileError::Io { path: path.as_ref().display().to_string(), fault }
     }
-    /// The same fault, with the file in which it was found (once: a fault that names a file stays as it is).
+    /// The same fault, with the file in which it was found (once: a fault that names a file stays
+    /// as it is).
     pub fn in_file(self, path: impl AsRef<Path>) -> Self {
         match self {
             FileError::Io { .. } | FileError::InFile { .. } => self,

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-/// An element of a mesh, named by its index. Implemented by [`Vertex`], [`Edge`], [`Halfedge`], [`Corner`] and [`Face`].
+/// An element of a mesh, named by its index. Implemented by [`Vertex`], [`Edge`], [`Halfedge`],
+/// [`Corner`] and [`Face`].
 pub trait ElementId: Copy + Eq + Ord + std::hash::Hash + fmt::Debug {
     /// The kind of element in words ("vertex").
     const KIND: &'static str;
@@ -59,7 +60,8 @@ element_id!(
     "vertex"
 );
 element_id!(
-    /// An undirected edge. Edge `i` is the `i`-th one met when the faces are walked in order, each by its corners 01, 12, 20.
+    /// An undirected edge. Edge `i` is the `i`-th one met when the faces are walked in order, each
+    /// by its corners 01, 12, 20.
     Edge,
     "edge"
 );

@@ -1,8 +1,9 @@
-//! What a domain *is*: triangle meshes with typed ids and fields over their elements, connectivity that is honest about
-//! nonmanifold edges, points and curves on surfaces, validation, procedural shapes, and file formats. No matrices here.
+//! What a domain *is*: triangle meshes with typed ids and fields over their elements, connectivity
+//! that is honest about nonmanifold edges, points and curves on surfaces, validation, procedural
+//! shapes, and file formats. No matrices here.
 //!
-//! Indices are 0-based everywhere but in OBJ files. Faces are counter-clockwise. Order and count of vertices and faces are
-//! those of the input; every repair is a named step that returns index maps.
+//! Indices are 0-based everywhere but in OBJ files. Faces are counter-clockwise. Order and count of
+//! vertices and faces are those of the input; every repair is a named step that returns index maps.
 
 mod curve;
 mod curve_io;

@@ -5,13 +5,16 @@ use crate::id::{Corner, Edge, Face, Halfedge, Vertex};
 use crate::polygon::PolygonMesh;
 use std::sync::Arc;
 
-/// A triangle mesh of any kind: open or closed, in one or many pieces, manifold or not, oriented or not.
+/// A triangle mesh of any kind: open or closed, in one or many pieces, manifold or not, oriented or
+/// not.
 ///
-/// Order and count of vertices and faces are those of the input. What is guaranteed: every index is in range, the three
-/// corners of a face are three different vertices, every coordinate is finite. What is not: everything else; ask
-/// [`Topology`](crate::Topology), [`Quality`](crate::Quality) or [`validate`](crate::validate).
+/// Order and count of vertices and faces are those of the input. What is guaranteed: every index is
+/// in range, the three corners of a face are three different vertices, every coordinate is finite.
+/// What is not: everything else; ask [`Topology`](crate::Topology), [`Quality`](crate::Quality) or
+/// [`validate`](crate::validate).
 ///
-/// Halfedge `3 f + k` is side `k` of face `f`; edge `i` is the `i`-th one met when the faces are walked in order.
+/// Halfedge `3 f + k` is side `k` of face `f`; edge `i` is the `i`-th one met when the faces are
+/// walked in order.
 ///
 /// ```
 /// use eikona_mesh::{TriangleMesh, Neighbour, Face};
@@ -38,10 +41,12 @@ struct Connectivity {
     halfedge_edge: Vec<u32>,
     /// The two ends of each edge, in the direction in which it was first met.
     edge_vertices: Vec<[u32; 2]>,
-    /// Halfedges of edge `e`: `edge_halfedges[edge_start[e]..edge_start[e + 1]]`, in increasing order.
+    /// Halfedges of edge `e`: `edge_halfedges[edge_start[e]..edge_start[e + 1]]`, in increasing
+    /// order.
     edge_start: Vec<u32>,
     edge_halfedges: Vec<Halfedge>,
-    /// Corners at vertex `v`: `vertex_corners[vertex_start[v]..vertex_start[v + 1]]`, in increasing order.
+    /// Corners at vertex `v`: `vertex_corners[vertex_start[v]..vertex_start[v + 1]]`, in increasing
+    /// order.
     vertex_start: Vec<u32>,
     vertex_corners: Vec<Corner>,
 }
@@ -51,7 +56,8 @@ struct Connectivity {
 pub enum Neighbour<'a> {
     /// Nothing: the edge is on the boundary.
     Boundary,
-    /// Exactly one other face. (Its halfedge runs the opposite way only if both faces are oriented alike.)
+    /// Exactly one other face. (Its halfedge runs the opposite way only if both faces are oriented
+    /// alike.)
     Twin(Halfedge),
     /// Two or more other faces: all halfedges of the edge, this one included.
     Nonmanifold(&'a [Halfedge]),
@@ -61,8 +67,8 @@ impl TriangleMesh {
     /// Builds the mesh and its connectivity.
     ///
     /// # Errors
-    /// [`MeshError::Invalid`] with *every* vertex that is not finite and every face that names a vertex twice or one that
-    /// does not exist; [`MeshError::TooLarge`] past 2^32 / 3 faces.
+    /// [`MeshError::Invalid`] with *every* vertex that is not finite and every face that names a
+    /// vertex twice or one that does not exist; [`MeshError::TooLarge`] past 2^32 / 3 faces.
     ///
     /// # Cost
     /// O(V + F log d) for vertex degrees d; about 0.1 s a million faces.
@@ -171,7 +177,8 @@ impl TriangleMesh {
     pub fn edge_vertices(&self, e: Edge) -> [Vertex; 2] {
         self.connectivity.edge_vertices[e.index()].map(Vertex)
     }
-    /// The halfedges of an edge, ascending: one on the boundary, two inside, more where the surface is nonmanifold.
+    /// The halfedges of an edge, ascending: one on the boundary, two inside, more where the surface
+    /// is nonmanifold.
     #[inline]
     pub fn edge_halfedges(&self, e: Edge) -> &[Halfedge] {
         let e = e.index();
@@ -244,8 +251,8 @@ impl TriangleMesh {
             vertices.iter().all(|v| corners.contains(v))
         })
     }
-    /// The mesh with the faces for which `flip` says so turned over. Numbers of vertices, edges and faces stay the same,
-    /// the direction of edges may not.
+    /// The mesh with the faces for which `flip` says so turned over. Numbers of vertices, edges and
+    /// faces stay the same, the direction of edges may not.
     pub fn with_flipped_faces(&self, mut flip: impl FnMut(Face) -> bool) -> TriangleMesh {
         let faces = self
             .faces()
@@ -260,7 +267,8 @@ impl TriangleMesh {
     /// The same connectivity with other positions.
     ///
     /// # Errors
-    /// [`MeshError::Invalid`] when a coordinate is not finite, [`MeshError::WrongLength`] when the count differs.
+    /// [`MeshError::Invalid`] when a coordinate is not finite, [`MeshError::WrongLength`] when the
+    /// count differs.
     pub fn with_positions(&self, positions: Vec<[f64; 3]>) -> Result<TriangleMesh, MeshError> {
         if positions.len() != self.vertex_count() {
             return Err(MeshError::WrongLength {
@@ -301,7 +309,8 @@ pub(crate) fn structural_faults(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> V
     faults
 }
 
-/// Turns a list of owners into "which items belong to owner i": starts and items, items in increasing order.
+/// Turns a list of owners into "which items belong to owner i": starts and items, items in
+/// increasing order.
 pub(crate) fn group_by_owner(
     owners: usize,
     owner_of: impl Iterator<Item = u32> + Clone,
@@ -332,7 +341,8 @@ fn halfedges_by_edge(edges: usize, halfedge_edge: &[u32]) -> (Vec<u32>, Vec<Half
     (start, halfedges.into_iter().map(Halfedge).collect())
 }
 
-/// Numbers the edges in the order in which they are first met, corners 01, 12, 20 of each face in turn.
+/// Numbers the edges in the order in which they are first met, corners 01, 12, 20 of each face in
+/// turn.
 fn number_edges(vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
     let ends = |h: usize| {
         let face = faces[h / 3];

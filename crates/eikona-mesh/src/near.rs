@@ -2,10 +2,11 @@
 
 use crate::id::Vertex;
 
-/// A k-d tree of vertices, of which some are active. Its height is logarithmic for any positions, equal ones included.
+/// A k-d tree of vertices, of which some are active. Its height is logarithmic for any positions,
+/// equal ones included.
 ///
-/// Active vertices of tolerance `s` or more that are more than `s` apart are met a bounded number of times for each scale `s`,
-/// so a search costs O(log n) whatever the other vertices are.
+/// Active vertices of tolerance `s` or more that are more than `s` apart are met a bounded number
+/// of times for each scale `s`, so a search costs O(log n) whatever the other vertices are.
 pub(crate) struct NearVertices {
     /// Position, vertex and tolerance; the children of a range are its halves.
     points: Vec<([f64; 3], Vertex, f64)>,
@@ -55,8 +56,8 @@ impl NearVertices {
         }
     }
 
-    /// Visits the active vertices, with their tolerance, that may lie within `min(their tolerance, within)` of a segment: those
-    /// near its bounding box, cut to the leaves of the tree.
+    /// Visits the active vertices, with their tolerance, that may lie within `min(their tolerance,
+    /// within)` of a segment: those near its bounding box, cut to the leaves of the tree.
     pub(crate) fn near_segment(
         &self,
         ends: [[f64; 3]; 2],
@@ -105,7 +106,8 @@ fn build(points: &mut [(([f64; 3], Vertex, f64), u32)], boxes: &mut [[[f64; 3]; 
     build(right, boxes, 2 * node + 1);
 }
 
-/// Whether a segment comes within `reach` of a box in each coordinate (a little more often than it does).
+/// Whether a segment comes within `reach` of a box in each coordinate (a little more often than it
+/// does).
 fn box_meets_segment(bounds: &[[f64; 3]; 2], [a, b]: [[f64; 3]; 2], reach: f64) -> bool {
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     for k in 0..3 {

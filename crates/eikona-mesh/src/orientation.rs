@@ -5,20 +5,21 @@ use crate::id::{Edge, Face, Halfedge};
 use crate::mesh::TriangleMesh;
 use crate::quality::TriangleShape;
 
-/// Areas of the two windings of a patch that differ by less than this share count as equal: sums over millions of faces
-/// carry rounding of this order at most.
+/// Areas of the two windings of a patch that differ by less than this share count as equal: sums
+/// over millions of faces carry rounding of this order at most.
 const EQUAL_AREA: f64 = 1e-9;
 
 /// A consistent orientation of the faces, patch by patch.
 ///
-/// A **patch** is a set of faces connected through edges with exactly two faces. Edges with three or more faces are not
-/// crossed: nothing says which of their faces continue each other. So an edge with two faces always lies inside one patch.
-/// Patches are numbered by their first face.
+/// A **patch** is a set of faces connected through edges with exactly two faces. Edges with three
+/// or more faces are not crossed: nothing says which of their faces continue each other. So an edge
+/// with two faces always lies inside one patch. Patches are numbered by their first face.
 ///
 /// ```
 /// use eikona_mesh::{Face, Orientation, TriangleMesh};
 /// let positions = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
-/// let mesh = TriangleMesh::new(positions, vec![[0, 1, 2], [0, 3, 2]])?; // the second face runs clockwise
+/// // The second face is clockwise.
+/// let mesh = TriangleMesh::new(positions, vec![[0, 1, 2], [0, 3, 2]])?;
 /// let orientation = Orientation::of(&mesh);
 /// assert_eq!(orientation.inconsistent_edges.len(), 1);
 /// assert_eq!(orientation.sign_of_face[Face(1)], -1);
@@ -29,15 +30,17 @@ const EQUAL_AREA: f64 = 1e-9;
 pub struct Orientation {
     /// +1 where a face keeps the winding it has, -1 where it is to be turned over.
     ///
-    /// In each orientable patch the winding that covers the larger area is kept (if both cover the same, that of the first
-    /// face). So faces of an area below one half may be turned over in the input, and the resulting orientation is the same.
-    /// In a patch that is not orientable no choice is consistent, and all faces keep their winding.
+    /// In each orientable patch the winding that covers the larger area is kept (if both cover the
+    /// same, that of the first face). So faces of an area below one half may be turned over in the
+    /// input, and the resulting orientation is the same. In a patch that is not orientable no
+    /// choice is consistent, and all faces keep their winding.
     pub sign_of_face: FaceField<i8>,
     /// The patch of each face.
     pub patch_of_face: FaceField<u32>,
     /// The patches.
     pub patches: Vec<Patch>,
-    /// Edges whose two faces run along them in the same direction in the mesh as it is, in increasing order.
+    /// Edges whose two faces run along them in the same direction in the mesh as it is, in
+    /// increasing order.
     pub inconsistent_edges: Vec<Edge>,
 }
 
@@ -50,8 +53,8 @@ pub struct Patch {
     pub face_count: usize,
     /// Number of faces with sign -1.
     pub flipped_face_count: usize,
-    /// In a patch that is not orientable, an edge that closes a path of faces from one of its sides to the other on which
-    /// left and right change places; `None` in an orientable one.
+    /// In a patch that is not orientable, an edge that closes a path of faces from one of its sides
+    /// to the other on which left and right change places; `None` in an orientable one.
     pub witness: Option<Edge>,
 }
 
@@ -90,7 +93,8 @@ impl Orientation {
         orientation
     }
 
-    /// Whether every patch is orientable. A surface with edges of three or more faces may be so too.
+    /// Whether every patch is orientable. A surface with edges of three or more faces may be so
+    /// too.
     pub fn is_orientable(&self) -> bool {
         self.patches.iter().all(Patch::is_orientable)
     }

@@ -5,8 +5,8 @@ use crate::id::{Edge, Face, Vertex};
 use crate::mesh::TriangleMesh;
 use serde::{Deserialize, Serialize};
 
-/// A point on a triangle mesh: at a vertex, in an edge, or in a face. Elements are named by their vertices, so no numbering
-/// of edges or faces is ever needed.
+/// A point on a triangle mesh: at a vertex, in an edge, or in a face. Elements are named by their
+/// vertices, so no numbering of edges or faces is ever needed.
 ///
 /// ```
 /// use eikona_mesh::SurfacePoint;
@@ -45,14 +45,16 @@ impl From<Vertex> for SurfacePoint {
     }
 }
 
-/// Weights this far outside [0, 1], or sums this far from 1, are taken for rounding and clamped; beyond it they are an error.
+/// Weights this far outside [0, 1], or sums this far from 1, are taken for rounding and clamped;
+/// beyond it they are an error.
 pub const BARYCENTRIC_TOLERANCE: f64 = 1e-6;
 
-/// Weights (and parameters t) this near to 0 put a point *on* the vertex or edge: it moves by at most this share of an edge.
+/// Weights (and parameters t) this near to 0 put a point *on* the vertex or edge: it moves by at
+/// most this share of an edge.
 pub const SNAP_TOLERANCE: f64 = 1e-9;
 
-/// A surface point whose element has been looked up in a mesh and whose weights have been checked: at a vertex exactly if
-/// one weight is 1, in an edge exactly if one is 0.
+/// A surface point whose element has been looked up in a mesh and whose weights have been checked:
+/// at a vertex exactly if one weight is 1, in an edge exactly if one is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Located {
     /// At a vertex.
@@ -64,11 +66,13 @@ pub enum Located {
 }
 
 impl SurfacePoint {
-    /// Looks the element up and checks the weights; a point on the rim of its element becomes a point of the smaller one.
+    /// Looks the element up and checks the weights; a point on the rim of its element becomes a
+    /// point of the smaller one.
     ///
     /// # Errors
-    /// [`CurveError`] without a place (use [`CurveError::at`]): the vertex does not exist, no such edge or face, weights not finite,
-    /// outside [0, 1] or not adding up to 1 by more than [`BARYCENTRIC_TOLERANCE`].
+    /// [`CurveError`] without a place (use [`CurveError::at`]): the vertex does not exist, no such
+    /// edge or face, weights not finite, outside [0, 1] or not adding up to 1 by more than
+    /// [`BARYCENTRIC_TOLERANCE`].
     pub fn locate(&self, mesh: &TriangleMesh) -> Result<Located, CurveError> {
         let check = |v: u32| {
             if (v as usize) < mesh.vertex_count() {
@@ -114,8 +118,8 @@ impl SurfacePoint {
 }
 
 impl Located {
-    /// The point of a face with these weights (in the face's corner order), moved to its vertex or edge when it lies on one.
-    /// Slightly negative weights are set to zero, and the sum is made 1.
+    /// The point of a face with these weights (in the face's corner order), moved to its vertex or
+    /// edge when it lies on one. Slightly negative weights are set to zero, and the sum is made 1.
     pub fn in_face(mesh: &TriangleMesh, face: Face, weights: [f64; 3]) -> Located {
         let mut w = weights.map(|x| if x <= SNAP_TOLERANCE { 0.0 } else { x });
         let sum: f64 = w.iter().sum();
@@ -139,7 +143,8 @@ impl Located {
         }
     }
 
-    /// Equal for equal points, and ordered: kind of element, its index, and the bits of the weights.
+    /// Equal for equal points, and ordered: kind of element, its index, and the bits of the
+    /// weights.
     pub fn key(&self) -> (u8, u32, [u64; 3]) {
         match *self {
             Located::Vertex(v) => (0, v.0, [0; 3]),
@@ -163,7 +168,8 @@ impl Located {
         }
     }
 
-    /// The vertices that the point is a combination of, with their weights (one, two or three of them).
+    /// The vertices that the point is a combination of, with their weights (one, two or three of
+    /// them).
     pub fn weights(&self, mesh: &TriangleMesh) -> impl Iterator<Item = (Vertex, f64)> + use<> {
         let (vertices, weights, count) = match *self {
             Located::Vertex(v) => ([v, v, v], [1.0, 0.0, 0.0], 1),
@@ -181,7 +187,8 @@ impl Located {
         self.weights(mesh).map(|(v, w)| w * values[v.index()]).sum()
     }
 
-    /// Weights of the corners of `face`, in its corner order, when the point lies in that (closed) face.
+    /// Weights of the corners of `face`, in its corner order, when the point lies in that (closed)
+    /// face.
     pub fn weights_in_face(&self, mesh: &TriangleMesh, face: Face) -> Option<[f64; 3]> {
         let corners = mesh.face_vertices(face);
         let mut weights = [0.0; 3];

@@ -14,7 +14,8 @@ mod quality;
 pub(crate) use cut::cut_polygon;
 pub use quality::{NONPLANAR, PolygonQuality};
 
-/// Vertices and polygons of any number of sides, in the order of the file; nothing is merged, dropped or turned.
+/// Vertices and polygons of any number of sides, in the order of the file; nothing is merged,
+/// dropped or turned.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PolygonMesh {
     /// Position of each vertex.
@@ -67,18 +68,21 @@ impl PolygonMesh {
         self.faces().all(|f| f.len() == 3)
     }
 
-    /// Triangulates the polygons. Gives the triangle mesh with the same vertices, and for each triangle the polygon it came
-    /// from.
+    /// Triangulates the polygons. Gives the triangle mesh with the same vertices, and for each
+    /// triangle the polygon it came from.
     ///
     /// A polygon of `n` corners gives `n - 2` triangles, oriented like the polygon:
-    /// - a fan from its first corner, where that covers the polygon without folding over, as in every convex polygon;
+    /// - a fan from its first corner, where that covers the polygon without folding over, as in
+    ///   every convex polygon;
     /// - a quadrilateral otherwise a fan from its second corner, if that is better;
     /// - others by ear clipping in the projection along the area vector (Newell normal).
     ///
-    /// A polygon may pass a vertex again after others: on its way back from a hole (a keyhole: a bridge to the hole walked
-    /// twice), or where it touches itself. Where it falls apart at such a vertex, each part of `m` corners gives `m - 2`
-    /// triangles; dead ends, edges walked out and straight back, are left out. Polygons that cross themselves, and those whose corners lie on a line, are triangulated all the same, with
-    /// triangles that overlap or have no area; [`PolygonQuality`] reports them.
+    /// A polygon may pass a vertex again after others: on its way back from a hole (a keyhole: a
+    /// bridge to the hole walked twice), or where it touches itself. Where it falls apart at such a
+    /// vertex, each part of `m` corners gives `m - 2` triangles; dead ends, edges walked out and
+    /// straight back, are left out. Polygons that cross themselves, and those whose corners lie on
+    /// a line, are triangulated all the same, with triangles that overlap or have no area;
+    /// [`PolygonQuality`] reports them.
     ///
     /// ```
     /// use eikona_mesh::{PolygonMesh, Quality};
@@ -93,9 +97,9 @@ impl PolygonMesh {
     /// ```
     ///
     /// # Errors
-    /// [`MeshError::Invalid`] with all faults. Among them are polygons with fewer than three corners, those with the same
-    /// vertex at two successive corners, and those that repeat a vertex and enclose no area. Face ids in the error are those
-    /// of the polygons.
+    /// [`MeshError::Invalid`] with all faults. Among them are polygons with fewer than three
+    /// corners, those with the same vertex at two successive corners, and those that repeat a
+    /// vertex and enclose no area. Face ids in the error are those of the polygons.
     ///
     /// # Cost
     /// O(n) for polygons that are cut into fans, about O(n log n) for others.

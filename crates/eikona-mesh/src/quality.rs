@@ -3,12 +3,13 @@
 use crate::id::Edge;
 use crate::mesh::TriangleMesh;
 
-/// A face is taken for zero-area below this share of its longest edge squared. An area is computed with an error of a few
-/// 1e-16 of that square, so at 1e-14 one digit or two are left and the angles and the normal mean nothing.
+/// A face is taken for zero-area below this share of its longest edge squared. An area is computed
+/// with an error of a few 1e-16 of that square, so at 1e-14 one digit or two are left and the
+/// angles and the normal mean nothing.
 pub const ZERO_AREA: f64 = 1e-14;
 
-/// Two opposite angles that add up to this much more than pi are taken for pi: regular grids have such edges everywhere, and
-/// rounding must not make them count.
+/// Two opposite angles that add up to this much more than pi are taken for pi: regular grids have
+/// such edges everywhere, and rounding must not make them count.
 const DELAUNAY_TOLERANCE: f64 = 1e-12;
 
 /// Smallest, mean and largest of some numbers.
@@ -22,8 +23,9 @@ pub struct Range {
     pub max: f64,
 }
 
-/// The quality of a mesh. `None` stands where there is nothing to measure. Lengths and areas are in the mesh's unit (and
-/// infinite if beyond 1e308); all counts and ratios are the same at every scale.
+/// The quality of a mesh. `None` stands where there is nothing to measure. Lengths and areas are in
+/// the mesh's unit (and infinite if beyond 1e308); all counts and ratios are the same at every
+/// scale.
 ///
 /// ```
 /// use eikona_mesh::{Quality, TriangleMesh};
@@ -46,12 +48,13 @@ pub struct Quality {
     pub max_angle_deg: Option<f64>,
     /// The area of all faces.
     pub area: f64,
-    /// Number of edges with two faces whose opposite angles add up to more than pi, that is, with a negative sum of cotangents.
+    /// Number of edges with two faces whose opposite angles add up to more than pi, that is, with a
+    /// negative sum of cotangents.
     pub non_delaunay_edges: usize,
     /// Number of faces with an area below [`ZERO_AREA`] times the square of their longest edge.
     pub zero_area_faces: usize,
-    /// Aspect ratios of the faces that have an area: longest edge over 2 sqrt(3) times the inradius. 1 for an equilateral
-    /// triangle, larger for all others.
+    /// Aspect ratios of the faces that have an area: longest edge over 2 sqrt(3) times the
+    /// inradius. 1 for an equilateral triangle, larger for all others.
     pub aspect_ratio: Option<Range>,
     /// The 99th percentile of the aspect ratios.
     pub aspect_ratio_percentile_99: Option<f64>,
@@ -115,7 +118,8 @@ impl Quality {
     }
 }
 
-/// The edge vectors of a triangle in a unit of its own, so that no square overflows or vanishes at any size.
+/// The edge vectors of a triangle in a unit of its own, so that no square overflows or vanishes at
+/// any size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TriangleShape {
     /// The largest coordinate of an edge vector, in the mesh's unit; 0 if all corners coincide.
@@ -175,14 +179,16 @@ impl TriangleShape {
     }
 }
 
-/// Vectors from the first to the second point of each pair, divided by the largest of their coordinates, and that coordinate.
+/// Vectors from the first to the second point of each pair, divided by the largest of their
+/// coordinates, and that coordinate.
 fn scaled<const N: usize>(pairs: [[[f64; 3]; 2]; N]) -> (f64, [[f64; 3]; N]) {
     let difference = |half: f64| pairs.map(|[p, q]| [0, 1, 2].map(|k| half * q[k] - half * p[k]));
     let largest = |v: &[[f64; 3]; N]| v.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
     let mut half = 1.0;
     let mut vectors = difference(half);
     if !largest(&vectors).is_finite() {
-        half = 0.5; // coordinates near the ends of the range: their halves differ by a number that exists
+        // coordinates near the ends of the range: their halves differ by a number that exists
+        half = 0.5;
         vectors = difference(half);
     }
     let unit = largest(&vectors);

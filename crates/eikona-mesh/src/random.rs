@@ -1,9 +1,11 @@
 //! The generator behind every seeded choice: xoshiro256++, started by SplitMix64.
 //!
-//! Written out here so that a seed gives the same numbers in every release and on every machine: integers and
-//! [`Random::uniform`] to the bit, [`Random::normal`] up to the last digit of the platform's logarithm.
+//! Written out here so that a seed gives the same numbers in every release and on every machine:
+//! integers and [`Random::uniform`] to the bit, [`Random::normal`] up to the last digit of the
+//! platform's logarithm.
 //!
-//! Reference: D. Blackman and S. Vigna, "Scrambled linear pseudorandom number generators", ACM TOMS 47 (2021).
+//! Reference: D. Blackman and S. Vigna, "Scrambled linear pseudorandom number generators", ACM TOMS
+//! 47 (2021).
 
 /// A stream of pseudorandom numbers that is a function of its seed alone. Not for cryptography.
 ///
@@ -65,7 +67,8 @@ impl Random {
         if bound == 0 {
             return 0;
         }
-        // Products whose low half is below 2^64 mod bound would favour some results; they are drawn again.
+        // Products whose low half is below 2^64 mod bound would favour some results; they are drawn
+        // again.
         let surplus = bound.wrapping_neg() % bound;
         loop {
             let product = self.next_u64() as u128 * bound as u128;
@@ -75,8 +78,8 @@ impl Random {
         }
     }
 
-    /// A normally distributed number with mean 0 and variance 1 (polar method of Marsaglia; the second number of
-    /// each pair is not kept, so that the state is the four words alone).
+    /// A normally distributed number with mean 0 and variance 1 (polar method of Marsaglia; the
+    /// second number of each pair is not kept, so that the state is the four words alone).
     pub fn normal(&mut self) -> f64 {
         loop {
             let (x, y) = (self.range(-1.0, 1.0), self.range(-1.0, 1.0));
@@ -104,8 +107,8 @@ impl Random {
         }
     }
 
-    /// `count` different numbers of `0..total`, in increasing order; all of them when `count` is larger than
-    /// `total`.
+    /// `count` different numbers of `0..total`, in increasing order; all of them when `count` is
+    /// larger than `total`.
     pub fn choose(&mut self, count: usize, total: usize) -> Vec<usize> {
         let count = count.min(total);
         let mut all: Vec<usize> = (0..total).collect();

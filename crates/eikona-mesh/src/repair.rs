@@ -1,4 +1,5 @@
-//! Repairs of a mesh. Each is one named step that gives back the new mesh and where every vertex and face went.
+//! Repairs of a mesh. Each is one named step that gives back the new mesh and where every vertex
+//! and face went.
 
 use crate::error::{Fault, MeshError};
 use crate::field::{FaceField, VertexField};
@@ -33,7 +34,8 @@ pub struct RepairedPolygons {
 /// Where the vertices and faces of a mesh went in a repair.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IndexMaps {
-    /// The new vertex of each old one; `None` if it was dropped. Vertices that were merged have the same new one.
+    /// The new vertex of each old one; `None` if it was dropped. Vertices that were merged have the
+    /// same new one.
     pub vertices: VertexField<Option<Vertex>>,
     /// The new face of each old one; `None` if it was dropped.
     pub faces: FaceField<Option<Face>>,
@@ -58,13 +60,17 @@ impl IndexMaps {
     pub fn dropped_faces(&self) -> Vec<Face> {
         self.faces.iter().filter(|(_, new)| new.is_none()).map(|(f, _)| f).collect()
     }
-    /// The way through this repair and then another one of its result. Elements that the second repair does not know are
-    /// dropped.
+    /// The way through this repair and then another one of its result. Elements that the second
+    /// repair does not know are dropped.
     ///
     /// ```
     /// use eikona_mesh::{PolygonMesh, Vertex, drop_unreferenced_vertices, weld};
     /// let mesh = PolygonMesh::from_triangles(
-    ///     vec![[9., 9., 9.], [0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]],
+    ///     vec![
+    ///         [9., 9., 9.],
+    ///         [0., 0., 0.], [1., 0., 0.], [0., 1., 0.],
+    ///         [1., 0., 0.], [1., 1., 0.], [0., 1., 0.],
+    ///     ],
     ///     &[[1, 2, 3], [4, 5, 6]],
     /// );
     /// let welded = weld(&mesh.triangulate()?.0, 0.0)?;
@@ -111,14 +117,16 @@ impl IndexMaps {
 
 /// Merges vertices at the same place, and drops the faces that lose a corner by it.
 ///
-/// At tolerance 0 vertices with equal coordinates are merged. At a larger one, each vertex in order is merged into the nearest
-/// vertex kept before it that is at most `tolerance` (in the mesh's unit) away, or else is kept. So no vertex moves by more
-/// than the tolerance and those that are kept do not move; but two vertices that are near each other may stay apart when
-/// they are merged into different ones.
+/// At tolerance 0 vertices with equal coordinates are merged. At a larger one, each vertex in order
+/// is merged into the nearest vertex kept before it that is at most `tolerance` (in the mesh's
+/// unit) away, or else is kept. So no vertex moves by more than the tolerance and those that are
+/// kept do not move; but two vertices that are near each other may stay apart when they are merged
+/// into different ones.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] if the tolerance is negative, not finite, or so small beside the coordinates that it can not be told
-/// from rounding (below 2^-44 of the largest coordinate): give 0 then.
+/// [`MeshError::Parameter`] if the tolerance is negative, not finite, or so small beside the
+/// coordinates that it can not be told from rounding (below 2^-44 of the largest coordinate): give
+/// 0 then.
 ///
 /// # Cost
 /// O(V + F); for a million separate triangles about 0.5 s at tolerance 0 and 1 s at a larger one.
@@ -139,14 +147,15 @@ pub fn weld(mesh: &TriangleMesh, tolerance: f64) -> Result<Repaired, MeshError> 
     })
 }
 
-/// [`weld`] for polygons. A corner that follows one at the same vertex is left out; a polygon with fewer than three corners left
-/// is dropped.
+/// [`weld`] for polygons. A corner that follows one at the same vertex is left out; a polygon with
+/// fewer than three corners left is dropped.
 ///
-/// A polygon that comes back to a vertex after other ones is kept with all its corners: it may go round a hole.
+/// A polygon that comes back to a vertex after other ones is kept with all its corners: it may go
+/// round a hole.
 ///
 /// # Errors
-/// As for [`weld`]; and [`MeshError::Invalid`] with all vertices that are not finite and all faces that name a vertex that does
-/// not exist.
+/// As for [`weld`]; and [`MeshError::Invalid`] with all vertices that are not finite and all faces
+/// that name a vertex that does not exist.
 pub fn weld_polygons(mesh: &PolygonMesh, tolerance: f64) -> Result<RepairedPolygons, MeshError> {
     let faults = faults_of_polygons(mesh);
     if !faults.is_empty() {
@@ -171,8 +180,9 @@ pub fn weld_polygons(mesh: &PolygonMesh, tolerance: f64) -> Result<RepairedPolyg
     Ok(RepairedPolygons { mesh: welded, maps })
 }
 
-/// Removes what can not be triangulated: corners that follow one at the same vertex, then polygons with fewer than three
-/// corners, and those that repeat a vertex and enclose no area. The vertices stay.
+/// Removes what can not be triangulated: corners that follow one at the same vertex, then polygons
+/// with fewer than three corners, and those that repeat a vertex and enclose no area. The vertices
+/// stay.
 ///
 /// Polygons around holes, which pass the ends of a bridge to the hole twice, are kept.
 ///
@@ -217,15 +227,17 @@ fn without_doubled(mut corners: Vec<u32>) -> Vec<u32> {
     corners
 }
 
-/// Drops the faces whose area is below [`ZERO_AREA`](crate::ZERO_AREA) times the square of their longest edge.
+/// Drops the faces whose area is below [`ZERO_AREA`](crate::ZERO_AREA) times the square of their
+/// longest edge.
 ///
-/// The vertices stay. Where such a face was a sliver between two others, a slit with a boundary of its own is left; weld first
-/// if its vertices coincide.
+/// The vertices stay. Where such a face was a sliver between two others, a slit with a boundary of
+/// its own is left; weld first if its vertices coincide.
 pub fn drop_degenerate_faces(mesh: &TriangleMesh) -> Repaired {
     keep_faces(mesh, |f| !TriangleShape::of(mesh.face_positions(f)).is_zero_area())
 }
 
-/// Drops every face that has the same three vertices as one before it, in whichever winding. The vertices stay.
+/// Drops every face that has the same three vertices as one before it, in whichever winding. The
+/// vertices stay.
 ///
 /// # Cost
 /// O(F log F).
@@ -251,9 +263,11 @@ pub fn drop_unreferenced_vertices(mesh: &TriangleMesh) -> Repaired {
     Repaired { mesh: rebuilt(positions, faces), maps }
 }
 
-/// Turns faces over until all are oriented alike, as [`Orientation`] says. Vertices and faces keep their ids.
+/// Turns faces over until all are oriented alike, as [`Orientation`] says. Vertices and faces keep
+/// their ids.
 ///
-/// Patches that are not orientable stay as they are; edges with three or more faces may still run both ways.
+/// Patches that are not orientable stay as they are; edges with three or more faces may still run
+/// both ways.
 pub fn orient(mesh: &TriangleMesh) -> Repaired {
     let orientation = Orientation::of(mesh);
     let mut maps = IndexMaps::identity(mesh.vertex_count(), mesh.face_count());
@@ -261,10 +275,12 @@ pub fn orient(mesh: &TriangleMesh) -> Repaired {
     Repaired { mesh: mesh.with_flipped_faces(|f| orientation.sign_of_face[f] < 0), maps }
 }
 
-/// Gives every fan at a vertex but the first (that of the lowest face) a copy of the vertex, so that no vertex has more than
-/// one fan. Also gives, for every vertex of the new mesh, the old one that it lies on.
+/// Gives every fan at a vertex but the first (that of the lowest face) a copy of the vertex, so
+/// that no vertex has more than one fan. Also gives, for every vertex of the new mesh, the old one
+/// that it lies on.
 ///
-/// Old vertices and all faces keep their ids; the copies follow the old vertices. Edges with three or more faces stay.
+/// Old vertices and all faces keep their ids; the copies follow the old vertices. Edges with three
+/// or more faces stay.
 ///
 /// # Errors
 /// [`MeshError::TooLarge`] if there would be more vertices than 32-bit indices can name.
@@ -276,7 +292,8 @@ pub fn split_nonmanifold_vertices(mesh: &TriangleMesh) -> Result<(Repaired, Vert
     for v in mesh.vertices() {
         vertex_of_fan.clear();
         for &c in mesh.vertex_corners(v) {
-            // A fan is known by its smallest corner, and corners come in increasing order, so fans are met in that order too.
+            // A fan is known by its smallest corner, and corners come in increasing order, so fans
+            // are met in that order too.
             let fan = fans.find(c.0);
             let vertex = match vertex_of_fan.binary_search_by_key(&fan, |x| x.0) {
                 Ok(i) => vertex_of_fan[i].1,
@@ -338,8 +355,8 @@ fn number_kept(kept: impl Iterator<Item = bool>) -> FaceField<Option<Face>> {
     numbers.into()
 }
 
-/// The positions of the vertices that are their own target, and the new number of each vertex. A target never comes after
-/// the vertices merged into it.
+/// The positions of the vertices that are their own target, and the new number of each vertex. A
+/// target never comes after the vertices merged into it.
 pub(crate) fn keep_vertices(positions: &[[f64; 3]], target: &[u32]) -> (Vec<[f64; 3]>, Vec<Vertex>) {
     let mut kept = Vec::new();
     let mut map: Vec<Vertex> = Vec::with_capacity(positions.len());
@@ -357,7 +374,8 @@ pub(crate) fn keep_vertices(positions: &[[f64; 3]], target: &[u32]) -> (Vec<[f64
 /// The vertex that each one is merged into: itself, or one before it that is its own target.
 fn weld_targets(positions: &[[f64; 3]], tolerance: f64) -> Result<Vec<u32>, MeshError> {
     let largest = positions.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
-    // Places in the grid of `nearest_kept` must be exact to a small part of a cell: 2^-10 with this bound.
+    // Places in the grid of `nearest_kept` must be exact to a small part of a cell: 2^-10 with this
+    // bound.
     const TOLERANCES: f64 = (1u64 << 44) as f64;
     if !tolerance.is_finite() || tolerance < 0.0 || (tolerance > 0.0 && largest / tolerance > TOLERANCES) {
         return Err(MeshError::Parameter {
@@ -369,11 +387,13 @@ fn weld_targets(positions: &[[f64; 3]], tolerance: f64) -> Result<Vec<u32>, Mesh
     Ok(if tolerance == 0.0 { first_at_position(positions) } else { nearest_kept(positions, tolerance) })
 }
 
-/// For each position the first equal one (itself if there is none before it). Zero equals minus zero.
+/// For each position the first equal one (itself if there is none before it). Zero equals minus
+/// zero.
 pub(crate) fn first_at_position(positions: &[[f64; 3]]) -> Vec<u32> {
     const EMPTY: u32 = u32::MAX;
-    // A table of vertex numbers with open addressing, a few times smaller than a map that holds the positions. The hashing is
-    // random, so that no input can defeat it; the result does not depend on it.
+    // A table of vertex numbers with open addressing, a few times smaller than a map that holds the
+    // positions. The hashing is random, so that no input can defeat it; the result does not depend
+    // on it.
     let hashing = RandomState::new();
     let mask = (2 * positions.len()).next_power_of_two() - 1;
     let mut table = vec![EMPTY; mask + 1];
@@ -391,9 +411,11 @@ pub(crate) fn first_at_position(positions: &[[f64; 3]]) -> Vec<u32> {
     first
 }
 
-/// For each position the nearest one kept before it within the tolerance; itself if there is none, and then it is kept.
+/// For each position the nearest one kept before it within the tolerance; itself if there is none,
+/// and then it is kept.
 ///
-/// Kept positions are more than the tolerance apart, so a grid cell of four times that size holds a bounded number of them.
+/// Kept positions are more than the tolerance apart, so a grid cell of four times that size holds a
+/// bounded number of them.
 fn nearest_kept(positions: &[[f64; 3]], tolerance: f64) -> Vec<u32> {
     const END: u32 = u32::MAX;
     const CELL: f64 = 4.0;

@@ -1,25 +1,30 @@
-//! Places where the boundary of a surface meets itself without being joined: seams, cracks and T-junctions.
+//! Places where the boundary of a surface meets itself without being joined: seams, cracks and
+//! T-junctions.
 
 use crate::error::Fault;
 use crate::id::{Edge, Halfedge, Vertex};
 use crate::mesh::TriangleMesh;
 use crate::near::NearVertices;
 
-/// Gap, relative to the diagonal of the bounding box, up to which boundaries count as meant to be joined.
+/// Gap, relative to the diagonal of the bounding box, up to which boundaries count as meant to be
+/// joined.
 ///
-/// Coordinates that should be equal differ by up to 1e-7 of the mesh's size in single precision, and by up to 1e-6 in text of six
-/// digits. Gaps that are meant are far wider. Single precision far from the origin leaves wider ones; name a tolerance for these.
+/// Coordinates that should be equal differ by up to 1e-7 of the mesh's size in single precision,
+/// and by up to 1e-6 in text of six digits. Gaps that are meant are far wider. Single precision far
+/// from the origin leaves wider ones; name a tolerance for these.
 pub const SEAM_TOLERANCE: f64 = 1e-6;
 
-/// Gaps are closed only if they are at most this share of the edges at the vertex. So no edge collapses when both its ends move.
+/// Gaps are closed only if they are at most this share of the edges at the vertex. So no edge
+/// collapses when both its ends move.
 const SHARE_OF_EDGE: f64 = 0.25;
 
-/// The mean number of vertices inside an edge beyond which a search is given up: edges of a fan that is folded together within
-/// the tolerance can hold one another's ends, which are quadratic in number. At an ordinary seam it is below 1.
+/// The mean number of vertices inside an edge beyond which a search is given up: edges of a fan
+/// that is folded together within the tolerance can hold one another's ends, which are quadratic in
+/// number. At an ordinary seam it is below 1.
 const MOST_PER_EDGE: usize = 16;
 
-/// Boundary vertices and edges that lie on one another, or nearly so, but are not joined. Nothing flows across them: distance
-/// goes round, and regions end there.
+/// Boundary vertices and edges that lie on one another, or nearly so, but are not joined. Nothing
+/// flows across them: distance goes round, and regions end there.
 ///
 /// ```
 /// use eikona_mesh::{Seams, TriangleMesh, Vertex};
@@ -33,13 +38,14 @@ const MOST_PER_EDGE: usize = 16;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seams {
-    /// Vertices next to another one: at the same place (a seam) or a gap away (a crack). In increasing order.
+    /// Vertices next to another one: at the same place (a seam) or a gap away (a crack). In
+    /// increasing order.
     pub joints: Vec<Joint>,
-    /// Vertices inside an edge of other faces, along which the boundary runs there (T-junctions); each with the nearest such edge.
-    /// In increasing order.
+    /// Vertices inside an edge of other faces, along which the boundary runs there (T-junctions);
+    /// each with the nearest such edge. In increasing order.
     pub hanging: Vec<HangingVertex>,
-    /// Whether the search was given up, because vertices lie inside so many edges that the tolerance can not be right for this
-    /// mesh. What was found up to there is listed.
+    /// Whether the search was given up, because vertices lie inside so many edges that the
+    /// tolerance can not be right for this mesh. What was found up to there is listed.
     pub truncated: bool,
 }
 
@@ -68,11 +74,13 @@ pub struct HangingVertex {
 impl Seams {
     /// Finds gaps of at most [`SEAM_TOLERANCE`] times the diagonal of the bounding box.
     ///
-    /// A vertex is joined only across gaps of at most a quarter of the shortest edge at it, so that fine parts of a large mesh do
-    /// not count as cracks. A vertex with an edge of length zero is left out.
+    /// A vertex is joined only across gaps of at most a quarter of the shortest edge at it, so that
+    /// fine parts of a large mesh do not count as cracks. A vertex with an edge of length zero is
+    /// left out.
     ///
     /// # Cost
-    /// O(E log B) for B boundary vertices, and nothing to speak of on a closed mesh. About 0.5 s per million faces at most.
+    /// O(E log B) for B boundary vertices, and nothing to speak of on a closed mesh. About 0.5 s
+    /// per million faces at most.
     pub fn of(mesh: &TriangleMesh) -> Seams {
         Seams::within(mesh, seam_tolerance(mesh))
     }
@@ -101,7 +109,8 @@ impl Seams {
         gaps.fold(0.0, f64::max)
     }
 
-    /// Cracks and T-junctions as faults. Vertices at the same place are left out: [`validate`](crate::validate) reports them.
+    /// Cracks and T-junctions as faults. Vertices at the same place are left out:
+    /// [`validate`](crate::validate) reports them.
     pub fn faults(&self, mesh: &TriangleMesh) -> Vec<Fault> {
         let cracks = self.joints.iter().filter(|j| j.gap > 0.0);
         let cracks = cracks.map(|j| Fault::Crack { vertex: j.vertex, to: j.to, gap: j.gap });
@@ -133,8 +142,8 @@ pub(crate) fn seam_tolerance(mesh: &TriangleMesh) -> f64 {
 pub(crate) struct Contacts {
     near: NearVertices,
     tolerance: f64,
-    /// How far each vertex may be from what it is joined to; infinite for vertices that are not on the boundary, negative for
-    /// those with an edge of length zero.
+    /// How far each vertex may be from what it is joined to; infinite for vertices that are not on
+    /// the boundary, negative for those with an edge of length zero.
     own: Vec<f64>,
     /// The vertex that each one is joined to; itself if there is none.
     pub(crate) target: Vec<u32>,
@@ -143,7 +152,8 @@ pub(crate) struct Contacts {
 }
 
 impl Contacts {
-    /// Joins each boundary vertex to the nearest one before it that stands for others, if that is within the tolerance of both.
+    /// Joins each boundary vertex to the nearest one before it that stands for others, if that is
+    /// within the tolerance of both.
     pub(crate) fn of(mesh: &TriangleMesh, tolerance: f64) -> (Vec<Joint>, Contacts) {
         let own = tolerances(mesh, tolerance);
         let at_boundary: Vec<Vertex> = mesh.vertices().filter(|v| own[v.index()] < f64::INFINITY).collect();
@@ -178,8 +188,9 @@ impl Contacts {
         (joints, Contacts { near, tolerance, own, target, rim })
     }
 
-    /// Whether a boundary edge at a vertex runs along the edge from `a` to `b` that the vertex lies inside. A boundary that crosses
-    /// the edge there belongs to a part that lies over the other one, and is not to be joined.
+    /// Whether a boundary edge at a vertex runs along the edge from `a` to `b` that the vertex lies
+    /// inside. A boundary that crosses the edge there belongs to a part that lies over the other
+    /// one, and is not to be joined.
     fn runs_along(&self, mesh: &TriangleMesh, vertex: Vertex, [a, b]: [[f64; 3]; 2], within: f64) -> bool {
         let p = mesh.position(vertex);
         let first = self.rim.partition_point(|ends| ends[0] < vertex.0);
@@ -192,14 +203,16 @@ impl Contacts {
         })
     }
 
-    /// The ends of an edge after joining, the smaller one first, so that edges that come to lie on one another are the same.
+    /// The ends of an edge after joining, the smaller one first, so that edges that come to lie on
+    /// one another are the same.
     pub(crate) fn ends(&self, mesh: &TriangleMesh, edge: Edge) -> [u32; 2] {
         let [a, b] = mesh.edge_vertices(edge).map(|v| self.target[v.index()]);
         [a.min(b), a.max(b)]
     }
 
-    /// Visits the vertices inside each edge after joining, with their place from 0 at the first of [`Contacts::ends`] to 1. Gives
-    /// up, and says so by `false`, after [`MOST_PER_EDGE`] times the number of edges.
+    /// Visits the vertices inside each edge after joining, with their place from 0 at the first of
+    /// [`Contacts::ends`] to 1. Gives up, and says so by `false`, after [`MOST_PER_EDGE`] times the
+    /// number of edges.
     pub(crate) fn each_hanging(
         &self,
         mesh: &TriangleMesh,

@@ -6,8 +6,9 @@ use crate::quality::TriangleShape;
 
 /// Faces of a smaller height, relative to their longest edge, are slivers.
 ///
-/// The cotangents of such a face are as large as the inverse of its height, and numbers of ordinary size beside them lose as
-/// many digits. Where whole regions consist of slivers, the loss is that squared; see [`Sliver`].
+/// The cotangents of such a face are as large as the inverse of its height, and numbers of ordinary
+/// size beside them lose as many digits. Where whole regions consist of slivers, the loss is that
+/// squared; see [`Sliver`].
 pub const SLIVER: f64 = 1e-6;
 
 /// A face that is all but flat.
@@ -19,7 +20,8 @@ pub struct Sliver {
     pub height: f64,
 }
 
-/// The faces with a height below [`SLIVER`] times their longest edge, in increasing order; those of zero area included.
+/// The faces with a height below [`SLIVER`] times their longest edge, in increasing order; those of
+/// zero area included.
 ///
 /// ```
 /// use eikona_mesh::{Face, TriangleMesh, slivers};

@@ -1,4 +1,5 @@
-//! Joins the boundaries of a surface where they meet: vertices next to each other, and vertices inside edges.
+//! Joins the boundaries of a surface where they meet: vertices next to each other, and vertices
+//! inside edges.
 
 use crate::error::MeshError;
 use crate::field::{FaceField, VertexField};
@@ -8,10 +9,12 @@ use crate::point::SurfacePoint;
 use crate::repair::keep_vertices;
 use crate::seams::{Contacts, seam_tolerance};
 
-/// A mesh whose seams, cracks and T-junctions are closed, and the way from the old elements to the new ones.
+/// A mesh whose seams, cracks and T-junctions are closed, and the way from the old elements to the
+/// new ones.
 #[derive(Clone, Debug)]
 pub struct Stitched {
-    /// The new mesh. Vertices that are kept stay in their order and place; the parts of a face stand where it stood.
+    /// The new mesh. Vertices that are kept stay in their order and place; the parts of a face
+    /// stand where it stood.
     pub mesh: TriangleMesh,
     /// The new vertex of each old one. Vertices that were joined have the same new one.
     pub vertices: VertexField<Vertex>,
@@ -29,17 +32,19 @@ pub struct Stitched {
     inside: InsideEdges,
 }
 
-/// Joins boundary vertices that lie next to each other, and divides the edges in which boundary vertices lie, with the faces at
-/// them. What [`Seams`](crate::Seams) finds within the tolerance is closed; by default, that is what [`Seams::of`](crate::Seams::of)
-/// finds.
+/// Joins boundary vertices that lie next to each other, and divides the edges in which boundary
+/// vertices lie, with the faces at them. What [`Seams`](crate::Seams) finds within the tolerance is
+/// closed; by default, that is what [`Seams::of`](crate::Seams::of) finds.
 ///
-/// No vertex is added. A vertex that is joined moves by at most the tolerance; one inside an edge stays where it is, and the
-/// edge bends by at most the tolerance. The result may be nonmanifold, where more than two parts meet. Faces keep their
-/// orientation: where parts are oriented against each other, [`orient`](crate::orient) follows.
+/// No vertex is added. A vertex that is joined moves by at most the tolerance; one inside an edge
+/// stays where it is, and the edge bends by at most the tolerance. The result may be nonmanifold,
+/// where more than two parts meet. Faces keep their orientation: where parts are oriented against
+/// each other, [`orient`](crate::orient) follows.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] if the tolerance is negative, not finite, or so large that edges hold most of the mesh's vertices; [`MeshError::TooLarge`] if there would be more faces than
-/// 32-bit indices can name.
+/// [`MeshError::Parameter`] if the tolerance is negative, not finite, or so large that edges hold
+/// most of the mesh's vertices; [`MeshError::TooLarge`] if there would be more faces than 32-bit
+/// indices can name.
 ///
 /// # Cost
 /// O(E log B) for B boundary vertices, plus the number of new faces.
@@ -111,7 +116,8 @@ impl Stitched {
         self.joined_vertices > 0 || self.divided_faces > 0
     }
 
-    /// A point of the old mesh on the new one. A point that is not on the old mesh keeps its weights, with new vertices.
+    /// A point of the old mesh on the new one. A point that is not on the old mesh keeps its
+    /// weights, with new vertices.
     ///
     /// # Cost
     /// O(log E) for a vertex or edge; linear in the number of parts for a point in a face.
@@ -201,14 +207,16 @@ impl Stitched {
     }
 }
 
-/// Twice the area of a triangle of points given by barycentric weights, over that of the whole face.
+/// Twice the area of a triangle of points given by barycentric weights, over that of the whole
+/// face.
 fn signed_area(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> f64 {
     a[0] * (b[1] * c[2] - b[2] * c[1])
         + a[1] * (b[2] * c[0] - b[0] * c[2])
         + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
-/// The vertices inside old edges, with their place from 0 at the first end of the edge to 1; sorted.
+/// The vertices inside old edges, with their place from 0 at the first end of the edge to 1;
+/// sorted.
 #[derive(Clone, Debug)]
 struct InsideEdges {
     vertices: Vec<(Edge, f64, Vertex)>,
@@ -221,8 +229,8 @@ impl InsideEdges {
         &self.vertices[start..start + count]
     }
 
-    /// The vertices inside the sides of a face, in its direction. In a face so thin that a vertex lies inside two sides, the
-    /// first one has it.
+    /// The vertices inside the sides of a face, in its direction. In a face so thin that a vertex
+    /// lies inside two sides, the first one has it.
     fn sides(&self, mesh: &TriangleMesh, face: Face) -> [Vec<(f64, Vertex)>; 3] {
         let mut sides = [0, 1, 2].map(|k| {
             let halfedge = face.halfedge(k);
@@ -246,13 +254,15 @@ impl InsideEdges {
     }
 }
 
-/// Divides a triangle with vertices on its sides into triangles of positive area. Nothing is left of one that has lost a corner.
+/// Divides a triangle with vertices on its sides into triangles of positive area. Nothing is left
+/// of one that has lost a corner.
 fn divide(corners: [u32; 3], sides: &[Vec<u32>; 3], faces: &mut Vec<[u32; 3]>) {
     let [a, b, c] = corners;
     if a == b || b == c || c == a {
         return;
     }
-    // A fan from the corner that faces the most divided side; its first and last triangle have the other two sides.
+    // A fan from the corner that faces the most divided side; its first and last triangle have the
+    // other two sides.
     let base = (1..3).fold(0, |best, k| if sides[k].len() > sides[best].len() { k } else { best });
     let [next, last] = [(base + 1) % 3, (base + 2) % 3];
     let apex = corners[last];
@@ -265,7 +275,8 @@ fn divide(corners: [u32; 3], sides: &[Vec<u32>; 3], faces: &mut Vec<[u32; 3]>) {
         let to_last = i + 2 == row.len() && !sides[next].is_empty();
         match (from_first, to_last) {
             (false, false) => faces.push([pair[0], pair[1], apex]),
-            // Then the base is divided, as the most divided side, and no triangle has both other sides.
+            // Then the base is divided, as the most divided side, and no triangle has both other
+            // sides.
             (true, _) => fan(pair[1], apex, &sides[last], pair[0], faces),
             (false, true) => fan(pair[0], pair[1], &sides[next], apex, faces),
         }

@@ -1,4 +1,5 @@
-//! How a mesh hangs together: sheets, components, boundary loops, Euler characteristic, genus, and where it is no manifold.
+//! How a mesh hangs together: sheets, components, boundary loops, Euler characteristic, genus, and
+//! where it is no manifold.
 
 use crate::disjoint_sets::DisjointSets;
 use crate::field::{FaceField, VertexField};
@@ -8,9 +9,9 @@ use crate::orientation::Flood;
 
 /// The topology of a triangle mesh of any kind. It depends on the faces only, not on positions.
 ///
-/// Two notions of "in one piece" are told apart: a **sheet** is a set of faces connected through edges, a **component** is
-/// connected through vertices. Two tetrahedra that touch at a vertex are two sheets in one component. Sheets and components
-/// are numbered by their first face.
+/// Two notions of "in one piece" are told apart: a **sheet** is a set of faces connected through
+/// edges, a **component** is connected through vertices. Two tetrahedra that touch at a vertex are
+/// two sheets in one component. Sheets and components are numbered by their first face.
 ///
 /// ```
 /// use eikona_mesh::{Topology, TriangleMesh};
@@ -38,8 +39,8 @@ pub struct Topology {
     pub components: Vec<Component>,
     /// The boundary, loop by loop, ordered by the smallest halfedge of each.
     pub boundary_loops: Vec<BoundaryLoop>,
-    /// Number of connected pieces of the boundary. Loops that touch at a vertex are one piece, so this is at most the number
-    /// of loops, and the same on a manifold.
+    /// Number of connected pieces of the boundary. Loops that touch at a vertex are one piece, so
+    /// this is at most the number of loops, and the same on a manifold.
     pub boundary_piece_count: usize,
     /// V - E + F, where V leaves out vertices that no face uses.
     pub euler_characteristic: i64,
@@ -70,9 +71,11 @@ pub struct Component {
     pub manifold: bool,
     /// Whether its faces can be oriented alike across all edges with two faces.
     pub orientable: bool,
-    /// Number of handles, (2 - chi - b) / 2 for b boundary loops; `None` if it is not manifold or not orientable.
+    /// Number of handles, (2 - chi - b) / 2 for b boundary loops; `None` if it is not manifold or
+    /// not orientable.
     pub genus: Option<u32>,
-    /// Number of crosscaps, 2 - chi - b, of a nonorientable manifold (projective plane and Moebius band 1, Klein bottle 2).
+    /// Number of crosscaps, 2 - chi - b, of a nonorientable manifold (projective plane and Moebius
+    /// band 1, Klein bottle 2).
     pub nonorientable_genus: Option<u32>,
 }
 
@@ -81,23 +84,27 @@ pub struct Component {
 pub struct NonmanifoldVertex {
     /// The vertex.
     pub vertex: Vertex,
-    /// The number of fans at it. Two faces at a vertex are in one fan if a chain of faces, each sharing an edge at this vertex
-    /// with the next, joins them; the edge may have any number of faces.
+    /// The number of fans at it. Two faces at a vertex are in one fan if a chain of faces, each
+    /// sharing an edge at this vertex with the next, joins them; the edge may have any number of
+    /// faces.
     pub fans: usize,
 }
 
 /// Edges with one face that follow each other along the rim of the surface.
 ///
-/// At a vertex the walk goes on to the other end of the *same fan*, so loops that touch at a vertex stay apart. A fan that
-/// ends at an edge with three or more faces has no such other end; those ends at one vertex are joined in pairs by increasing
-/// halfedge, and one that is left over ends an open chain. There the number of loops depends on the order of the faces; on a manifold it does not, and
-/// every loop is closed.
+/// At a vertex the walk goes on to the other end of the *same fan*, so loops that touch at a vertex
+/// stay apart. A fan that ends at an edge with three or more faces has no such other end; those
+/// ends at one vertex are joined in pairs by increasing halfedge, and one that is left over ends an
+/// open chain. There the number of loops depends on the order of the faces; on a manifold it does
+/// not, and every loop is closed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BoundaryLoop {
-    /// The halfedges, one a boundary edge. The walk takes the smallest one in its own direction; so where faces are oriented
-    /// alike all are taken in their own direction, and the surface lies on the left.
+    /// The halfedges, one a boundary edge. The walk takes the smallest one in its own direction; so
+    /// where faces are oriented alike all are taken in their own direction, and the surface lies on
+    /// the left.
     pub halfedges: Vec<Halfedge>,
-    /// Where each halfedge begins, in the direction of the walk. An open chain has one vertex more, its end.
+    /// Where each halfedge begins, in the direction of the walk. An open chain has one vertex more,
+    /// its end.
     pub vertices: Vec<Vertex>,
     /// Its component.
     pub component: u32,
@@ -223,8 +230,8 @@ fn sheets(mesh: &TriangleMesh) -> (FaceField<u32>, usize) {
     (labels.into(), count)
 }
 
-/// The pieces of a mesh whose faces hang together through vertices, numbered by their first face. ([`Topology`] has them too,
-/// with everything else.)
+/// The pieces of a mesh whose faces hang together through vertices, numbered by their first face.
+/// ([`Topology`] has them too, with everything else.)
 #[derive(Clone, Debug)]
 pub struct Components {
     /// Component of each face.
@@ -289,8 +296,8 @@ fn nonmanifold_vertices(mesh: &TriangleMesh) -> Vec<NonmanifoldVertex> {
         .collect()
 }
 
-/// The edges with one face, and which end of them follows which. End `2 i` is the origin of halfedge `i` of the list, end
-/// `2 i + 1` its tip.
+/// The edges with one face, and which end of them follows which. End `2 i` is the origin of
+/// halfedge `i` of the list, end `2 i + 1` its tip.
 struct Boundary {
     halfedges: Vec<Halfedge>,
     /// The end that the walk goes on from, when it arrives at this one.
@@ -337,7 +344,8 @@ impl Boundary {
             let first_end = 2 * first as u32;
             let (mut ends, closed) = self.walk(first_end, &mut seen);
             if !closed {
-                // The chain is open: what lies before the first halfedge, turned round, goes in front.
+                // The chain is open: what lies before the first halfedge, turned round, goes in
+                // front.
                 let (before, _) = match self.partner[first_end as usize] {
                     Some(end) => self.walk(end, &mut seen),
                     None => (Vec::new(), false),
@@ -361,7 +369,8 @@ impl Boundary {
         loops
     }
 
-    /// The ends at which the halfedges are entered from `start` on, and whether the walk came back to `start`.
+    /// The ends at which the halfedges are entered from `start` on, and whether the walk came back
+    /// to `start`.
     fn walk(&self, start: u32, seen: &mut [bool]) -> (Vec<u32>, bool) {
         let mut ends = Vec::new();
         let mut end = start;
@@ -386,8 +395,8 @@ impl Boundary {
     }
 }
 
-/// Turns about `v` from the boundary halfedge `h`, across edges with two faces, to the boundary halfedge at the other side of
-/// the fan. `None` if an edge with more faces comes first.
+/// Turns about `v` from the boundary halfedge `h`, across edges with two faces, to the boundary
+/// halfedge at the other side of the fan. `None` if an edge with more faces comes first.
 fn far_side_of_fan(mesh: &TriangleMesh, h: Halfedge, v: Vertex) -> Option<Halfedge> {
     let mut side = h;
     loop {

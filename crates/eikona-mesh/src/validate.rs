@@ -8,13 +8,15 @@ use crate::quality::TriangleShape;
 use crate::repair::first_at_position;
 use crate::topology::Topology;
 
-/// All faults of a mesh: unreferenced vertices, coincident vertices, zero-area faces, duplicate faces, nonmanifold edges,
-/// nonmanifold vertices, and edges with inconsistent orientation; in this order of kinds, and each kind in the order of its
-/// elements. An empty list means that the mesh is an oriented manifold, with or without boundary, of proper triangles.
+/// All faults of a mesh: unreferenced vertices, coincident vertices, zero-area faces, duplicate
+/// faces, nonmanifold edges, nonmanifold vertices, and edges with inconsistent orientation; in this
+/// order of kinds, and each kind in the order of its elements. An empty list means that the mesh is
+/// an oriented manifold, with or without boundary, of proper triangles.
 ///
-/// A face has zero area if its area is below [`ZERO_AREA`](crate::ZERO_AREA) times the square of its longest edge. Faces are
-/// duplicates if they have the same three vertices in any winding; vertices coincide if their coordinates are equal. A surface
-/// that is not orientable has inconsistent edges in every winding of its faces.
+/// A face has zero area if its area is below [`ZERO_AREA`](crate::ZERO_AREA) times the square of
+/// its longest edge. Faces are duplicates if they have the same three vertices in any winding;
+/// vertices coincide if their coordinates are equal. A surface that is not orientable has
+/// inconsistent edges in every winding of its faces.
 ///
 /// # Cost
 /// O(V + F log F); about 0.7 s a million faces.
@@ -68,7 +70,8 @@ pub fn validate(mesh: &TriangleMesh) -> Vec<Fault> {
     faults
 }
 
-/// For each face the first one with the same three vertices in any order; itself if there is none before it.
+/// For each face the first one with the same three vertices in any order; itself if there is none
+/// before it.
 pub(crate) fn first_with_same_vertices(mesh: &TriangleMesh) -> Vec<Face> {
     let mut keyed: Vec<([u32; 3], Face)> = mesh
         .faces()

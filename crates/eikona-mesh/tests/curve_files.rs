@@ -1,4 +1,5 @@
-//! Curve files: round trips, refusals, and the real files of signed-heat-demo and SWN on their meshes.
+//! Curve files: round trips, refusals, and the real files of signed-heat-demo and SWN on their
+//! meshes.
 
 use eikona_mesh::{
     Curve, CurveFile, CurveFormat, CurveKind, PolygonMesh, SpacePolyline, SurfaceCurves, SurfacePoint,
@@ -289,7 +290,8 @@ fn host_mesh(path: &Path) -> TriangleMesh {
 
 #[test]
 fn the_published_curve_files_lie_on_their_meshes() {
-    // File, mesh, signed and unsigned curves, points, segments (of data/MANIFEST.md), closed curves.
+    // File, mesh, signed and unsigned curves, points, segments (of data/MANIFEST.md), closed
+    // curves.
     let files = [
         ("shm/block-points", "badquality/block", 0, 0, 9, 0),
         ("shm/bumpy-sphere", "curves/shm/bumpy-sphere", 32, 0, 0, 341),

@@ -1,4 +1,5 @@
-//! Supernodal Cholesky factorisation: analysed once a pattern, factored once a matrix, solved once a right-hand side.
+//! Supernodal Cholesky factorisation: analysed once a pattern, factored once a matrix, solved once
+//! a right-hand side.
 
 use crate::error::NumericError;
 use crate::kernels::{self, Vectorized, dispatch};
@@ -14,7 +15,8 @@ use std::sync::Arc;
 pub struct SymmetricMatrix<T> {
     /// The diagonal, which is real also for Hermitian matrices.
     pub diagonal: Vec<f64>,
-    /// One value for each pair of the graph: entry (first, second); the mirrored entry is its conjugate.
+    /// One value for each pair of the graph: entry (first, second); the mirrored entry is its
+    /// conjugate.
     pub off_diagonal: Vec<T>,
 }
 
@@ -42,8 +44,9 @@ impl<T: Scalar> Cholesky<T> {
     /// Factors the matrix.
     ///
     /// # Errors
-    /// [`NumericError::NonPositivePivot`] with the unknown where the matrix is not positive definite,
-    /// [`NumericError::NonFinite`], [`NumericError::OutOfMemory`] with the predicted bytes, [`NumericError::WrongLength`].
+    /// [`NumericError::NonPositivePivot`] with the unknown where the matrix is not positive
+    /// definite, [`NumericError::NonFinite`], [`NumericError::OutOfMemory`] with the predicted
+    /// bytes, [`NumericError::WrongLength`].
     pub fn new(symbolic: Arc<Symbolic>, matrix: &SymmetricMatrix<T>) -> Result<Self, NumericError> {
         let entries = symbolic.permute(matrix)?;
         let mut values = Zeroed::new(symbolic.factor_entries()).ok_or(symbolic.out_of_memory::<T>())?;
@@ -56,13 +59,15 @@ impl<T: Scalar> Cholesky<T> {
         &self.symbolic
     }
 
-    /// The solution of `A x = b`. Unknowns whose right-hand side influences nothing are skipped: few non-zeros cost less.
+    /// The solution of `A x = b`. Unknowns whose right-hand side influences nothing are skipped:
+    /// few non-zeros cost less.
     ///
-    /// Values smaller than 1e-290 are set to zero on the way, since arithmetic on denormal numbers is slow and has no
-    /// relative accuracy.
+    /// Values smaller than 1e-290 are set to zero on the way, since arithmetic on denormal numbers
+    /// is slow and has no relative accuracy.
     ///
     /// # Errors
-    /// [`NumericError::WrongLength`]; [`NumericError::NonFinite`] when the right-hand side or the solution is not finite.
+    /// [`NumericError::WrongLength`]; [`NumericError::NonFinite`] when the right-hand side or the
+    /// solution is not finite.
     ///
     /// # Cost
     /// Two sweeps over the factor.
@@ -70,8 +75,8 @@ impl<T: Scalar> Cholesky<T> {
         self.sweep(&[rhs], None).map(|mut solutions| solutions.remove(0))
     }
 
-    /// The solutions for several right-hand sides, the same as one by one. The factor is read from memory once for all, which
-    /// takes most of the time of a single solve.
+    /// The solutions for several right-hand sides, the same as one by one. The factor is read from
+    /// memory once for all, which takes most of the time of a single solve.
     ///
     /// # Errors
     /// As for [`solve`](Self::solve).
@@ -80,14 +85,15 @@ impl<T: Scalar> Cholesky<T> {
         self.sweep(&rhs, None)
     }
 
-    /// Those unknowns of the solution of `A x = b` that are wanted; the others are zero or what they are in the solution.
+    /// Those unknowns of the solution of `A x = b` that are wanted; the others are zero or what
+    /// they are in the solution.
     ///
     /// # Errors
     /// As for [`solve`](Self::solve).
     ///
     /// # Cost
-    /// The parts of the factor that lie between the right-hand side's non-zeros and the root of the elimination tree, and
-    /// between the root and the wanted unknowns; and a look at each unknown.
+    /// The parts of the factor that lie between the right-hand side's non-zeros and the root of the
+    /// elimination tree, and between the root and the wanted unknowns; and a look at each unknown.
     pub fn solve_where(&self, rhs: &[T], wanted: impl Fn(usize) -> bool) -> Result<Vec<T>, NumericError> {
         let (supernodes, order) = (self.symbolic.supernodes(), self.symbolic.order());
         let mut needed: Vec<bool> = (0..supernodes.count())
@@ -120,7 +126,8 @@ impl<T: Scalar> Cholesky<T> {
         Ok(columns)
     }
 
-    /// The largest entry of `A x - b`, relative to the largest entry of `b` (absolute if `b` is zero).
+    /// The largest entry of `A x - b`, relative to the largest entry of `b` (absolute if `b` is
+    /// zero).
     ///
     /// # Panics
     /// Unless `x` and `rhs` have one value an unknown.

@@ -1,31 +1,36 @@
-//! Nested dissection by coordinates: cut the unknowns in half by a plane, take a smallest set of unknowns that separates the
-//! halves, order the halves first (each in the same way) and the separator last.
+//! Nested dissection by coordinates: cut the unknowns in half by a plane, take a smallest set of
+//! unknowns that separates the halves, order the halves first (each in the same way) and the
+//! separator last.
 //!
-//! On a surface a plane meets O(sqrt n) unknowns, so the factor has O(n log n) entries whatever the numbering of the input
-//! (minimum degree orderings lose up to 40 % on shuffled input). The cost is one sweep over the unknowns a level.
+//! On a surface a plane meets O(sqrt n) unknowns, so the factor has O(n log n) entries whatever the
+//! numbering of the input (minimum degree orderings lose up to 40 % on shuffled input). The cost is
+//! one sweep over the unknowns a level.
 //!
-//! Sweeps read places in single precision. A piece so small beside its distance from the origin that this blurs it gets places of its
-//! own, so that one far vertex costs nothing; a piece in one place, or of long, thin triangles that planes cut badly, is cut along the
-//! order of a breadth-first search instead.
+//! Sweeps read places in single precision. A piece so small beside its distance from the origin
+//! that this blurs it gets places of its own, so that one far vertex costs nothing; a piece in one
+//! place, or of long, thin triangles that planes cut badly, is cut along the order of a
+//! breadth-first search instead.
 
 use crate::graph::Adjacency;
 
-/// Pieces up to this size are left in the order in which they lie. Smaller leaves gain no fill worth their time: the
-/// factorisation merges small supernodes anyway.
+/// Pieces up to this size are left in the order in which they lie. Smaller leaves gain no fill
+/// worth their time: the factorisation merges small supernodes anyway.
 const LEAF: usize = 4;
 
 /// An unknown with its place: what the sweeps run over, so that they touch memory in order.
 #[derive(Clone, Copy)]
 struct Node {
     place: [f32; 3],
-    /// Distance to its farthest neighbour: an unknown farther than this from the plane has no neighbour beyond it.
+    /// Distance to its farthest neighbour: an unknown farther than this from the plane has no
+    /// neighbour beyond it.
     reach: f32,
     id: u32,
 }
 
 /// The unknowns in order of elimination.
 ///
-/// `places` are coordinates for each unknown; they steer the quality of the order only, never its validity.
+/// `places` are coordinates for each unknown; they steer the quality of the order only, never its
+/// validity.
 pub(crate) fn nested_dissection(adjacency: &Adjacency, places: &[[f64; 3]]) -> Vec<u32> {
     let n = places.len();
     let mut dissection = Dissection::new(adjacency, places);
@@ -36,7 +41,8 @@ pub(crate) fn nested_dissection(adjacency: &Adjacency, places: &[[f64; 3]]) -> V
     while let Some((begin, end, order_end)) = stack.pop() {
         let piece = &mut nodes[begin..end];
         let split = if piece.len() > LEAF { dissection.dissect(piece) } else { None };
-        // The piece now reads: first half, second half, separator. What can not be cut is a separator whole.
+        // The piece now reads: first half, second half, separator. What can not be cut is a
+        // separator whole.
         let (first, second) = split.unwrap_or((0, 0));
         let separator = &piece[first + second..];
         let second_end = order_end - separator.len();
@@ -59,14 +65,16 @@ struct Dissection<'a> {
     given: &'a [[f64; 3]],
     /// Place of each unknown, by its number: comparable within a piece.
     places: Vec<[f32; 3]>,
-    /// Unknowns that are in a separator already. All other neighbours of an unknown are in the same piece as itself.
+    /// Unknowns that are in a separator already. All other neighbours of an unknown are in the same
+    /// piece as itself.
     separated: Vec<bool>,
     /// Index of an unknown in the list that is being made: `right`, or the order of a search.
     local: Vec<u32>,
     /// Unknowns of the first half with neighbours in the second, and those neighbours.
     left: Vec<u32>,
     right: Vec<u32>,
-    /// Neighbours of left unknown `l`, as indices of `right`: `cut[cut_start[l]..cut_start[l + 1]]`.
+    /// Neighbours of left unknown `l`, as indices of `right`: `cut[cut_start[l]..cut_start[l +
+    /// 1]]`.
     cut_start: Vec<u32>,
     cut: Vec<u32>,
     match_left: Vec<u32>,
@@ -97,8 +105,8 @@ impl<'a> Dissection<'a> {
         }
     }
 
-    /// Rearranges a piece into first half, second half, separator; returns the sizes of the halves, or `None` when it can not be
-    /// cut.
+    /// Rearranges a piece into first half, second half, separator; returns the sizes of the halves,
+    /// or `None` when it can not be cut.
     fn dissect(&mut self, piece: &mut [Node]) -> Option<(usize, usize)> {
         let mut bounds = Bounds::of(piece);
         if bounds.is_blurred() {
@@ -109,7 +117,8 @@ impl<'a> Dissection<'a> {
         let mut chosen = longest?;
         let mut middle = self.cut(piece, chosen)?;
         if self.cover.len() > many(piece.len()) {
-            // Long, thin triangles: the planes across the box are not those across few neighbours. Then all are tried, and a search.
+            // Long, thin triangles: the planes across the box are not those across few neighbours.
+            // Then all are tried, and a search.
             let mut fewest = self.cover.len();
             for plane in others.into_iter().flatten() {
                 if self.cut(piece, plane).is_some_and(|middle| is_balanced(middle, piece.len()))
@@ -153,7 +162,8 @@ impl<'a> Dissection<'a> {
         Some((first, second))
     }
 
-    /// Moves what lies below a plane to the front and finds what separates it from the rest. Gives its number, unless a side is empty.
+    /// Moves what lies below a plane to the front and finds what separates it from the rest. Gives
+    /// its number, unless a side is empty.
     fn cut(&mut self, piece: &mut [Node], (axis, plane): (usize, f32)) -> Option<usize> {
         let middle = partition(piece, |node| node.place[axis] < plane);
         if middle == 0 || middle == piece.len() {
@@ -164,7 +174,8 @@ impl<'a> Dissection<'a> {
         Some(middle)
     }
 
-    /// Places relative to the piece's own box, in units of its size; along the order of a search if it has no size.
+    /// Places relative to the piece's own box, in units of its size; along the order of a search if
+    /// it has no size.
     fn place_anew(&mut self, piece: &mut [Node]) {
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
@@ -186,12 +197,14 @@ impl<'a> Dissection<'a> {
         self.look_up_places(piece);
     }
 
-    /// Places along the order of a search, from the end of a first one, so that its waves are narrow.
+    /// Places along the order of a search, from the end of a first one, so that its waves are
+    /// narrow.
     fn place_along_search(&mut self, piece: &mut [Node]) {
         let order = self.breadth_first(piece.iter().map(|node| node.id));
         let order = self.breadth_first(order.into_iter().rev());
         for (number, id) in order.into_iter().enumerate() {
-            // The second coordinate blurs, so that halves get new places: along this order they would become long strips.
+            // The second coordinate blurs, so that halves get new places: along this order they
+            // would become long strips.
             self.places[id as usize] = [number as f32, f32::MAX, 0.0];
         }
         self.look_up_places(piece);
@@ -264,8 +277,8 @@ impl<'a> Dissection<'a> {
         }
     }
 
-    /// Finds a smallest set of unknowns that touches every cut pair: a minimum vertex cover, by König's theorem from a maximum
-    /// matching (greedy, then augmented by depth-first search).
+    /// Finds a smallest set of unknowns that touches every cut pair: a minimum vertex cover, by
+    /// König's theorem from a maximum matching (greedy, then augmented by depth-first search).
     fn cover_cut(&mut self) {
         let (nl, nr) = (self.left.len(), self.right.len());
         self.match_left.clear();
@@ -289,7 +302,8 @@ impl<'a> Dissection<'a> {
                 self.visited.fill(false);
             }
         }
-        // König: from unmatched left unknowns along alternating paths; cover = left not reached + right reached.
+        // König: from unmatched left unknowns along alternating paths; cover = left not reached +
+        // right reached.
         self.visited.fill(false);
         let mut left_reached = vec![false; nl];
         let mut queue: Vec<u32> =
@@ -316,8 +330,8 @@ impl<'a> Dissection<'a> {
         self.cover.extend(on_left.map(|(&id, _)| id).chain(on_right.map(|(&id, _)| id)));
     }
 
-    /// Looks for an augmenting path from an unmatched left unknown. `visited` is kept on failure: what could not be augmented
-    /// through then can not be now.
+    /// Looks for an augmenting path from an unmatched left unknown. `visited` is kept on failure:
+    /// what could not be augmented through then can not be now.
     fn augment(&mut self, from: u32, path: &mut Vec<(u32, u32)>) -> bool {
         path.clear();
         path.push((from, self.cut_start[from as usize]));
@@ -367,7 +381,8 @@ impl Bounds {
         bounds
     }
 
-    /// Whether less than 14 of the 24 bits of a place tell it from others in the box; also true of a box without size.
+    /// Whether less than 14 of the 24 bits of a place tell it from others in the box; also true of
+    /// a box without size.
     fn is_blurred(&self) -> bool {
         let size = (0..3).map(|k| self.high[k] - self.low[k]).fold(0.0, f32::max);
         // Places are never below zero.
@@ -375,7 +390,8 @@ impl Bounds {
         size <= far / 1024.0
     }
 
-    /// The planes through the mean across the axes along which the box has a size, the longest first.
+    /// The planes through the mean across the axes along which the box has a size, the longest
+    /// first.
     fn planes(&self, count: usize) -> [Option<(usize, f32)>; 3] {
         let size = |axis: usize| self.high[axis] - self.low[axis];
         let mut axes = [0, 1, 2];
@@ -389,7 +405,8 @@ impl Bounds {
     }
 }
 
-/// More unknowns than a plane meets where triangles are about as wide as long: less than twice the root on a sphere.
+/// More unknowns than a plane meets where triangles are about as wide as long: less than twice the
+/// root on a sphere.
 fn many(unknowns: usize) -> usize {
     2 * (unknowns.isqrt() + 1)
 }

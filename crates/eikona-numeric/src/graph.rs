@@ -2,8 +2,9 @@
 
 use crate::error::NumericError;
 
-/// The off-diagonal contributions of a symmetric system, in the order in which their values will be given: contribution `k`
-/// adds a value at row `pairs[k][0]`, column `pairs[k][1]`, and its conjugate at the mirrored place. A pair may occur again.
+/// The off-diagonal contributions of a symmetric system, in the order in which their values will be
+/// given: contribution `k` adds a value at row `pairs[k][0]`, column `pairs[k][1]`, and its
+/// conjugate at the mirrored place. A pair may occur again.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
     /// Number of unknowns.

@@ -1,15 +1,17 @@
-//! Dense kernels for small blocks: the fronts of a factorisation are mostly ten to sixty rows high, where calling a general
-//! matrix product costs more than the product.
+//! Dense kernels for small blocks: the fronts of a factorisation are mostly ten to sixty rows high,
+//! where calling a general matrix product costs more than the product.
 //!
-//! Blocks are stored by columns. Complex columns are read as the doubles they are made of, so that one pair of real
-//! fused multiplications per vector does a complex one; the parts are put together once, at the end of a sum.
+//! Blocks are stored by columns. Complex columns are read as the doubles they are made of, so that
+//! one pair of real fused multiplications per vector does a complex one; the parts are put together
+//! once, at the end of a sum.
 
 use pulp::Simd;
 use std::ops::Range;
 
 /// Vectors of doubles that hold numbers of this type.
 ///
-/// Part of [`Scalar`](crate::Scalar), which nobody else can implement because this trait cannot be named outside.
+/// Part of [`Scalar`](crate::Scalar), which nobody else can implement because this trait cannot be
+/// named outside.
 pub trait Lanes: bytemuck::Pod {
     /// Doubles in a number.
     const PARTS: usize;
@@ -93,7 +95,8 @@ fn swapped<S: Simd>(simd: S, x: S::f64s) -> S::c64s {
     simd.swap_re_im_c64s(bytemuck::cast(x))
 }
 
-/// Work that is compiled once for each vector width; the widest that the processor has is taken at run time.
+/// Work that is compiled once for each vector width; the widest that the processor has is taken at
+/// run time.
 pub(crate) trait Vectorized {
     type Output;
     fn run<S: Simd>(self, simd: S) -> Self::Output;
@@ -105,7 +108,8 @@ pub(crate) fn dispatch<W: Vectorized>(work: W) -> W::Output {
         type Output = W::Output;
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> W::Output {
-            // A complex number takes at least two doubles. (Rare processors without vectors run this in software: slow, but right.)
+            // A complex number takes at least two doubles. (Rare processors without vectors run
+            // this in software: slow, but right.)
             if S::F64_LANES < 2 { self.0.run(pulp::Scalar128b) } else { self.0.run(simd) }
         }
     }
@@ -128,8 +132,8 @@ fn vectors_mut<S: Simd, T: Lanes>(numbers: &mut [T]) -> &mut [S::f64s] {
     S::as_mut_simd_f64s(bytemuck::cast_slice_mut(numbers)).0
 }
 
-/// Calls a kernel for four columns at a time from the first to the end, and once for the one to three that are left. The number
-/// of columns is known to the compiler in each call.
+/// Calls a kernel for four columns at a time from the first to the end, and once for the one to
+/// three that are left. The number of columns is known to the compiler in each call.
 macro_rules! in_fours {
     ($columns:expr, |$first:ident, $count:ident| $call:expr) => {{
         let columns: Range<usize> = $columns;
@@ -199,8 +203,8 @@ impl<T: crate::Scalar> Block<'_, T> {
     }
 }
 
-/// The lower triangle of `target <- -A A^H`, for the rows of a panel below its `width` columns. Some entries above the
-/// diagonal are written too.
+/// The lower triangle of `target <- -A A^H`, for the rows of a panel below its `width` columns.
+/// Some entries above the diagonal are written too.
 #[inline(always)]
 pub(crate) fn minus_outer_product<S: Simd, T: crate::Scalar>(
     simd: S,
@@ -259,8 +263,9 @@ fn minus_outer_columns<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
     }
 }
 
-/// Cholesky of columns `columns` of a panel, all their rows, as far as these columns themselves are concerned: what columns
-/// before them contribute has been subtracted. Entries below `negligible` are set to zero. On failure the column.
+/// Cholesky of columns `columns` of a panel, all their rows, as far as these columns themselves are
+/// concerned: what columns before them contribute has been subtracted. Entries below `negligible`
+/// are set to zero. On failure the column.
 #[inline(always)]
 pub(crate) fn eliminate_columns<S: Simd, T: crate::Scalar>(
     simd: S,
@@ -365,8 +370,8 @@ fn flushed<T: crate::Scalar>(value: T, negligible: f64) -> T {
     if value.max_part() < negligible { T::ZERO } else { value }
 }
 
-/// `x <- L^-1 x` for the first `width` numbers of `x`, and `x <- x - L x` with the result for those below: the forward sweep
-/// of one panel.
+/// `x <- L^-1 x` for the first `width` numbers of `x`, and `x <- x - L x` with the result for those
+/// below: the forward sweep of one panel.
 #[inline(always)]
 pub(crate) fn forward<S: Simd, T: crate::Scalar>(simd: S, panel: &[T], width: usize, x: &mut [T]) {
     in_fours!(0..width, |column, COLUMNS| forward_some::<S, T, COLUMNS>(simd, panel, column, x));
@@ -411,7 +416,8 @@ fn forward_some<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
     }
 }
 
-/// `x <- L^-H x` for the first `width` numbers of `x`, where those below are known: the backward sweep of one panel.
+/// `x <- L^-H x` for the first `width` numbers of `x`, where those below are known: the backward
+/// sweep of one panel.
 #[inline(always)]
 pub(crate) fn backward<S: Simd, T: crate::Scalar>(simd: S, panel: &[T], width: usize, x: &mut [T]) {
     let mut end = width;

@@ -1,11 +1,14 @@
-//! What we *solve*: sparse symmetric and Hermitian positive definite systems by supernodal Cholesky factorisation, analysed
-//! once and solved many times. Knows no mesh, and hides the linear-algebra backend (`faer`).
+//! What we *solve*: sparse symmetric and Hermitian positive definite systems by supernodal Cholesky
+//! factorisation, analysed once and solved many times. Knows no mesh, and hides the linear-algebra
+//! backend (`faer`).
 //!
-//! The way of a system: [`Graph`] (which unknowns meet) -> [`Symbolic`] (ordering, elimination tree, predicted memory) ->
-//! [`Cholesky`] (numbers) -> [`Cholesky::solve`]. Everything runs on one thread and gives the same digits every time; two
-//! independent systems may be factored on two threads by the caller.
+//! The way of a system: [`Graph`] (which unknowns meet) -> [`Symbolic`] (ordering, elimination
+//! tree, predicted memory) -> [`Cholesky`] (numbers) -> [`Cholesky::solve`]. Everything runs on one
+//! thread and gives the same digits every time; two independent systems may be factored on two
+//! threads by the caller.
 //!
-//! Beside the systems stands one linear program: [`minimise_jumps`], for the methods whose fields may jump.
+//! Beside the systems stands one linear program: [`minimise_jumps`], for the methods whose fields
+//! may jump.
 
 mod cholesky;
 mod dissection;

@@ -4,8 +4,8 @@ use std::ops::{Deref, DerefMut};
 
 /// An array of zeros that takes memory as it is touched.
 ///
-/// Large ones ask the operating system for huge pages, where it has them: a factor is written once from end to end, and with
-/// ordinary pages a tenth of that time goes into page faults.
+/// Large ones ask the operating system for huge pages, where it has them: a factor is written once
+/// from end to end, and with ordinary pages a tenth of that time goes into page faults.
 pub(crate) struct Zeroed<T> {
     memory: Memory<T>,
 }
@@ -26,7 +26,8 @@ impl<T: bytemuck::Pod> Zeroed<T> {
             && let Ok(map) = memmap2::MmapMut::map_anon(bytes)
         {
             #[cfg(target_os = "linux")]
-            let _ = map.advise(memmap2::Advice::HugePage); // a wish: without it everything works as well
+            // a wish: without it everything works as well
+            let _ = map.advise(memmap2::Advice::HugePage);
             return Some(Zeroed { memory: Memory::Pages { map, entries } });
         }
         let values = bytemuck::allocation::try_zeroed_vec(entries).ok()?;

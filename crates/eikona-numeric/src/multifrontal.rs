@@ -1,11 +1,13 @@
 //! The numbers of the factor, front by front.
 //!
-//! Each supernode (some consecutive columns with one pattern below them) gathers its part of the matrix and the updates of
-//! its children in the elimination tree, eliminates its columns with dense kernels, and leaves one dense update to its parent.
+//! Each supernode (some consecutive columns with one pattern below them) gathers its part of the
+//! matrix and the updates of its children in the elimination tree, eliminates its columns with
+//! dense kernels, and leaves one dense update to its parent.
 //!
-//! Why not the backend's supernodal factorisation: the fill-in of a diffusion operator decays exponentially with distance, reaches
-//! denormal numbers on meshes of some hundred edges across, and denormal arithmetic made that phase five times slower at
-//! 500,000 faces (and slower without bound on larger meshes). Here what is negligible is set to zero front by front.
+//! Why not the backend's supernodal factorisation: the fill-in of a diffusion operator decays
+//! exponentially with distance, reaches denormal numbers on meshes of some hundred edges across,
+//! and denormal arithmetic made that phase five times slower at 500,000 faces (and slower without
+//! bound on larger meshes). Here what is negligible is set to zero front by front.
 
 use crate::error::NumericError;
 use crate::kernels::{self, Vectorized, dispatch};
@@ -17,18 +19,22 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatMut, MatRef, Par};
 use std::ops::Range;
 
-/// Fill-in below this share of the root of the largest diagonal entry is set to zero. The product of two larger numbers is no denormal. A
-/// vector that diffuses so far has gone through entries nearby by then, which are kept; what is smaller in a solution has
-/// lost its accuracy ([`Cholesky::solve`](crate::Cholesky::solve)).
+/// Fill-in below this share of the root of the largest diagonal entry is set to zero. The product
+/// of two larger numbers is no denormal. A vector that diffuses so far has gone through entries
+/// nearby by then, which are kept; what is smaller in a solution has lost its accuracy
+/// ([`Cholesky::solve`](crate::Cholesky::solve)).
 const NEGLIGIBLE: f64 = 1e-150;
 
-/// Columns eliminated by our own kernels before the rest of the panel is updated by the backend's matrix product.
+/// Columns eliminated by our own kernels before the rest of the panel is updated by the backend's
+/// matrix product.
 const BLOCK: usize = 32;
 
-/// Products with fewer multiplications than this are done by our own kernels: calling the backend's would cost more.
+/// Products with fewer multiplications than this are done by our own kernels: calling the backend's
+/// would cost more.
 const SMALL_PRODUCT: usize = 1 << 16;
 
-/// Factors the permuted lower triangle `entries` into `values`, laid out as the symbolic factor says.
+/// Factors the permuted lower triangle `entries` into `values`, laid out as the symbolic factor
+/// says.
 pub(crate) fn factor<T: Scalar>(
     symbolic: &Symbolic,
     entries: &[T],
@@ -127,8 +133,8 @@ fn factor_fronts<S: pulp::Simd, T: Scalar>(
     Ok(())
 }
 
-/// Adds a column of a child's update to a column of its parent. Rows come in the same order in the parent, so the lower
-/// triangle stays below the diagonal.
+/// Adds a column of a child's update to a column of its parent. Rows come in the same order in the
+/// parent, so the lower triangle stays below the diagonal.
 #[inline(always)]
 fn add_rows<T: Scalar>(target: &mut [T], source: &[T], rows: &[u32], local: &[u32], offset: u32) {
     for (&value, &row) in source.iter().zip(rows) {
@@ -145,7 +151,8 @@ struct Child {
     inside: usize,
 }
 
-/// Updates that wait for their parents: dense matrices on the rows of a supernode, of which the lower triangle counts.
+/// Updates that wait for their parents: dense matrices on the rows of a supernode, of which the
+/// lower triangle counts.
 struct Stack<T> {
     values: Zeroed<T>,
     waiting: Vec<Waiting>,
@@ -172,7 +179,8 @@ impl<T: Scalar> Stack<T> {
     }
 }
 
-/// Dense Cholesky of the first `width` rows of a panel, and the rows below divided by it. On failure the column.
+/// Dense Cholesky of the first `width` rows of a panel, and the rows below divided by it. On
+/// failure the column.
 ///
 /// Columns are flushed as they are done, so that no product of denormal size is ever formed.
 #[inline(always)]
@@ -187,8 +195,8 @@ fn eliminate<S: pulp::Simd, T: Scalar>(
     for block in 0..blocks {
         let columns = block * BLOCK..((block + 1) * BLOCK).min(width);
         kernels::eliminate_columns(simd, panel, columns.clone(), height, negligible)?;
-        // As by halving the blocks again and again: whenever a left half is done its right half is updated at once, so that
-        // most of the work is done by few, deep products.
+        // As by halving the blocks again and again: whenever a left half is done its right half is
+        // updated at once, so that most of the work is done by few, deep products.
         let done = block + 1;
         let depth = 1 << done.trailing_zeros();
         let right = (done + depth).min(blocks);

@@ -17,14 +17,16 @@ pub enum Ordering<'a> {
     Given(&'a [u32]),
 }
 
-/// An order of elimination by nested dissection with planes, for unknowns that have places in space.
+/// An order of elimination by nested dissection with planes, for unknowns that have places in
+/// space.
 ///
-/// Compared with minimum degree on surface meshes: up to a quarter fewer entries in the factor, the same for any numbering
-/// of the input, and several times faster to find. Places far apart cost nothing; where many unknowns lie in one place the order is
-/// found from the graph alone.
+/// Compared with minimum degree on surface meshes: up to a quarter fewer entries in the factor, the
+/// same for any numbering of the input, and several times faster to find. Places far apart cost
+/// nothing; where many unknowns lie in one place the order is found from the graph alone.
 ///
 /// # Errors
-/// [`NumericError::WrongLength`] when there is not one place an unknown, [`NumericError::NotAPair`].
+/// [`NumericError::WrongLength`] when there is not one place an unknown,
+/// [`NumericError::NotAPair`].
 ///
 /// # Cost
 /// O(n log n).

@@ -1,11 +1,13 @@
-//! The shape of the factor: which columns are eliminated together, which rows they have, and who waits for whom.
+//! The shape of the factor: which columns are eliminated together, which rows they have, and who
+//! waits for whom.
 
 use std::ops::Range;
 
 const NONE: u32 = u32::MAX;
 
-/// Which share of a supernode's entries may be zeros that only make it larger, by its number of columns: a few large blocks
-/// are faster than many small ones. (Measured at 100,000 faces: half or twice these shares change the times by a few percent.)
+/// Which share of a supernode's entries may be zeros that only make it larger, by its number of
+/// columns: a few large blocks are faster than many small ones. (Measured at 100,000 faces: half or
+/// twice these shares change the times by a few percent.)
 const RELAXED: [(usize, f64); 4] = [(16, 0.3), (32, 0.2), (64, 0.15), (usize::MAX, 0.05)];
 
 /// The supernodes in order of elimination: consecutive columns with the same rows below them.
@@ -26,7 +28,8 @@ pub(crate) struct Supernodes {
 }
 
 impl Supernodes {
-    /// Of a lower triangle by columns with sorted rows, the diagonal first, in postorder of the elimination tree `parent`.
+    /// Of a lower triangle by columns with sorted rows, the diagonal first, in postorder of the
+    /// elimination tree `parent`.
     pub(crate) fn of(parent: &[u32], col_ptr: &[u32], row_idx: &[u32]) -> Supernodes {
         let mut gathering = Gathering::new(parent.len());
         for column in 0..parent.len() {
@@ -68,8 +71,9 @@ impl Supernodes {
 
     /// Whether the update of a supernode waits on the second stack.
     ///
-    /// The updates of the numeric phase wait for their parents on two stacks, one for supernodes at even and one for those at
-    /// odd depth: the children of a front lie on top of one while its own update is made on top of the other.
+    /// The updates of the numeric phase wait for their parents on two stacks, one for supernodes at
+    /// even and one for those at odd depth: the children of a front lie on top of one while its own
+    /// update is made on top of the other.
     pub(crate) fn is_odd(&self, s: usize) -> bool {
         self.odd[s]
     }
@@ -99,8 +103,8 @@ struct Closed {
     next: u32,
 }
 
-/// Supernodes made column by column. What a column adds to a front are its entries and the rows of those supernodes whose
-/// first row it is; so every list of rows is read once or twice.
+/// Supernodes made column by column. What a column adds to a front are its entries and the rows of
+/// those supernodes whose first row it is; so every list of rows is read once or twice.
 struct Gathering {
     closed: Vec<Closed>,
     row_ptr: Vec<usize>,
@@ -156,7 +160,8 @@ impl Gathering {
         }
     }
 
-    /// Adds a column, the parent of the last one, to the open front, unless that would fill it with zeros.
+    /// Adds a column, the parent of the last one, to the open front, unless that would fill it with
+    /// zeros.
     fn extend(&mut self, column: usize, entries: &[u32]) -> bool {
         let Some(front) = self.open else { return false };
         let known = self.open_rows.len();
@@ -174,7 +179,8 @@ impl Gathering {
         true
     }
 
-    /// Closes the open front at `column`; it swallows those of its children that lie right before it, as far as that is cheap.
+    /// Closes the open front at `column`; it swallows those of its children that lie right before
+    /// it, as far as that is cheap.
     fn close(&mut self, column: usize) {
         let Some(mut front) = self.open.take() else { return };
         self.open_rows.retain(|&row| row as usize >= column);
@@ -239,8 +245,8 @@ fn acceptable(width: usize, below: usize, zeros: usize) -> bool {
     zeros as f64 <= share * entries as f64
 }
 
-/// Largest number of entries on each stack when every supernode pushes a square update on its own and then takes those of its
-/// children from the other.
+/// Largest number of entries on each stack when every supernode pushes a square update on its own
+/// and then takes those of its children from the other.
 fn stack_entries(parent: &[u32], odd: &[bool], size: impl Fn(usize) -> usize) -> [usize; 2] {
     let mut waiting: [Vec<(u32, usize)>; 2] = [Vec::new(), Vec::new()];
     let mut largest = [0; 2];
@@ -256,7 +262,8 @@ fn stack_entries(parent: &[u32], odd: &[bool], size: impl Fn(usize) -> usize) ->
     largest
 }
 
-/// The elimination tree of a matrix given by rows: the columns of row `i` left of the diagonal. Roots have the parent `NONE`.
+/// The elimination tree of a matrix given by rows: the columns of row `i` left of the diagonal.
+/// Roots have the parent `NONE`.
 ///
 /// Liu's algorithm with path compression.
 pub(crate) fn elimination_tree(row_start: &[u32], columns: &[u32]) -> Vec<u32> {
@@ -280,8 +287,8 @@ pub(crate) fn elimination_tree(row_start: &[u32], columns: &[u32]) -> Vec<u32> {
     parent
 }
 
-/// A numbering in which every subtree is contiguous, children before parents: the new place of each old one. The factor has
-/// the same entries, and chains of columns become supernodes.
+/// A numbering in which every subtree is contiguous, children before parents: the new place of each
+/// old one. The factor has the same entries, and chains of columns become supernodes.
 pub(crate) fn postorder(parent: &[u32]) -> Vec<u32> {
     let n = parent.len();
     let mut first_child = vec![NONE; n];
@@ -327,7 +334,8 @@ pub(crate) fn renumbered(parent: &[u32], place: &[u32]) -> Vec<u32> {
 mod tests {
     use super::*;
 
-    /// Rows of every column of the factor, by the definition: column j passes its rows on to its first row.
+    /// Rows of every column of the factor, by the definition: column j passes its rows on to its
+    /// first row.
     fn rows_of_columns(n: usize, lower: &[Vec<u32>]) -> Vec<Vec<u32>> {
         let mut rows = lower.to_vec();
         for j in 0..n {

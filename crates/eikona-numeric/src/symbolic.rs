@@ -10,11 +10,12 @@ use crate::supernodes::{Supernodes, elimination_tree, postorder, renumbered};
 /// Set in a slot when the contribution lands on the mirrored place, as its conjugate.
 const MIRRORED: u32 = 1 << 31;
 
-/// What depends on the pattern only: the order of elimination, the shape of the factor, and where each contribution goes.
+/// What depends on the pattern only: the order of elimination, the shape of the factor, and where
+/// each contribution goes.
 ///
 /// # Cost
-/// Time proportional to the entries of the matrix and the rows of the supernodes, which are far fewer than the entries of the
-/// factor; memory likewise.
+/// Time proportional to the entries of the matrix and the rows of the supernodes, which are far
+/// fewer than the entries of the factor; memory likewise.
 #[derive(Debug)]
 pub struct Symbolic {
     unknowns: usize,
@@ -33,8 +34,9 @@ impl Symbolic {
     /// Analyses the pattern of a system.
     ///
     /// # Errors
-    /// [`NumericError::TooLarge`] past 2^30 entries, [`NumericError::NotAPair`], [`NumericError::WrongLength`] and
-    /// [`NumericError::NotAnOrder`] for an order that does not name every unknown once.
+    /// [`NumericError::TooLarge`] past 2^30 entries, [`NumericError::NotAPair`],
+    /// [`NumericError::WrongLength`] and [`NumericError::NotAnOrder`] for an order that does not
+    /// name every unknown once.
     pub fn new(graph: &Graph, ordering: Ordering<'_>) -> Result<Symbolic, NumericError> {
         let n = graph.unknowns;
         if n + graph.pairs.len() >= (MIRRORED as usize) / 2 {
@@ -67,7 +69,8 @@ impl Symbolic {
     pub fn factor_bytes<T: Scalar>(&self) -> usize {
         (self.supernodes.entries() + self.row_idx.len()) * size_of::<T>()
     }
-    /// Bytes that the factor, the permuted matrix and the fronts in work will take, known before factoring.
+    /// Bytes that the factor, the permuted matrix and the fronts in work will take, known before
+    /// factoring.
     pub fn predicted_bytes<T: Scalar>(&self) -> usize {
         self.factor_bytes::<T>() + self.supernodes.stack_entries().iter().sum::<usize>() * size_of::<T>()
     }
@@ -145,7 +148,8 @@ fn rows_left_of_diagonal(graph: &Graph, place: &[u32]) -> (Vec<u32>, Vec<u32>) {
     (start, sorted.into_iter().map(|(_, column)| column).collect())
 }
 
-/// The lower triangle by columns with sorted rows, equal entries merged, the diagonal first; and the slot of each pair.
+/// The lower triangle by columns with sorted rows, equal entries merged, the diagonal first; and
+/// the slot of each pair.
 fn permuted_lower_triangle(graph: &Graph, place: &[u32]) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
     let n = graph.unknowns;
     let pairs = &graph.pairs;

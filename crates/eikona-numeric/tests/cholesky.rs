@@ -49,7 +49,8 @@ fn noise(i: usize) -> f64 {
 fn eigenvector_of_the_grid_laplacian() {
     let n = 40;
     let (graph, matrix, places) = grid(n, 0.5);
-    // cos(pi k (i + 1/2) / n) cos(pi l (j + 1/2) / n) is an eigenvector of the Laplacian without flux at the rim.
+    // cos(pi k (i + 1/2) / n) cos(pi l (j + 1/2) / n) is an eigenvector of the Laplacian without
+    // flux at the rim.
     let (k, l) = (3.0, 5.0);
     let wave = |m: f64, i: usize| (std::f64::consts::PI * m * (i as f64 + 0.5) / n as f64).cos();
     let value = |m: f64| 2.0 - 2.0 * (std::f64::consts::PI * m / n as f64).cos();
@@ -71,7 +72,8 @@ fn hermitian_matrix_with_repeated_pairs() {
     let (mut graph, real, places) = grid(17, 0.1);
     let n = graph.unknowns;
     let mut matrix = SymmetricMatrix { diagonal: real.diagonal, off_diagonal: Vec::new() };
-    // Unit phases keep the matrix diagonally dominant; every pair is given in two halves, one of them mirrored.
+    // Unit phases keep the matrix diagonally dominant; every pair is given in two halves, one of
+    // them mirrored.
     let pairs = std::mem::take(&mut graph.pairs);
     for (k, [i, j]) in pairs.into_iter().enumerate() {
         let value = Complex { re: noise(k).cos(), im: noise(k).sin() }.scale(-0.5);
@@ -92,7 +94,8 @@ fn hermitian_matrix_with_repeated_pairs() {
 
 #[test]
 fn large_fronts_use_the_blocked_kernels() {
-    // A dense matrix is one supernode of many columns: 1 off the diagonal, n + 1 on it, of which the inverse is known.
+    // A dense matrix is one supernode of many columns: 1 off the diagonal, n + 1 on it, of which
+    // the inverse is known.
     let n = 150;
     let pairs: Vec<[u32; 2]> = (0..n).flat_map(|i| (0..i).map(move |j| [i, j])).collect();
     let matrix =
@@ -122,13 +125,15 @@ fn dissection_does_not_depend_on_the_numbering() {
     let other = nested_dissection_order(&shuffled, &moved).unwrap();
     let (a, b) = (entries(&graph, &order), entries(&shuffled, &other));
     assert!(a.abs_diff(b) * 50 < a, "{a} and {b} entries");
-    // George's bound for nested dissection of a square grid, (31/4) n^2 log2 n; the natural order has n^3.
+    // George's bound for nested dissection of a square grid, (31/4) n^2 log2 n; the natural order
+    // has n^3.
     assert!((a as f64) < 7.75 * (n * n) as f64 * (n as f64).log2(), "{a} entries");
 }
 
 #[test]
 fn tiny_solutions_keep_their_relative_accuracy() {
-    // A chain with strong decay: x_i = q^i with q + 1/q = diagonal, far below the smallest normal number of the square.
+    // A chain with strong decay: x_i = q^i with q + 1/q = diagonal, far below the smallest normal
+    // number of the square.
     let (n, q) = (120, 0.1f64);
     let graph = Graph { unknowns: n, pairs: (1..n as u32).map(|i| [i - 1, i]).collect() };
     let matrix = SymmetricMatrix { diagonal: vec![q + 1.0 / q; n], off_diagonal: vec![-1.0; n - 1] };
@@ -245,7 +250,8 @@ fn dense_matrices_of_every_small_size() {
     }
 }
 
-/// Where unknowns lie steers the size of the factor only; and neither a far place nor many unknowns in one spoil it.
+/// Where unknowns lie steers the size of the factor only; and neither a far place nor many unknowns
+/// in one spoil it.
 #[test]
 fn places_of_any_size_give_factors_of_one_size() {
     let n = 120;
@@ -288,7 +294,8 @@ fn pairs_that_are_none_are_refused() {
     }
 }
 
-/// A hub with two rings of many unknowns, whose triangles are far longer than wide: planes across them cut off whole rings.
+/// A hub with two rings of many unknowns, whose triangles are far longer than wide: planes across
+/// them cut off whole rings.
 #[test]
 fn hubs_and_long_thin_triangles_fill_little() {
     let n = 4000;
@@ -311,8 +318,8 @@ fn hubs_and_long_thin_triangles_fill_little() {
     assert!(2 * dissected < 3 * least, "{dissected} entries, minimum degree has {least}");
 }
 
-/// Unknowns that meet all others within three steps: a plane meets more of them than on a mesh, and the waves of a search still more.
-/// So planes it is, for each piece those of the piece.
+/// Unknowns that meet all others within three steps: a plane meets more of them than on a mesh, and
+/// the waves of a search still more. So planes it is, for each piece those of the piece.
 #[test]
 fn wide_neighbourhoods_are_cut_by_planes() {
     let (nx, ny) = (70i32, 50i32);

@@ -1,5 +1,5 @@
-//! The cheapest jumps: against answers known by hand, against an interior-point solver that knows nothing of flows, and against
-//! themselves under renumbering.
+//! The cheapest jumps: against answers known by hand, against an interior-point solver that knows
+//! nothing of flows, and against themselves under renumbering.
 
 mod jump_instances;
 
@@ -38,7 +38,8 @@ fn solved((nodes, terms): &Instance, options: &JumpOptions) -> JumpSolution {
     solution
 }
 
-/// The optimum by an interior-point method: potentials and sizes of jumps as unknowns, two rows a term.
+/// The optimum by an interior-point method: potentials and sizes of jumps as unknowns, two rows a
+/// term.
 fn judged((nodes, terms): &Instance) -> f64 {
     let (n, m) = (*nodes, terms.len());
     // The first node of each component is held.
@@ -124,7 +125,8 @@ fn a_cycle_jumps_where_it_is_cheapest() {
         let solution = solved(&(3, limited), &with(method));
         assert_eq!(solution.jumps, [0.0, 0.25, 0.75]);
         assert_eq!(solution.objective, 0.25 + 2.0 * 0.75);
-        // The flow of a term at its limit exceeds its weight: that is what lifting the limit would be worth.
+        // The flow of a term at its limit exceeds its weight: that is what lifting the limit would
+        // be worth.
         assert_eq!(solution.flow, [2.0, 2.0, 2.0]);
     }
 }
@@ -210,7 +212,8 @@ fn refusals_name_the_term() {
 #[test]
 fn contradicting_limits_are_named() {
     for method in METHODS {
-        // A ring of boxed terms that must jump by -0.5 in all, with a tail and free terms beside it.
+        // A ring of boxed terms that must jump by -0.5 in all, with a tail and free terms beside
+        // it.
         let mut terms: Vec<_> = (0..5).map(|k| term(k, (k + 1) % 5, 0.0, 1.0, Some(1.0))).collect();
         terms[2].shift = -0.5;
         terms.push(term(5, 2, 0.0, 1.0, Some(1.0)));
@@ -240,7 +243,8 @@ fn contradictions(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Ve
     }
 }
 
-/// Rings of 3 to 12 boxed terms, joined by free ones; of three in turn the limits of two contradict each other.
+/// Rings of 3 to 12 boxed terms, joined by free ones; of three in turn the limits of two contradict
+/// each other.
 #[test]
 fn all_contradictions_are_named_at_once() {
     const RINGS: u32 = 2000;

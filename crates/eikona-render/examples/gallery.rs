@@ -1,6 +1,8 @@
-//! Draws a handful of shapes with analytic fields into a folder (by default `target/gallery`), to look at.
+//! Draws a handful of shapes with analytic fields into a folder (by default `target/gallery`), to
+//! look at.
 //!
-//! `cargo run -p eikona-render --example gallery [folder] [mesh.obj]`: with a mesh of triangles in OBJ form it draws that one.
+//! `cargo run -p eikona-render --example gallery [folder] [mesh.obj]`: with a mesh of triangles in
+//! OBJ form it draws that one.
 
 use eikona_mesh::TriangleMesh;
 use eikona_render::{

@@ -25,7 +25,8 @@ impl Normalization {
         let vertices = scene.mesh.triangles().iter().flatten().map(|&v| &scene.mesh.positions()[v as usize]);
         let all = || vertices.clone().chain(curves.clone()).chain(points.clone());
         let largest = all().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
-        // Divided by the largest coordinate first: differences of huge numbers would overflow, squares of tiny ones vanish.
+        // Divided by the largest coordinate first: differences of huge numbers would overflow,
+        // squares of tiny ones vanish.
         let largest = if largest > 0.0 { largest } else { 1.0 };
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
@@ -50,8 +51,8 @@ impl Normalization {
     }
 }
 
-/// A point in homogeneous sample coordinates `(X, Y, W)`, which is sample `(X / W, Y / W)`, and its distance in front of the
-/// camera.
+/// A point in homogeneous sample coordinates `(X, Y, W)`, which is sample `(X / W, Y / W)`, and its
+/// distance in front of the camera.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Projected {
     pub(crate) h: V3,
@@ -88,7 +89,8 @@ impl View {
     pub(crate) fn toward_camera(&self, p: V3) -> V3 {
         if self.perspective { unit(sub(self.eye, p)) } else { self.back }
     }
-    /// Where the ray through a sample starts and where it goes (a step of 1 is a step of 1 in depth).
+    /// Where the ray through a sample starts and where it goes (a step of 1 is a step of 1 in
+    /// depth).
     pub(crate) fn ray(&self, x: f64, y: f64) -> (V3, V3) {
         let across = add(
             scale(self.right, (x - self.center[0]) / self.focal),
@@ -109,7 +111,8 @@ impl View {
         if self.perspective { depth / self.focal } else { 1.0 / self.focal }
     }
 
-    /// The view of these (normalised) points in the part of the picture that is `free_width` pixels wide from the left.
+    /// The view of these (normalised) points in the part of the picture that is `free_width` pixels
+    /// wide from the left.
     pub(crate) fn fit(
         points: &[V3],
         triangles: &[[u32; 3]],
@@ -139,7 +142,8 @@ impl View {
             Projection::Perspective { field_of_view } => height / 2.0 / (field_of_view / 2.0).tan(),
             Projection::Orthographic => 1.0,
         };
-        // Half the visible height over distance; a point (x, y, z), z towards the camera, shows while |x| <= slope (d - z).
+        // Half the visible height over distance; a point (x, y, z), z towards the camera, shows
+        // while |x| <= slope (d - z).
         let slope = if perspective { half.map(|h| h / focal) } else { [0.0; 2] };
         let mut reach = [[f64::NEG_INFINITY; 2]; 2]; // per axis: of x + slope z and of -x + slope z
         let mut nearest = f64::NEG_INFINITY;
@@ -240,7 +244,8 @@ impl Base {
     }
 }
 
-/// The common normal of a flat mesh, to the side from which most of its faces are counter-clockwise.
+/// The common normal of a flat mesh, to the side from which most of its faces are
+/// counter-clockwise.
 fn flat_normal(triangles: &[[u32; 3]], positions: &[V3]) -> Option<V3> {
     let corner = |v: u32| positions[v as usize];
     let mut widest = [0.0; 3];

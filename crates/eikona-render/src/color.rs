@@ -30,8 +30,9 @@ pub(crate) const CLAY: [u8; 3] = [214, 208, 199];
 /// Colour of faces without a value.
 pub(crate) const MISSING: [u8; 3] = [176, 176, 178];
 
-/// Categorical colours of the labels 1, 2, ... 12 in turn, so that the last but one is that of -1: the seven chromatic ones of Okabe
-/// and Ito (2008) and five of our own. Warm ones are small positive labels, cool ones negative, as in [`ColorMap::signed`].
+/// Categorical colours of the labels 1, 2, ... 12 in turn, so that the last but one is that of -1:
+/// the seven chromatic ones of Okabe and Ito (2008) and five of our own. Warm ones are small
+/// positive labels, cool ones negative, as in [`ColorMap::signed`].
 const CATEGORIES: [[u8; 3]; 12] = [
     [230, 159, 0],
     [213, 94, 0],
@@ -47,7 +48,8 @@ const CATEGORIES: [[u8; 3]; 12] = [
     [166, 206, 140],
 ];
 
-/// The sRGB colour of a label: light grey for 0, else one of twelve in turn (orange for 1, light blue for -1).
+/// The sRGB colour of a label: light grey for 0, else one of twelve in turn (orange for 1, light
+/// blue for -1).
 ///
 /// ```
 /// use eikona_render::label_color;
@@ -69,8 +71,8 @@ pub(crate) fn label_linear(label: i64) -> Linear {
     TABLE[if label == 0 { 0 } else { turn }]
 }
 
-/// A colour map: from a number in [0, 1] to a colour. Between its stops it runs straight in Oklab (Ottosson 2020), a space in
-/// which equal steps look equal.
+/// A colour map: from a number in [0, 1] to a colour. Between its stops it runs straight in Oklab
+/// (Ottosson 2020), a space in which equal steps look equal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColorMap {
     name: &'static str,
@@ -83,8 +85,8 @@ const TABLE: usize = 512;
 impl ColorMap {
     /// The names that [`ColorMap::by_name`] knows.
     ///
-    /// `signed` (blue, white, orange; for signed distances, 0 in the middle), `viridis`, `magma`, `lagoon` (pale to deep blue),
-    /// `phase` (cyclic, for angles) and `gray`.
+    /// `signed` (blue, white, orange; for signed distances, 0 in the middle), `viridis`, `magma`,
+    /// `lagoon` (pale to deep blue), `phase` (cyclic, for angles) and `gray`.
     pub const NAMES: [&'static str; 6] = ["signed", "viridis", "magma", "lagoon", "phase", "gray"];
 
     /// The colour map of this name.
@@ -124,7 +126,8 @@ impl ColorMap {
         Self::from_stops("signed", true, &STOPS)
     }
 
-    /// Dark violet over green to yellow, through nine colours of the published map (van der Walt and Smith 2015).
+    /// Dark violet over green to yellow, through nine colours of the published map (van der Walt
+    /// and Smith 2015).
     pub fn viridis() -> ColorMap {
         const STOPS: [u32; 9] =
             [0x440154, 0x472d7b, 0x3b528b, 0x2c728e, 0x21918c, 0x28ae80, 0x5ec962, 0xaddc30, 0xfde725];

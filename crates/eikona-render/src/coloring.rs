@@ -74,7 +74,8 @@ impl<'a> Coloring<'a> {
                 }
             };
             let between = match (&style.levels, &levels) {
-                // A line at the very ends of the range would be a scatter of dashes around peaks and pits.
+                // A line at the very ends of the range would be a scatter of dashes around peaks
+                // and pits.
                 (Levels::About(_), Sorted::Multiples(step)) => [bar[0] + 0.02 * step, bar[1] - 0.02 * step],
                 _ => [f64::NEG_INFINITY, f64::INFINITY],
             };
@@ -151,7 +152,8 @@ impl<'a> Coloring<'a> {
         self.map.color(low + share * (high - low))
     }
 
-    /// The labels that occur, in increasing order; `None` when the field is not of labels or there are more than `most`.
+    /// The labels that occur, in increasing order; `None` when the field is not of labels or there
+    /// are more than `most`.
     pub(crate) fn labels(&self, most: usize) -> Option<Vec<i64>> {
         let SceneField::Labels(labels) = self.field else { return None };
         let mut found = std::collections::BTreeSet::new();
@@ -165,8 +167,9 @@ impl<'a> Coloring<'a> {
     }
 }
 
-/// `N / D` for numerator and denominator that are linear in the face, and its derivative in the picture: with `e` linear in
-/// the sample, `f = sum(e n) / sum(e d)` gives `f' = sum(e' (n - f d)) / sum(e d)`.
+/// `N / D` for numerator and denominator that are linear in the face, and its derivative in the
+/// picture: with `e` linear in the sample, `f = sum(e n) / sum(e d)` gives `f' = sum(e' (n - f d))
+/// / sum(e d)`.
 fn value_at(numerator: V3, denominator: V3, place: Option<&FacePlace>) -> Value {
     let Some(place) = place else {
         let value = numerator.iter().sum::<f64>() / denominator.iter().sum::<f64>();
@@ -204,7 +207,8 @@ impl Lines {
         let opacity = if zero {
             1.0 - (1.0 - self.style.opacity) * 0.15
         } else {
-            // Lines nearer to each other than they are wide would fill the face with black: they fade instead.
+            // Lines nearer to each other than they are wide would fill the face with black: they
+            // fade instead.
             let gap = spacing / slope / self.style.width.max(1e-9);
             self.style.opacity * ((gap - 1.2) / 2.5).clamp(0.0, 1.0)
         };
@@ -268,7 +272,8 @@ fn chosen_range(occurring: Option<[f64; 2]>, map: &ColorMap) -> [f64; 2] {
     }
 }
 
-/// The round number (1, 2 or 5 times a power of ten) that divides the span into about `count` parts.
+/// The round number (1, 2 or 5 times a power of ten) that divides the span into about `count`
+/// parts.
 pub(crate) fn round_step(span: f64, count: f64) -> f64 {
     let raw = (span / count).clamp(1e-300, 1e300);
     let power = 10f64.powf(raw.log10().floor());

@@ -1,9 +1,11 @@
-//! Pieces of the line of value 0 that are too short to mean anything: rounding leaves such crumbs beside curves and points.
+//! Pieces of the line of value 0 that are too short to mean anything: rounding leaves such crumbs
+//! beside curves and points.
 
 use eikona_mesh::TriangleMesh;
 
-/// For every face, whether the line of value 0 in it, or the edge of its stroke that reaches into it, belongs to a connected
-/// piece shorter than an edge (the mean of the faces it runs through). Empty when there is no such piece.
+/// For every face, whether the line of value 0 in it, or the edge of its stroke that reaches into
+/// it, belongs to a connected piece shorter than an edge (the mean of the faces it runs through).
+/// Empty when there is no such piece.
 pub(crate) fn zero_crumbs(mesh: &TriangleMesh, values: &[f64]) -> Vec<bool> {
     // Zero points lie at vertices and inside edges; faces join them.
     let vertices = mesh.vertex_count();

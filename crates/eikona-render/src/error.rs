@@ -43,7 +43,8 @@ pub enum RenderError {
         /// The number needed.
         expected: usize,
     },
-    /// A value that can not be drawn. NaN is allowed in fields, where it means "no value"; infinities are not.
+    /// A value that can not be drawn. NaN is allowed in fields, where it means "no value";
+    /// infinities are not.
     #[error("{what} {index} is {value}; it must be finite (a field may hold NaN for \"no value\")")]
     NonFinite {
         /// What holds the value ("value of vertex", "point of curve 3,").

@@ -7,8 +7,9 @@ const GAP: f64 = 1.5;
 /// Width of the strokes.
 const STROKE: f64 = 0.92;
 
-/// Width and strokes of a glyph. `M x y` lifts the pen, `L x y` draws a line, `A cx cy rx ry from to` an arc (degrees) to which
-/// nothing leads; the pen stays at its end. y runs upwards from the base line.
+/// Width and strokes of a glyph. `M x y` lifts the pen, `L x y` draws a line, `A cx cy rx ry from
+/// to` an arc (degrees) to which nothing leads; the pen stays at its end. y runs upwards from the
+/// base line.
 fn glyph(c: char) -> Option<(f64, &'static str)> {
     Some(match c {
         ' ' => (1.6, ""),
@@ -110,7 +111,8 @@ pub(crate) fn stroke_radius(size: f64) -> f64 {
     STROKE * size / CAP / 2.0
 }
 
-/// The strokes of a line of text as segments in pixels, y downwards, starting at `x` on the base line `y`.
+/// The strokes of a line of text as segments in pixels, y downwards, starting at `x` on the base
+/// line `y`.
 pub(crate) fn text_segments(text: &str, x: f64, y: f64, size: f64) -> Vec<[[f64; 2]; 2]> {
     let unit = size / CAP;
     let mut segments = Vec::new();

@@ -4,7 +4,8 @@ use crate::error::RenderError;
 use std::io::Write;
 use std::path::Path;
 
-/// A picture: rows from top to bottom, pixels from left to right, 8 bits a channel, sRGB, alpha not premultiplied.
+/// A picture: rows from top to bottom, pixels from left to right, 8 bits a channel, sRGB, alpha not
+/// premultiplied.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     /// Pixels in a row.
@@ -16,7 +17,8 @@ pub struct Image {
 }
 
 impl Image {
-    /// The colour of the pixel in column `x` and row `y` (row 0 is at the top), or `None` outside the picture.
+    /// The colour of the pixel in column `x` and row `y` (row 0 is at the top), or `None` outside
+    /// the picture.
     pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 4]> {
         if x >= self.width || y >= self.height {
             return None;
@@ -28,7 +30,8 @@ impl Image {
     /// The picture as a PNG file: RGB when it is opaque, RGBA otherwise.
     ///
     /// # Errors
-    /// [`RenderError::Encoding`] when `rgba` does not have `4 * width * height` bytes or a side is 0.
+    /// [`RenderError::Encoding`] when `rgba` does not have `4 * width * height` bytes or a side is
+    /// 0.
     pub fn to_png_bytes(&self) -> Result<Vec<u8>, RenderError> {
         let expected = 4 * self.width as usize * self.height as usize;
         if self.rgba.len() != expected {
@@ -53,11 +56,12 @@ impl Image {
         Ok(bytes)
     }
 
-    /// Writes the PNG file. It is written under a temporary name in the same folder and renamed, so that no half-written
-    /// file is ever seen.
+    /// Writes the PNG file. It is written under a temporary name in the same folder and renamed, so
+    /// that no half-written file is ever seen.
     ///
     /// # Errors
-    /// [`RenderError::Write`] with the path and the system's reason, [`RenderError::Encoding`] as in [`Image::to_png_bytes`].
+    /// [`RenderError::Write`] with the path and the system's reason, [`RenderError::Encoding`] as
+    /// in [`Image::to_png_bytes`].
     pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), RenderError> {
         let path = path.as_ref();
         let bytes = self.to_png_bytes()?;

@@ -1,7 +1,8 @@
-//! Pictures of triangle meshes with a scalar field, isolines, curves and points, drawn to PNG without GPU or display.
+//! Pictures of triangle meshes with a scalar field, isolines, curves and points, drawn to PNG
+//! without GPU or display.
 //!
-//! A [`Scene`] says what is drawn, [`RenderOptions`] how, [`render`] gives an [`Image`]. The same input gives the same bytes
-//! on any number of threads.
+//! A [`Scene`] says what is drawn, [`RenderOptions`] how, [`render`] gives an [`Image`]. The same
+//! input gives the same bytes on any number of threads.
 //!
 //! ```
 //! use eikona_mesh::TriangleMesh;
@@ -10,15 +11,17 @@
 //!     vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]],
 //!     vec![[0, 1, 2], [0, 2, 3]],
 //! )?;
-//! let scene = Scene::new(&mesh).vertex_scalar(&[-1.0, 1.0, 1.0, -1.0]).isolines(Isolines::default());
+//! let values = [-1.0, 1.0, 1.0, -1.0];
+//! let scene = Scene::new(&mesh).vertex_scalar(&values).isolines(Isolines::default());
 //! let image = render(&scene, &RenderOptions { width: 160, height: 120, ..Default::default() })?;
 //! assert_eq!((image.width, image.height, image.rgba.len()), (160, 120, 160 * 120 * 4));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! How a picture comes about: the camera is fitted ([`Camera`]), faces are rasterised into a buffer of nearest faces at a
-//! multiple of the picture's resolution, each sample is coloured and lit, curves and points are drawn over it with a depth
-//! test, samples are filtered to pixels, and the colour bar is drawn last.
+//! How a picture comes about: the camera is fitted ([`Camera`]), faces are rasterised into a buffer
+//! of nearest faces at a multiple of the picture's resolution, each sample is coloured and lit,
+//! curves and points are drawn over it with a depth test, samples are filtered to pixels, and the
+//! colour bar is drawn last.
 
 mod camera;
 mod color;

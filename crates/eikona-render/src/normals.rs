@@ -14,8 +14,8 @@ pub(crate) fn face_normals(mesh: &TriangleMesh, positions: &[V3]) -> Vec<V3> {
         .collect()
 }
 
-/// The side of each face that is its front, as a factor of its normal: +1 or -1 such that neighbours agree, or 0 where the
-/// surface is one-sided, so that no face has a front.
+/// The side of each face that is its front, as a factor of its normal: +1 or -1 such that
+/// neighbours agree, or 0 where the surface is one-sided, so that no face has a front.
 pub(crate) fn front_sides(mesh: &TriangleMesh) -> Vec<i8> {
     let orientation = Orientation::of(mesh);
     mesh.faces()
@@ -26,8 +26,9 @@ pub(crate) fn front_sides(mesh: &TriangleMesh) -> Vec<i8> {
         .collect()
 }
 
-/// Three normals a face. Corners at a vertex share a normal when a chain of edges, each with an angle of at most `crease`
-/// between its two faces, joins them. Faces oriented against each other are joined too, with the sign turned.
+/// Three normals a face. Corners at a vertex share a normal when a chain of edges, each with an
+/// angle of at most `crease` between its two faces, joins them. Faces oriented against each other
+/// are joined too, with the sign turned.
 pub(crate) fn corner_normals(
     mesh: &TriangleMesh,
     positions: &[V3],
@@ -135,7 +136,8 @@ mod tests {
         }
         for (c, n) in normals(&mesh, 3.0).iter().enumerate() {
             let p = mesh.position(eikona_mesh::Vertex(mesh.triangles()[c / 3][c % 3]));
-            // Each side has a right angle at each corner of the cube, however it is cut: the normal is the diagonal.
+            // Each side has a right angle at each corner of the cube, however it is cut: the normal
+            // is the diagonal.
             for k in 0..3 {
                 assert!((n[k] as f64 - (p[k] * 2.0 - 1.0) / 3f64.sqrt()).abs() < 1e-6);
             }

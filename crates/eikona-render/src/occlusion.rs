@@ -1,8 +1,10 @@
-//! Ambient occlusion from the depth of the picture: how much of the sky above each pixel is hidden by what is near.
+//! Ambient occlusion from the depth of the picture: how much of the sky above each pixel is hidden
+//! by what is near.
 //!
-//! The estimate is that of McGuire, Mara and Luebke (Scalable Ambient Obscurance, 2012): neighbours on a spiral, each counted
-//! by the cosine to the normal over its distance. The spiral is turned by a fixed pattern of the pixel's coordinates, and
-//! the noise is removed by a blur that stops at steps in depth.
+//! The estimate is that of McGuire, Mara and Luebke (Scalable Ambient Obscurance, 2012): neighbours
+//! on a spiral, each counted by the cosine to the normal over its distance. The spiral is turned by
+//! a fixed pattern of the pixel's coordinates, and the noise is removed by a blur that stops at
+//! steps in depth.
 
 use crate::camera::View;
 use crate::shade::Surface;
@@ -120,7 +122,8 @@ impl Grid<'_> {
         if reach.is_nan() || reach < 1.5 {
             return 1.0;
         }
-        // No further than the picture is wide, or a camera inside the mesh would see only far pixels.
+        // No further than the picture is wide, or a camera inside the mesh would see only far
+        // pixels.
         let reach = reach.min(self.width.max(self.height) as f64 / 3.0);
         // Interleaved gradient noise (Jimenez 2014).
         let pattern = 52.982_918_9 * (0.067_110_56 * x as f64 + 0.005_837_15 * y as f64).fract();

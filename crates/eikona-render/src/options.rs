@@ -19,13 +19,14 @@ pub struct RenderOptions {
     pub lighting: Lighting,
     /// Strength of the ambient occlusion, from 0 (none) to 1.
     pub ambient_occlusion: f64,
-    /// Strength of the soft shadow on a ground below the mesh, from 0 (none) to 1. Flat meshes seen from the front have none.
+    /// Strength of the soft shadow on a ground below the mesh, from 0 (none) to 1. Flat meshes seen
+    /// from the front have none.
     pub ground_shadow: f64,
-    /// Edges at which the faces' normals differ by more than this angle (radians) are drawn sharp: 0 shows every face flat,
-    /// pi smooths everything.
+    /// Edges at which the faces' normals differ by more than this angle (radians) are drawn sharp:
+    /// 0 shows every face flat, pi smooths everything.
     pub crease_angle: f64,
-    /// A surface seen from its back is drawn a little darker and cooler. Faces wound against their neighbours have the front
-    /// of these; a one-sided surface has none.
+    /// A surface seen from its back is drawn a little darker and cooler. Faces wound against their
+    /// neighbours have the front of these; a one-sided surface has none.
     pub tint_back_faces: bool,
     /// Draws the edges of the mesh.
     pub wireframe: Option<Wireframe>,
@@ -52,25 +53,30 @@ impl Default for RenderOptions {
     }
 }
 
-/// From where the scene is seen. Unless said otherwise the whole scene fits the picture with a small margin.
+/// From where the scene is seen. Unless said otherwise the whole scene fits the picture with a
+/// small margin.
 ///
-/// Angles turn about the middle of the scene, starting in front of it: the front is the side of +z when y or x is up, and
-/// that of -y when z is up. A flat mesh is seen from its front side, head-on, and angles turn from there.
+/// Angles turn about the middle of the scene, starting in front of it: the front is the side of +z
+/// when y or x is up, and that of -y when z is up. A flat mesh is seen from its front side,
+/// head-on, and angles turn from there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// Which way is up.
     pub up: UpAxis,
     /// Turn to the right, in radians; 30 degrees without a value (0 for a flat mesh).
     pub azimuth: Option<f64>,
-    /// Turn upwards, in radians; 20 degrees without a value, 38 for a mesh that lies flat, 0 for a flat one.
+    /// Turn upwards, in radians; 20 degrees without a value, 38 for a mesh that lies flat, 0 for a
+    /// flat one.
     pub elevation: Option<f64>,
     /// Turn of the camera about its line of sight, in radians; the picture turns clockwise.
     pub roll: f64,
     /// Magnification of the fitted picture; above 0.
     pub zoom: f64,
-    /// The point in the middle of the picture, in the mesh's own coordinates; fitted without a value.
+    /// The point in the middle of the picture, in the mesh's own coordinates; fitted without a
+    /// value.
     pub target: Option<[f64; 3]>,
-    /// Distance of the camera from its target, in the mesh's own unit; above 0; fitted without a value.
+    /// Distance of the camera from its target, in the mesh's own unit; above 0; fitted without a
+    /// value.
     pub distance: Option<f64>,
     /// With or without perspective.
     pub projection: Projection,

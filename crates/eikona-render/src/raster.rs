@@ -1,4 +1,5 @@
-//! Which face is nearest at each sample: clipping, edge functions in whole numbers with the top-left rule, depth.
+//! Which face is nearest at each sample: clipping, edge functions in whole numbers with the
+//! top-left rule, depth.
 
 use crate::camera::{NEAR, Projected};
 use crate::vector::V3;
@@ -14,9 +15,11 @@ pub(crate) struct Visibility {
     pub(crate) key: Vec<f32>,
 }
 
-/// Corners are rounded to this part of a sample, so that neighbouring faces meet without gap or overlap.
+/// Corners are rounded to this part of a sample, so that neighbouring faces meet without gap or
+/// overlap.
 const SUBSAMPLE: f64 = 256.0;
-/// Faces are clipped this many samples outside the picture, which keeps products of coordinates within 63 bits.
+/// Faces are clipped this many samples outside the picture, which keeps products of coordinates
+/// within 63 bits.
 const GUARD: f64 = 4096.0;
 
 impl Visibility {
@@ -57,7 +60,8 @@ impl Visibility {
     }
 
     fn planes(&self) -> [(V3, f64, f64); 5] {
-        // (coefficients of X, Y, W), coefficient of depth, constant: the face is kept where the sum is not negative.
+        // (coefficients of X, Y, W), coefficient of depth, constant: the face is kept where the sum
+        // is not negative.
         let (w, h) = (self.width as f64 + GUARD, self.height as f64 + GUARD);
         [
             ([0.0, 0.0, 0.0], 1.0, -NEAR),
@@ -123,7 +127,8 @@ impl Visibility {
         let edge = [0, 1, 2].map(|k| {
             let (p, q) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
             let (dx, dy) = (q.x - p.x, q.y - p.y);
-            // With y downwards and positive area, the inside lies right of a left edge (dy < 0) and below a top edge.
+            // With y downwards and positive area, the inside lies right of a left edge (dy < 0) and
+            // below a top edge.
             let owns_border = dy < 0 || (dy == 0 && dx > 0);
             (cross(p, q, start) - i64::from(!owns_border), -dy * unit, dx * unit)
         });
@@ -166,7 +171,8 @@ struct Corner {
     key: f64,
 }
 
-/// Twice the signed area, positive where c lies to the right of a to b on a screen with y downwards.
+/// Twice the signed area, positive where c lies to the right of a to b on a screen with y
+/// downwards.
 fn cross(a: Corner, b: Corner, c: Corner) -> i64 {
     (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
 }
@@ -175,8 +181,8 @@ fn side(plane: &(V3, f64, f64), p: &Projected) -> f64 {
     plane.0[0] * p.h[0] + plane.0[1] * p.h[1] + plane.0[2] * p.h[2] + plane.1 * p.depth + plane.2
 }
 
-/// The place of a sample in a face, exact for perspective: weight of corner k is `e[k] / (e[0] + e[1] + e[2])`, and every `e`
-/// is linear in the sample's coordinates.
+/// The place of a sample in a face, exact for perspective: weight of corner k is `e[k] / (e[0] +
+/// e[1] + e[2])`, and every `e` is linear in the sample's coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FacePlace {
     /// Weights of the corners, none negative, sum 1.

@@ -19,15 +19,17 @@ use rayon::prelude::*;
 
 /// Draws a scene.
 ///
-/// The picture is the same, byte for byte, for the same input, whatever the number of threads (rayon's global pool). Meshes of
-/// any size and place are drawn: coordinates are normalised first. A mesh without faces gives the background.
+/// The picture is the same, byte for byte, for the same input, whatever the number of threads
+/// (rayon's global pool). Meshes of any size and place are drawn: coordinates are normalised first.
+/// A mesh without faces gives the background.
 ///
 /// ```
 /// use eikona_mesh::TriangleMesh;
 /// use eikona_render::{Lighting, RenderOptions, Scene, render};
 /// let mesh = TriangleMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0.5, 1., 0.]], vec![[0, 1, 2]])?;
 /// let scene = Scene::new(&mesh).surface_color([200, 100, 50]);
-/// let options = RenderOptions { width: 64, height: 64, lighting: Lighting::Unlit, ..Default::default() };
+/// let unlit = RenderOptions { lighting: Lighting::Unlit, ..Default::default() };
+/// let options = RenderOptions { width: 64, height: 64, ..unlit };
 /// let image = render(&scene, &options)?;
 /// assert_eq!(image.pixel(32, 40), Some([200, 100, 50, 255]));
 /// assert_eq!(image.pixel(0, 0), Some([255, 255, 255, 255]));
@@ -38,7 +40,8 @@ use rayon::prelude::*;
 /// What [`RenderOptions::validate`] and [`Scene::validate`] find.
 ///
 /// # Cost
-/// O(V + F + samples); a million faces at 1600 x 1200 with 2 x 2 samples take a few seconds and about 0.5 GB.
+/// O(V + F + samples); a million faces at 1600 x 1200 with 2 x 2 samples take a few seconds and
+/// about 0.5 GB.
 pub fn render(scene: &Scene, options: &RenderOptions) -> Result<Image, RenderError> {
     options.validate()?;
     scene.validate()?;

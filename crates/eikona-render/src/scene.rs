@@ -30,8 +30,8 @@ pub(crate) enum SceneField<'a> {
     Labels(&'a [i64]),
 }
 
-/// Lines of equal value, drawn with constant width in pixels. A piece of the line of value 0 of a field per vertex that is
-/// shorter than an edge is left out.
+/// Lines of equal value, drawn with constant width in pixels. A piece of the line of value 0 of a
+/// field per vertex that is shorter than an edge is left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Isolines {
     /// At which values.
@@ -70,7 +70,8 @@ pub struct CurveStyle {
     pub color: [u8; 3],
     /// Width in pixels.
     pub width: f64,
-    /// Colour and width (pixels, on each side) of a rim that sets the curve off from what is behind it.
+    /// Colour and width (pixels, on each side) of a rim that sets the curve off from what is behind
+    /// it.
     pub rim: Option<([u8; 3], f64)>,
     /// Arrowheads in the direction of the curve, one every so many pixels (at least one a curve).
     pub arrow_spacing: Option<f64>,
@@ -122,12 +123,14 @@ impl<'a> Scene<'a> {
         self.field = SceneField::Face(values);
         self
     }
-    /// A value per corner (corner `k` of face `f` is `3 f + k`), linear in each face; jumps at edges stay sharp.
+    /// A value per corner (corner `k` of face `f` is `3 f + k`), linear in each face; jumps at
+    /// edges stay sharp.
     pub fn corner_scalar(mut self, values: &'a [f64]) -> Self {
         self.field = SceneField::Corner(values);
         self
     }
-    /// Numerator and denominator per corner; both are linear in each face and divided at each sample.
+    /// Numerator and denominator per corner; both are linear in each face and divided at each
+    /// sample.
     pub fn corner_quotient(mut self, numerator: &'a [f64], denominator: &'a [f64]) -> Self {
         self.field = SceneField::Quotient { numerator, denominator };
         self
@@ -137,14 +140,15 @@ impl<'a> Scene<'a> {
         self.field = SceneField::Labels(labels);
         self
     }
-    /// The colour map. Without it: [`ColorMap::signed`] when values of both signs occur, else [`ColorMap::viridis`].
+    /// The colour map. Without it: [`ColorMap::signed`] when values of both signs occur, else
+    /// [`ColorMap::viridis`].
     pub fn color_map(mut self, map: ColorMap) -> Self {
         self.color_map = Some(map);
         self
     }
-    /// The values at the ends of the colour map and of its bar. Without it: those that occur; a diverging map reaches equally
-    /// far below and above 0, so that its middle is 0 and equal colours mean equal amounts, and its bar shows the part that
-    /// occurs.
+    /// The values at the ends of the colour map and of its bar. Without it: those that occur; a
+    /// diverging map reaches equally far below and above 0, so that its middle is 0 and equal
+    /// colours mean equal amounts, and its bar shows the part that occurs.
     pub fn range(mut self, min: f64, max: f64) -> Self {
         self.range = Some([min, max]);
         self
@@ -164,7 +168,8 @@ impl<'a> Scene<'a> {
         self.surface_color = Some(color);
         self
     }
-    /// A polyline in space, hidden where the surface is in front of it. Repeat the first point to close it.
+    /// A polyline in space, hidden where the surface is in front of it. Repeat the first point to
+    /// close it.
     pub fn curve(mut self, points: impl Into<Cow<'a, [[f64; 3]]>>, style: CurveStyle) -> Self {
         self.curves.push((points.into(), style));
         self
@@ -187,7 +192,8 @@ impl<'a> Scene<'a> {
         let mesh = self.mesh;
         self.surface_curves_of(mesh, curves, style, point_style)
     }
-    /// Curves and points on another mesh of the surface that this scene shows, such as the one from which its mesh was cut.
+    /// Curves and points on another mesh of the surface that this scene shows, such as the one from
+    /// which its mesh was cut.
     ///
     /// # Errors
     /// [`RenderError::Curve`] with the first node that names an element which `mesh` does not have.

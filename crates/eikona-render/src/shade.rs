@@ -18,7 +18,8 @@ pub(crate) struct Surface<'a> {
     pub(crate) projected: &'a [Projected],
     pub(crate) face_normals: &'a [V3],
     pub(crate) corner_normals: &'a [[f32; 3]],
-    /// Which side of each face is its front: see [`crate::normals::front_sides`]. Empty when nobody asks.
+    /// Which side of each face is its front: see [`crate::normals::front_sides`]. Empty when nobody
+    /// asks.
     pub(crate) front_sides: &'a [i8],
     pub(crate) visibility: &'a Visibility,
 }
@@ -53,7 +54,8 @@ impl Surface<'_> {
             normal = add(normal, scale(self.corner_normals[3 * face + k].map(f64::from), weights[k]));
         }
         let toward = self.view.toward_camera(position);
-        // Normals of a face agree in their sign, which is turned to the camera whatever the winding: no seam where it changes.
+        // Normals of a face agree in their sign, which is turned to the camera whatever the
+        // winding: no seam where it changes.
         let away = dot(self.face_normals[face], toward) < 0.0;
         normal = unit(if away { scale(normal, -1.0) } else { normal });
         let back = self.front_sides.get(face).is_some_and(|&side| side == if away { 1 } else { -1 });
@@ -71,7 +73,8 @@ impl Surface<'_> {
     }
 }
 
-/// Ambient light, key light and rim light in the camera's frame, scaled so that a face turned to the camera keeps its colour.
+/// Ambient light, key light and rim light in the camera's frame, scaled so that a face turned to
+/// the camera keeps its colour.
 pub(crate) fn studio(albedo: Linear, n: V3, open: f64) -> Linear {
     let key = unit([-0.50, 0.70, 0.75]);
     let fill = unit([0.85, 0.10, 0.55]);

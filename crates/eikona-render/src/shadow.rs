@@ -1,5 +1,6 @@
-//! The soft shadow on a ground just below the mesh: what the mesh covers in layers by height, each blurred as wide as it is
-//! high. Between its lowest and its highest point above a place the mesh is taken to be solid.
+//! The soft shadow on a ground just below the mesh: what the mesh covers in layers by height, each
+//! blurred as wide as it is high. Between its lowest and its highest point above a place the mesh
+//! is taken to be solid.
 
 use crate::camera::{Projected, View};
 use crate::raster::{NONE, Visibility};
@@ -60,7 +61,8 @@ impl GroundShadow {
         let side = [high[0] + room - low[0], high[1] + room - low[1]];
         let cell = side[0].max(side[1]) / CELLS as f64;
         let size = side.map(|s| ((s / cell).ceil() as usize).clamp(1, CELLS));
-        // The lowest and the highest point over each cell, by the depth seen from below and from above.
+        // The lowest and the highest point over each cell, by the depth seen from below and from
+        // above.
         let seen = |direction: f64| {
             let projected: Vec<Projected> = positions
                 .iter()

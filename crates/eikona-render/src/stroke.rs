@@ -178,8 +178,8 @@ impl<'a> Canvas<'a> {
         Some(Piece { from: at(t0), to: at(t1), key: [key_at(t0), key_at(t1)] })
     }
 
-    /// Where along a curve its middle is seen. Alternations shorter than the stroke is wide, as they come about where a curve
-    /// runs along the rim of the surface, are smoothed out.
+    /// Where along a curve its middle is seen. Alternations shorter than the stroke is wide, as
+    /// they come about where a curve runs along the rim of the surface, are smoothed out.
     fn visible_path(&self, pieces: Vec<Piece>, width: f64) -> Path {
         let mut start = Vec::with_capacity(pieces.len());
         let mut total = 0.0;
@@ -276,7 +276,8 @@ impl<'a> Canvas<'a> {
     /// Covers a sample by a stroke whose middle is at this depth, unless the surface hides it.
     fn cover(&mut self, sample: usize, cover: f64, key: f64, radius: f64) {
         let depth = self.view.depth_of_key(key);
-        // The surface may rise towards the camera beside the middle of the stroke: up to four times as steep as wide.
+        // The surface may rise towards the camera beside the middle of the stroke: up to four times
+        // as steep as wide.
         if self.surface_depth(sample) < depth - BIAS - 4.0 * radius * self.view.sample_size(depth) {
             return;
         }
@@ -337,7 +338,8 @@ impl Path {
         Some(piece.at(if length > 0.0 { ((s - self.start[i]) / length).clamp(0.0, 1.0) } else { 0.0 }))
     }
 
-    /// Arrowheads at even distances where the curve is seen, each with the direction over its own length.
+    /// Arrowheads at even distances where the curve is seen, each with the direction over its own
+    /// length.
     fn arrows(&self, spacing: f64, width: f64) -> Vec<Arrow> {
         if self.total.is_nan() || self.total <= 0.0 {
             return Vec::new();

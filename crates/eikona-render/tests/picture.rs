@@ -131,7 +131,8 @@ fn a_curve_behind_the_surface_is_hidden_and_one_on_it_is_seen() {
             image.rgba.chunks(4).filter(|p| p[0] > 200 && p[1] < 60).count()
         };
         let on = red(0.0);
-        // Over the surface: length 0.8 of a square about 270 pixels wide, 6 pixels wide, turned by 0.3 radians.
+        // Over the surface: length 0.8 of a square about 270 pixels wide, 6 pixels wide, turned by
+        // 0.3 radians.
         assert!((700..1600).contains(&on), "{on}");
         assert!(red(0.1) >= on * 9 / 10);
         assert_eq!(red(-0.1), 0);

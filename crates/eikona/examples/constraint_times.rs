@@ -1,5 +1,6 @@
-//! Times and memory of the signed heat method on a sphere of 100,000 faces, one thread, a case a process:
-//! `cargo run -p eikona --example constraint_times -- CASE [PIECES [COEFFICIENT]]` with a case of `free`, `zero`, `levels`, `soft`, `normals`.
+//! Times and memory of the signed heat method on a sphere of 100,000 faces, one thread, a case a
+//! process: `cargo run -p eikona --example constraint_times -- CASE [PIECES [COEFFICIENT]]` with a
+//! case of `free`, `zero`, `levels`, `soft`, `normals`.
 
 use eikona::contour::plane_cut;
 use eikona::mesh::{Curve, SurfaceCurves, TriangleMesh, shapes};
@@ -36,7 +37,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Parallels of the sphere with the south on their left, cut into this many pieces with gaps between them; one piece is a whole circle.
+/// Parallels of the sphere with the south on their left, cut into this many pieces with gaps
+/// between them; one piece is a whole circle.
 fn parallels(mesh: &TriangleMesh, pieces: usize) -> Result<SurfaceCurves, Box<dyn std::error::Error>> {
     let circles = pieces.div_ceil(100);
     let mut curves = Vec::new();

@@ -1,4 +1,5 @@
-//! Signed distance to a broken circle on a sphere, with every step in sight: `cargo run -p eikona --example signed_distance`.
+//! Signed distance to a broken circle on a sphere, with every step in sight: `cargo run -p eikona
+//! --example signed_distance`.
 
 use eikona::contour::plane_cut;
 use eikona::mesh::{Curve, SurfaceCurves, shapes};

@@ -1,9 +1,9 @@
-//! eikona answers four questions about imperfect geometry: how far and on which side, inside or outside, which direction, and
-//! how a surface can move without touching itself. This version answers the first two, on triangle meshes: see [`signed_heat`] and
-//! [`winding`].
+//! eikona answers four questions about imperfect geometry: how far and on which side, inside or
+//! outside, which direction, and how a surface can move without touching itself. This version
+//! answers the first two, on triangle meshes: see [`signed_heat`] and [`winding`].
 //!
-//! Meshes, curves and files are those of [`eikona_mesh`], re-exported as [`mesh`]. Conventions (signs, orientations, units)
-//! stand once, in `docs/conventions.md`.
+//! Meshes, curves and files are those of [`eikona_mesh`], re-exported as [`mesh`]. Conventions
+//! (signs, orientations, units) stand once, in `docs/conventions.md`.
 
 pub use eikona_mesh as mesh;
 

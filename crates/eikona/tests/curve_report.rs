@@ -148,7 +148,8 @@ fn curves_of_the_data_folder_are_reported() {
     println!("reports on {run} files");
 }
 
-/// A curve that passes a vertex of 20,000 faces 20,000 times, on a fan wound alike and on one with a face turned over.
+/// A curve that passes a vertex of 20,000 faces 20,000 times, on a fan wound alike and on one with
+/// a face turned over.
 #[test]
 fn a_hub_that_is_passed_often_takes_no_time() {
     let n = 20_000u32;

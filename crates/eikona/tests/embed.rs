@@ -1,4 +1,5 @@
-//! Curves made edges of the mesh: the cut mesh is the same surface, and every curve walks its edges.
+//! Curves made edges of the mesh: the cut mesh is the same surface, and every curve walks its
+//! edges.
 
 mod embedding;
 mod shapes;
@@ -140,10 +141,11 @@ fn faces_with_the_same_corners_stay_apart() {
 fn short_pieces_get_eight_edges() {
     let mesh = flat_grid(4);
     let curves = vec![
-        Curve::signed([vertex(6), vertex(7)]),                // 1 edge: into 8
-        Curve::signed([vertex(16), vertex(17), vertex(22)]),  // 2 edges: into 4 each
-        Curve::signed([vertex(11), vertex(12), vertex(13)]),  // these
-        Curve::unsigned([vertex(8), vertex(13), vertex(12)]), // are one piece of 3 edges: into 4 each
+        Curve::signed([vertex(6), vertex(7)]),               // 1 edge: into 8
+        Curve::signed([vertex(16), vertex(17), vertex(22)]), // 2 edges: into 4 each
+        Curve::signed([vertex(11), vertex(12), vertex(13)]), // these
+        // are one piece of 3 edges: into 4 each
+        Curve::unsigned([vertex(8), vertex(13), vertex(12)]),
         Curve::signed((19..20).map(vertex).chain([24, 23, 18, 19].map(vertex))), // closed: stays
     ];
     let curves = SurfaceCurves { curves, points: vec![inside([8, 9, 14], 0.2, 0.2)] };
@@ -235,7 +237,8 @@ fn faults_name_curve_and_node() {
 #[test]
 fn a_crossing_beside_an_edge_is_moved_onto_it() {
     let mesh = square();
-    // Two curves rise from the diagonal by 8e-9 of their ways, against each other: they cross 4e-10 beside it.
+    // Two curves rise from the diagonal by 8e-9 of their ways, against each other: they cross 4e-10
+    // beside it.
     let face = [0, 1, 2];
     let curves = vec![
         Curve::signed([edge(0, 2, 0.2), inside(face, 2.4e-9, 0.5)]),

@@ -1,4 +1,5 @@
-//! Curves made edges of the mesh: random walks, dust, heaps of segments, and the files of the data folder.
+//! Curves made edges of the mesh: random walks, dust, heaps of segments, and the files of the data
+//! folder.
 
 mod embedding;
 mod shapes;
@@ -29,8 +30,8 @@ fn book(n: usize, pages: usize) -> TriangleMesh {
     TriangleMesh::new(positions, faces).unwrap()
 }
 
-/// A walk over a mesh with each step in one face: to inner points, to edges (often to the same places) and to vertices.
-/// `jitter` moves some of them by as much.
+/// A walk over a mesh with each step in one face: to inner points, to edges (often to the same
+/// places) and to vertices. `jitter` moves some of them by as much.
 fn random_walk(mesh: &TriangleMesh, random: &mut Random, steps: usize, jitter: f64) -> Curve {
     let mut here = Located::Vertex(Vertex((random.next() % mesh.vertex_count() as u64) as u32));
     if here.faces(mesh).is_empty() {
@@ -154,7 +155,8 @@ fn dust_is_embedded_wherever_it_lies() {
         let cut = embed_with(&format!("dust, seed {seed}"), &mesh, &curves, 5e-9);
         thinnest = thinnest.min(lowest_height(&mesh, &cut));
     }
-    // Three grains of dust may happen to lie on a line, so this is below the tolerance; but it is far above rounding.
+    // Three grains of dust may happen to lie on a line, so this is below the tolerance; but it is
+    // far above rounding.
     println!("dust: lowest height {thinnest:e} of a face of sides 1");
     assert!(thinnest > 1e-12, "{thinnest:e}");
 }

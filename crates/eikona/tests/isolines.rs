@@ -1,4 +1,5 @@
-//! Isolines and plane cuts: known shapes, closedness, orientation, and the cases that tear curves elsewhere.
+//! Isolines and plane cuts: known shapes, closedness, orientation, and the cases that tear curves
+//! elsewhere.
 
 mod shapes;
 use eikona::contour::{isolines, plane_cut, polylines};
@@ -92,7 +93,8 @@ fn plane_cuts_of_sphere_and_torus() {
 #[test]
 fn faces_in_the_plane_are_cut_along_their_rim_on_one_side_only() {
     let mesh = cube(4);
-    // The top lies on the normal's side of its own plane and all else below: the cut is the rim of the top.
+    // The top lies on the normal's side of its own plane and all else below: the cut is the rim of
+    // the top.
     let top = plane_cut(&mesh, [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).unwrap();
     assert_eq!((top.len(), top[0].is_closed()), (1, true));
     assert!((length(&mesh, &top[0]) - 4.0).abs() < 1e-12);
@@ -102,7 +104,8 @@ fn faces_in_the_plane_are_cut_along_their_rim_on_one_side_only() {
     let mesh = flat_grid(4);
     let peak = field(&mesh, |p| -((p[0] - 0.5).abs() + (p[1] - 0.5).abs()));
     assert!(isolines(&mesh, &peak, &[0.0]).unwrap()[0].curves.is_empty());
-    // A ridge on the level from rim to rim: the line once up and once down, which cancel as sources.
+    // A ridge on the level from rim to rim: the line once up and once down, which cancel as
+    // sources.
     let ridge = field(&mesh, |p| -(p[0] - 0.5).abs());
     let set = isolines(&mesh, &ridge, &[0.0]).unwrap().remove(0);
     assert_eq!(set.curves.len(), 2);
@@ -150,12 +153,14 @@ fn a_moebius_strip_is_cut_in_whole_curves_that_carry_their_side() {
     assert_eq!(turned.curves.len(), 1);
     let up = turned.curves[0].up.unwrap();
     assert!(plain.curves[0].up.is_none() && up[2].abs() == 1.0);
-    // Seen from `up`, the smaller x must be on the left: upwards where it is +z, downwards where it is -z.
+    // Seen from `up`, the smaller x must be on the left: upwards where it is +z, downwards where it
+    // is -z.
     let p = polylines(&mixed, &turned.curves).unwrap().remove(0);
     assert!(p.windows(2).all(|p| (p[1][1] - p[0][1]) * up[2] > 0.0));
 }
 
-/// No curve may be torn: on a closed mesh every curve is closed, for fields with many exact ties too.
+/// No curve may be torn: on a closed mesh every curve is closed, for fields with many exact ties
+/// too.
 #[test]
 fn all_curves_are_closed_on_closed_meshes() {
     for seed in 0..60 {

@@ -126,7 +126,8 @@ fn connection_laplacian_is_positive_semidefinite() {
             for i in 0..dense.n {
                 *dense.at(i, i) -= 1e-4 * scale;
             }
-            // Nothing is parallel on a bent surface, but some fields nearly are: the count must be able to fail.
+            // Nothing is parallel on a bent surface, but some fields nearly are: the count must be
+            // able to fail.
             assert!(dense.negative_pivots() < dense.n, "{name}");
         }
     }
@@ -237,8 +238,8 @@ fn gradient(mesh: &TriangleMesh, f: Face, values: &[f64]) -> Complex {
     seen_from(mesh, f.halfedge(0), g)
 }
 
-/// C f = -div grad f for every function that is linear in each face, boundary included: with the sign and the edges as in
-/// `divergence`, a function is the fit to its own gradient.
+/// C f = -div grad f for every function that is linear in each face, boundary included: with the
+/// sign and the edges as in `divergence`, a function is the fit to its own gradient.
 #[test]
 fn gradient_of_linear_function_is_recovered() {
     let mut random = Random::from_seed(1);
@@ -284,7 +285,8 @@ fn curves(mesh: &TriangleMesh, along_edges: bool) -> SurfaceCurves {
     source
 }
 
-/// The whole method against its dense twin: the largest difference, relative to the largest distance.
+/// The whole method against its dense twin: the largest difference, relative to the largest
+/// distance.
 fn against_twin(pairs: &[(LevelSets, Constraint)], preserve_source_normals: bool) -> f64 {
     let mut worst = 0.0f64;
     for (name, mesh) in irregular_meshes() {
@@ -333,7 +335,9 @@ fn distances_with_preserved_normals_equal_those_of_the_dense_twin() {
     assert!(worst < 1e-8, "{worst:e}");
 }
 
-/// Curves along edges, held exactly, and across faces, held by weight. The penalty inside the constrained solves costs six of the sixteen digits, and rows that nearly depend on each other some more.
+/// Curves along edges, held exactly, and across faces, held by weight. The penalty inside the
+/// constrained solves costs six of the sixteen digits, and rows that nearly depend on each other
+/// some more.
 #[test]
 fn constrained_distances_equal_those_of_the_dense_twin() {
     let worst = against_twin(

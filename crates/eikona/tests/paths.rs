@@ -52,7 +52,8 @@ fn on_flat_meshes_paths_become_straight_lines() {
 #[test]
 fn over_the_edge_of_a_cube() {
     let mesh = cube(8);
-    // From the middle of the top to the middle of a side, unfolded: 1. Off the middle: along the diagonal of the net.
+    // From the middle of the top to the middle of a side, unfolded: 1. Off the middle: along the
+    // diagonal of the net.
     let (_, across) = shorten(&mesh, vertex_at(&mesh, [0.5, 0.5, 1.0]), vertex_at(&mesh, [1.0, 0.5, 0.5]));
     assert!((across - 1.0).abs() < 1e-12);
     let (before, askew) =

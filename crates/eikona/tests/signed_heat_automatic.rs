@@ -1,4 +1,5 @@
-//! What the defaults choose, and that no explicit choice is better on broken curves with known truth (SHM section 9.5.3).
+//! What the defaults choose, and that no explicit choice is better on broken curves with known
+//! truth (SHM section 9.5.3).
 
 #[path = "../examples/broken_curves/breaking.rs"]
 #[allow(dead_code)] // the example breaks curves in more ways
@@ -69,7 +70,8 @@ fn gaps_are_held_firmly_where_the_pieces_agree() {
     assert!(exact::largest_difference(again.distance.as_slice(), found.distance.as_slice()) < 1e-9);
 }
 
-/// Two rings of pieces, each the offset of the other: zero on both would press the ring between them flat.
+/// Two rings of pieces, each the offset of the other: zero on both would press the ring between
+/// them flat.
 #[test]
 fn pieces_beside_each_other_change_the_slope_next_to_them_little() {
     let mesh = rough_plate(40);
@@ -80,7 +82,8 @@ fn pieces_beside_each_other_change_the_slope_next_to_them_little() {
     let chosen = &found.report.level_sets;
     let LevelSets::Soft(weight) = chosen.level_sets else { panic!("{chosen:?}") };
     assert!(chosen.reason.contains("contradict"), "{}", chosen.reason);
-    // The force on the curves: weight over the square root of the area, times the root mean square along them.
+    // The force on the curves: weight over the square root of the area, times the root mean square
+    // along them.
     let levels: f64 =
         found.report.levels.iter().map(|l| l * l).sum::<f64>() / found.report.levels.len() as f64;
     let force = weight / 2.0 * levels.sqrt();
@@ -129,7 +132,8 @@ fn curves_at_different_levels_are_not_held_to_one() {
     assert_eq!(default_solve(&mesh, &ring).report.level_sets.level_sets, LevelSets::Zero);
 }
 
-/// Whole curves that cross bound regions together. The field between them turns, so that the free fit has levels that are none.
+/// Whole curves that cross bound regions together. The field between them turns, so that the free
+/// fit has levels that are none.
 #[test]
 fn whole_curves_that_cross_are_held_at_zero() {
     let mesh = rough_plate(40);

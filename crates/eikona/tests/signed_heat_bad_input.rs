@@ -1,4 +1,5 @@
-//! Bad input gives an error that names the element, or a right answer; never a panic and never a silent NaN.
+//! Bad input gives an error that names the element, or a right answer; never a panic and never a
+//! silent NaN.
 
 mod exact;
 
@@ -220,8 +221,8 @@ fn memory_limit() {
     assert!(with(Some(needed - 1)).is_err());
 }
 
-/// The factor that level sets take counts too. On a strip the fronts are small, so that what is kept is nearly all that the solver
-/// needs, and one more factor exceeds it.
+/// The factor that level sets take counts too. On a strip the fronts are small, so that what is
+/// kept is nearly all that the solver needs, and one more factor exceeds it.
 #[test]
 fn memory_limit_of_a_solve() {
     let mesh = shapes::grid(2000, 2, 2000.0, 2.0, Diagonal::Alternating).unwrap();

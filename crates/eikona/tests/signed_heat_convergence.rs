@@ -1,4 +1,5 @@
-//! The error of the signed heat method falls with refinement, on surfaces where the distance has a closed formula.
+//! The error of the signed heat method falls with refinement, on surfaces where the distance has a
+//! closed formula.
 
 mod exact;
 
@@ -11,7 +12,8 @@ use eikona_mesh::{
 use exact::*;
 use std::f64::consts::PI;
 
-/// One surface at one resolution: the mesh, and the exact signed distance as a function of the position.
+/// One surface at one resolution: the mesh, and the exact signed distance as a function of the
+/// position.
 struct Case {
     mesh: TriangleMesh,
     exact: Box<dyn Fn([f64; 3]) -> f64>,
@@ -62,14 +64,16 @@ fn circle_of_latitude_on_the_sphere() {
     falls("sphere", sphere, &[12, 24, 48, 71, 96], 1e-5);
 }
 
-/// With t = h^2 the error on the sphere stops falling near 1e-4: the method of the paper, not a fault of this program.
+/// With t = h^2 the error on the sphere stops falling near 1e-4: the method of the paper, not a
+/// fault of this program.
 #[test]
 fn paper_time_stalls_on_the_sphere() {
     let stalled = table("sphere, paper's time", PAPER_TIME, [16, 32, 71].into_iter().map(sphere));
     assert!(stalled[2].1 < 1e-4 && stalled[2].1 > 5e-5, "{stalled:?}");
 }
 
-/// Two parallels of a torus, at these angles of the tube; meridians are geodesics and cross both at right angles.
+/// Two parallels of a torus, at these angles of the tube; meridians are geodesics and cross both at
+/// right angles.
 fn torus(n: usize, [first, second]: [f64; 2]) -> Case {
     let mesh = shapes::torus(1.0, 0.4, 5 * n / 2, n).unwrap();
     let exact = move |p: [f64; 3]| {
@@ -90,8 +94,9 @@ fn two_parallels_on_the_torus() {
     falls("torus", |n| torus(n, [1.1, -1.1]), &[24, 48, 96, 160], 4e-5);
 }
 
-/// Where a ridge runs through the middle of a row of faces, the unit vector of these faces must point one way or the other: the
-/// two sides of the ridge then differ by up to the height of the row.
+/// Where a ridge runs through the middle of a row of faces, the unit vector of these faces must
+/// point one way or the other: the two sides of the ridge then differ by up to the height of the
+/// row.
 #[test]
 fn ridge_across_faces_costs_at_most_a_row() {
     for n in [24, 48, 96] {
@@ -125,7 +130,8 @@ fn parallel_on_the_cone() {
     falls("cone", cone, &[20, 40, 80, 130], 1e-5);
 }
 
-/// On a regular cylinder the distance is linear and the field parallel: the method is exact at every resolution.
+/// On a regular cylinder the distance is linear and the field parallel: the method is exact at
+/// every resolution.
 #[test]
 fn parallel_on_the_regular_cylinder_is_exact() {
     for sectors in [8, 32, 128] {
@@ -172,8 +178,9 @@ fn line_on_an_irregular_plate_is_exact() {
     }
 }
 
-/// The root mean square error when each gap of this angle of longitude is bridged by a geodesic, which bulges polewards of
-/// the circle by atan(tan(latitude) / cos(..)): all on the meridians through a gap are off by the bulge there.
+/// The root mean square error when each gap of this angle of longitude is bridged by a geodesic,
+/// which bulges polewards of the circle by atan(tan(latitude) / cos(..)): all on the meridians
+/// through a gap are off by the bulge there.
 fn error_of_geodesic_bridges(latitude: f64, gaps: &[f64]) -> f64 {
     let mut sum = 0.0;
     for gap in gaps {
@@ -194,9 +201,9 @@ fn longitudes(mesh: &TriangleMesh, curve: &Curve) -> [f64; 2] {
     })
 }
 
-/// A tenth of a circle kept, a twentieth dropped, and so on, at 100,820 faces: with the paper's time the gaps are bridged by
-/// geodesics, and the error is what these make. (Gaps of a twentieth bulge by 3.6e-3; the bulge grows with the square of
-/// the gap.)
+/// A tenth of a circle kept, a twentieth dropped, and so on, at 100,820 faces: with the paper's
+/// time the gaps are bridged by geodesics, and the error is what these make. (Gaps of a twentieth
+/// bulge by 3.6e-3; the bulge grows with the square of the gap.)
 #[test]
 fn gaps_of_a_broken_circle_are_bridged_by_geodesics() {
     let Case { mesh, exact } = sphere(71);

@@ -142,7 +142,8 @@ fn every_curve_file() {
             assert!(size > 0.0, "{curve}: flat");
             let held = if at_vertices { 1e-6 } else { 5e-3 };
             assert!(level_sets != LevelSets::Zero || on_curve < held, "{curve}: {on_curve:e} on the curve");
-            // Loops around a handle and curves that contradict each other bound nothing: no function has a unit gradient then.
+            // Loops around a handle and curves that contradict each other bound nothing: no
+            // function has a unit gradient then.
             let contradictory =
                 ["bumpy-sphere", "asymmetric-torus", "block-points"].iter().any(|n| curve.contains(n));
             assert!(contradictory || share > 0.85, "{curve}: gradient of length 1 on {share} of the area");

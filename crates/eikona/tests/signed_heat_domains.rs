@@ -25,7 +25,8 @@ fn half_disk(rings: usize) -> TriangleMesh {
         .mesh
 }
 
-/// A straight line that meets the boundary: its distance is linear up to the boundary, also when the diffusion reaches it.
+/// A straight line that meets the boundary: its distance is linear up to the boundary, also when
+/// the diffusion reaches it.
 #[test]
 fn isolines_meet_the_boundary_straight() {
     let rectangle = shapes::grid(20, 30, 2.0, 3.0, Diagonal::Alternating).unwrap();
@@ -46,7 +47,8 @@ fn isolines_meet_the_boundary_straight() {
     }
 }
 
-/// For each face that touches the boundary of a plate, the angle between a field and the gradient of a function.
+/// For each face that touches the boundary of a plate, the angle between a field and the gradient
+/// of a function.
 fn angles_at_the_boundary(
     mesh: &TriangleMesh,
     field: impl Fn(Face) -> [f64; 3],
@@ -60,7 +62,8 @@ fn angles_at_the_boundary(
     mesh.faces().filter(at_boundary).map(angle).collect()
 }
 
-/// The unit field of the unsigned heat method: away from where heat that starts along the curve goes, which can not leave the surface.
+/// The unit field of the unsigned heat method: away from where heat that starts along the curve
+/// goes, which can not leave the surface.
 fn unsigned_heat_field(mesh: &TriangleMesh, source: &SurfaceCurves, time: f64) -> Vec<[f64; 3]> {
     let triangles = eikona::geometry::lay_out(mesh);
     let CotanLaplacian { graph, mut matrix } = CotanLaplacian::new(mesh, &triangles);
@@ -87,9 +90,10 @@ fn unsigned_heat_field(mesh: &TriangleMesh, source: &SurfaceCurves, time: f64) -
     mesh.faces().map(gradient).collect()
 }
 
-/// Figure 8 of the paper: at t = 100 h^2 (h the mean edge length) the unsigned heat method bends its field along the boundary,
-/// since heat does not cross it, while the signed one, whose vectors keep their direction there, is right: exactly so
-/// for a line that ends at the boundary at an angle, and for a circle up to the smoothing that such a time brings everywhere.
+/// Figure 8 of the paper: at t = 100 h^2 (h the mean edge length) the unsigned heat method bends
+/// its field along the boundary, since heat does not cross it, while the signed one, whose vectors
+/// keep their direction there, is right: exactly so for a line that ends at the boundary at an
+/// angle, and for a circle up to the smoothing that such a time brings everywhere.
 #[test]
 fn figure_8_the_field_is_right_at_the_boundary() {
     let mesh = rough_plate(48);
@@ -170,8 +174,8 @@ fn across(mesh: &TriangleMesh, nv: usize, width: f64) -> Vec<f64> {
     mesh.vertices().map(|v| (width * share(v)).abs()).collect()
 }
 
-/// Rulings are geodesics, and the curves at a fixed distance from the core cross them at right angles: so the distance to such a
-/// curve, which goes round twice and has two sides, is known.
+/// Rulings are geodesics, and the curves at a fixed distance from the core cross them at right
+/// angles: so the distance to such a curve, which goes round twice and has two sides, is known.
 #[test]
 fn two_sided_curve_on_a_moebius_band() {
     let (nu, nv, width) = (160, 20, 0.8);
@@ -240,7 +244,8 @@ fn normal_given_on_a_moebius_band() {
     assert!(out[left] < 0.0 && out[right] > 0.0, "{} and {}", out[left], out[right]);
 }
 
-/// On a Klein bottle, the isoline of an even function of the figure eight's parameter bounds: signs are those of the function.
+/// On a Klein bottle, the isoline of an even function of the figure eight's parameter bounds: signs
+/// are those of the function.
 #[test]
 fn klein_bottle() {
     let (nu, nv) = (80, 40);
@@ -308,7 +313,8 @@ fn line_on_squares(mesh: &TriangleMesh, level_sets: LevelSets) -> (Solution, f64
     (solution, worst)
 }
 
-/// The face on the rising edge from (4, 1) to (5, 2) cut in two, with a face of this height between it and that edge.
+/// The face on the rising edge from (4, 1) to (5, 2) cut in two, with a face of this height between
+/// it and that edge.
 fn with_sliver(grid: &TriangleMesh, height: f64) -> TriangleMesh {
     let (mut positions, mut faces) = (grid.positions().to_vec(), grid.triangles().to_vec());
     let [a, b, apex] = [[4.0, 1.0, 0.0], [5.0, 2.0, 0.0], [4.0, 2.0, 0.0]].map(|p| vertex_at(grid, p).0);
@@ -329,7 +335,8 @@ fn slivers_do_no_harm() {
         for level_sets in [LevelSets::Free, LevelSets::Zero] {
             let (solution, worst) = line_on_squares(&mesh, level_sets);
             println!("sliver of height {height:e}, {level_sets:?}: {worst:.1e}");
-            // Sides made longer by 1e-8 give a flat triangle angles of 1e-4, which turn the field by as much.
+            // Sides made longer by 1e-8 give a flat triangle angles of 1e-4, which turn the field
+            // by as much.
             assert!(worst < 1e-4, "height {height:e}, {level_sets:?}: {worst:e}");
             let warned = solution.report.all_warnings().any(|w| w.contains("degenerate face"));
             assert!(warned || height > 1e-8, "height {height:e}");

@@ -9,7 +9,8 @@ use eikona_mesh::{
 };
 use exact::*;
 
-/// The largest relative error on a strip of unit squares, from the line x = 2; with it the number of stages.
+/// The largest relative error on a strip of unit squares, from the line x = 2; with it the number
+/// of stages.
 fn strip(columns: usize, level_sets: LevelSets) -> (f64, usize) {
     let mesh = shapes::grid(columns, 10, columns as f64, 10.0, Diagonal::Alternating).unwrap();
     let curve = through_vertices(&mesh, |p| p[0] == 2.0, |p| p[1]);
@@ -55,7 +56,8 @@ fn line_across_the_faces_of_a_long_strip() {
     assert!(solution.report.stages > 2);
 }
 
-/// A small circle around the pole of a sphere of 499,280 faces; the diffused vectors are gone long before the other pole.
+/// A small circle around the pole of a sphere of 499,280 faces; the diffused vectors are gone long
+/// before the other pole.
 #[test]
 fn tiny_circle_on_the_sphere() {
     let mesh = shapes::geodesic_sphere(158).unwrap();
@@ -67,8 +69,8 @@ fn tiny_circle_on_the_sphere() {
     assert!(e.l2 <= 2e-3, "{e:?}");
 }
 
-/// Times far below h^2 follow the edges rather than the surface, so that the distance is off by some percent; but it never
-/// goes flat.
+/// Times far below h^2 follow the edges rather than the surface, so that the distance is off by
+/// some percent; but it never goes flat.
 #[test]
 fn tiny_time_underflows_and_stays_finite() {
     let mesh = shapes::geodesic_sphere(32).unwrap();

@@ -1,4 +1,5 @@
-//! Vertices and edges at which very many faces meet: nothing may grow with the square of their number.
+//! Vertices and edges at which very many faces meet: nothing may grow with the square of their
+//! number.
 
 use eikona::mesh::{Curve, SurfaceCurves, TriangleMesh, Vertex};
 use eikona::signed_heat::{SolveOptions, Solver, SolverOptions};
@@ -41,7 +42,8 @@ fn an_unsigned_star_at_a_hub_of_many_faces() {
     }));
     let faces = (0..n as u32).map(|i| [0, i + 1, (i + 1) % n as u32 + 1]).collect();
     let mesh = TriangleMesh::new(positions, faces).unwrap();
-    // There and back along every hundredth spoke: the hub is an end of 400 segments, and the rim is one curve.
+    // There and back along every hundredth spoke: the hub is an end of 400 segments, and the rim is
+    // one curve.
     let spokes = (0..n as u32).step_by(100).map(|i| Curve::unsigned([Vertex(0), Vertex(i + 1)]));
     let rim = Curve::unsigned((0..=n as u32).map(|i| Vertex(i % n as u32 + 1)));
     let source = SurfaceCurves { curves: spokes.chain([rim]).collect(), points: Vec::new() };

@@ -15,7 +15,8 @@ use exact::*;
 const ALL_LEVEL_SETS: [LevelSets; 5] =
     [LevelSets::Automatic, LevelSets::Free, LevelSets::Zero, LevelSets::PerComponent, LevelSets::Soft(5.0)];
 
-/// An irregular torus with a closed curve across faces, an open one along edges, an unsigned one and a point.
+/// An irregular torus with a closed curve across faces, an open one along edges, an unsigned one
+/// and a point.
 fn scene() -> (TriangleMesh, SurfaceCurves) {
     let mesh = damage::jitter(&shapes::torus(1.0, 0.45, 40, 20).unwrap(), 0.2, 8).unwrap();
     let mut source = zero_level(&mesh, |p| p[0] + 0.2 * p[2] - 0.3);
@@ -75,7 +76,8 @@ fn reversed_curves_negate_the_distance() {
     }
 }
 
-/// A counter-clockwise loop seen from outside has a negative inside; positive with the convention of other programs.
+/// A counter-clockwise loop seen from outside has a negative inside; positive with the convention
+/// of other programs.
 #[test]
 fn left_of_a_curve_is_negative() {
     let mesh = shapes::grid(4, 4, 4.0, 4.0, Diagonal::Uniform).unwrap();
@@ -153,7 +155,8 @@ fn rigid_motion_changes_nothing() {
 #[test]
 fn bending_changes_nothing() {
     let plate = shapes::grid(30, 12, 3.0, 1.2, Diagonal::Alternating).unwrap();
-    // Along x a polygon with chords of one column each: every square stays a square, its diagonal with it.
+    // Along x a polygon with chords of one column each: every square stays a square, its diagonal
+    // with it.
     let step = 0.1 / (2.0 * (0.05f64).sin());
     let rolled = |p: [f64; 3]| {
         let turn = (p[0] / 0.1).round() * 0.1;
@@ -184,7 +187,8 @@ fn flipped_faces_change_nothing() {
     }
 }
 
-/// The same under the real form: a band that is orientable but for one nonmanifold fin far from everything.
+/// The same under the real form: a band that is orientable but for one nonmanifold fin far from
+/// everything.
 #[test]
 fn flipped_faces_change_nothing_in_the_real_form() {
     let grid = shapes::grid(12, 4, 12.0, 4.0, Diagonal::Alternating).unwrap();
@@ -249,7 +253,8 @@ fn cutting_segments_changes_nothing() {
     }
 }
 
-/// Automatic time looks at the source, in one call and in a solver that is there before any source, in any order of sources.
+/// Automatic time looks at the source, in one call and in a solver that is there before any source,
+/// in any order of sources.
 #[test]
 fn automatic_time_follows_the_source() {
     let plate = rough_plate(24);

@@ -19,8 +19,8 @@ fn values_at_nodes(mesh: &TriangleMesh, source: &SurfaceCurves, values: &[f64]) 
         .collect()
 }
 
-/// Curves whose rows depend on each other: doubled ones, a third curve between them, many nodes in one face, crossings, a point
-/// on a curve.
+/// Curves whose rows depend on each other: doubled ones, a third curve between them, many nodes in
+/// one face, crossings, a point on a curve.
 fn dependent_rows(mesh: &TriangleMesh) -> SurfaceCurves {
     let mut source = zero_level(mesh, |p| (p[0] - 0.9).hypot(p[1] - 0.6) - 0.4);
     let doubled = source.curves.clone();
@@ -39,8 +39,8 @@ fn dependent_rows(mesh: &TriangleMesh) -> SurfaceCurves {
     source
 }
 
-/// Exactly at vertices and isolated points, whatever else pulls there; along curves that cross faces and contradict nothing,
-/// to a small share of the square of the edge length.
+/// Exactly at vertices and isolated points, whatever else pulls there; along curves that cross
+/// faces and contradict nothing, to a small share of the square of the edge length.
 #[test]
 fn zero_is_zero_along_the_curves() {
     let grid = shapes::grid(36, 24, 1.8, 1.2, Diagonal::Alternating).unwrap();
@@ -79,8 +79,9 @@ fn zero_is_zero_along_the_curves() {
     }
 }
 
-/// A polyline in space, traced over the faces, is no isoline of a function that is linear in every face: held exactly at every
-/// node, the distance would be flat along the strip of faces that it crosses.
+/// A polyline in space, traced over the faces, is no isoline of a function that is linear in every
+/// face: held exactly at every node, the distance would be flat along the strip of faces that it
+/// crosses.
 #[test]
 fn zero_does_not_lock_on_a_polyline() {
     for frequency in [20, 40] {
@@ -103,13 +104,14 @@ fn zero_does_not_lock_on_a_polyline() {
     }
 }
 
-/// Two circles about one centre, the outer one with its sides swapped: the distance falls again outside it. Their levels
-/// differ by the distance between them.
+/// Two circles about one centre, the outer one with its sides swapped: the distance falls again
+/// outside it. Their levels differ by the distance between them.
 #[test]
 fn per_component_finds_the_level_of_each_curve() {
     let mesh = shapes::disk(60, 6, 1.0).unwrap();
     let radius = |p: [f64; 3]| p[0].hypot(p[1]);
-    // Both have their smaller radius on the left, so the distance grows by 0.4 from the first to the second.
+    // Both have their smaller radius on the left, so the distance grows by 0.4 from the first to
+    // the second.
     let mut source = zero_level(&mesh, |p| radius(p) - 0.31);
     source.curves.extend(zero_level(&mesh, |p| radius(p) - 0.71).curves);
     // A point by itself has no level to be held to, and no place among those of the curves.
@@ -186,8 +188,8 @@ fn soft_lies_between_free_and_zero() {
     assert!(spreads[1] > at_zero && at_zero > spreads[5], "{at_zero:e} when held, {spreads:?} by weight");
 }
 
-/// Two lines a distance d apart that both want the zero level, on a rectangle: the values on them are -a and a with
-/// a = 1 / (2 / d + weight / sqrt(area)), whatever the mesh and the unit.
+/// Two lines a distance d apart that both want the zero level, on a rectangle: the values on them
+/// are -a and a with a = 1 / (2 / d + weight / sqrt(area)), whatever the mesh and the unit.
 #[test]
 fn soft_weight_has_a_closed_formula() {
     for weight in [0.5, 10.0, 200.0] {
@@ -260,7 +262,8 @@ fn confidence_falls_behind_gaps() {
     }
 }
 
-/// The constant does not hang on the weight: a weak one leaves the fit as it is without, with mean zero on the curve.
+/// The constant does not hang on the weight: a weak one leaves the fit as it is without, with mean
+/// zero on the curve.
 #[test]
 fn soft_constant_at_tiny_weights() {
     let mesh = shapes::grid(150, 150, 150.0, 150.0, Diagonal::Alternating).unwrap();

@@ -1,5 +1,5 @@
-//! The signed heat method at the ends of the range of doubles. Found by fuzzing: areas overflowed from sides of 1e77 on, and
-//! lost digits from 1e-80 down.
+//! The signed heat method at the ends of the range of doubles. Found by fuzzing: areas overflowed
+//! from sides of 1e77 on, and lost digits from 1e-80 down.
 
 use eikona::mesh::{Curve, SurfaceCurves, TriangleMesh, Vertex, shapes};
 use eikona::signed_heat::{LevelSets, SignedHeatError, SolveOptions, Solver, SolverOptions};

@@ -1,4 +1,5 @@
-//! Sheets that meet in vertices alone, or more than two of them in an edge: how distance goes on from one to the next.
+//! Sheets that meet in vertices alone, or more than two of them in an edge: how distance goes on
+//! from one to the next.
 
 mod exact;
 
@@ -29,7 +30,8 @@ fn strip_with_fin(flip: impl Fn(usize) -> bool) -> TriangleMesh {
     TriangleMesh::new(positions, faces).unwrap()
 }
 
-/// The line x = 0, downwards: the strip is on its left, so the distance is -x, and goes on up the fin.
+/// The line x = 0, downwards: the strip is on its left, so the distance is -x, and goes on up the
+/// fin.
 #[test]
 fn fin_on_a_strip() {
     let windings: [(&str, fn(usize) -> bool); 4] = [
@@ -54,8 +56,8 @@ fn fin_on_a_strip() {
     }
 }
 
-/// A curve along the edge of the fin itself. Which sheets are left is for a normal to tell, not for the winding of their faces;
-/// the fin, which is neither, rises to the normal and counts as left.
+/// A curve along the edge of the fin itself. Which sheets are left is for a normal to tell, not for
+/// the winding of their faces; the fin, which is neither, rises to the normal and counts as left.
 #[test]
 fn curve_along_the_edge_of_the_fin() {
     let windings: [(&str, fn(usize) -> bool); 5] = [
@@ -82,7 +84,8 @@ fn curve_along_the_edge_of_the_fin() {
                 assert!((told[v] - wanted).abs() < 1e-6, "{name}, {turned}, {v}: {} for {wanted}", told[v]);
             }
         }
-        // Untold, the sides of the strip differ nevertheless; and it is said if windings do not agree.
+        // Untold, the sides of the strip differ nevertheless; and it is said if windings do not
+        // agree.
         let untold = ask(nodes, None);
         let [left, right] = [[0.0; 3], [3.0, 0.0, 0.0]].map(|p| untold.distance[vertex_at(&mesh, p)]);
         assert!((left.abs() - 1.5).abs() < 1e-6 && (left + right).abs() < 1e-6, "{name}: {left} {right}");
@@ -134,7 +137,8 @@ fn sheets_of_a_winding_seam_stay_on_their_sides() {
     }
 }
 
-/// Two squares that share a corner only, with a line in the first: (mesh, source, exact distance as behind a point).
+/// Two squares that share a corner only, with a line in the first: (mesh, source, exact distance as
+/// behind a point).
 fn two_squares(direction: f64) -> (TriangleMesh, SurfaceCurves, impl Fn([f64; 3]) -> f64) {
     let n = 24;
     let square = shapes::grid(n, n, 1.0, 1.0, Diagonal::Alternating).unwrap();
@@ -211,8 +215,8 @@ fn two_tetrahedra_at_a_vertex() {
     assert!((4..7).all(|v| there[Vertex(v)].abs() > there[Vertex(0)].abs() + 0.8));
 }
 
-/// A line that does not run parallel to the edge that carries the fin: distances go on straight behind the edge, on the plate and on
-/// the fin unfolded into it.
+/// A line that does not run parallel to the edge that carries the fin: distances go on straight
+/// behind the edge, on the plate and on the fin unfolded into it.
 #[test]
 fn slanted_line_on_a_plate_with_a_fin() {
     let plate = shapes::grid(20, 20, 2.0, 2.0, Diagonal::Alternating).unwrap();
@@ -237,7 +241,8 @@ fn slanted_line_on_a_plate_with_a_fin() {
     assert!(e.largest < 0.02, "{e:?}");
 }
 
-/// Squares of 2 x 2 cells, each given by its lower left corner, that share the vertices which coincide, corner to corner.
+/// Squares of 2 x 2 cells, each given by its lower left corner, that share the vertices which
+/// coincide, corner to corner.
 fn squares(corners: impl Iterator<Item = [f64; 2]>) -> TriangleMesh {
     let square = shapes::grid(2, 2, 1.0, 1.0, Diagonal::Alternating).unwrap();
     let (mut positions, mut faces) = (Vec::new(), Vec::new());
@@ -259,8 +264,8 @@ fn squares(corners: impl Iterator<Item = [f64; 2]>) -> TriangleMesh {
     TriangleMesh::new(positions, faces).unwrap()
 }
 
-/// Distance goes on through vertices that alone hold sheets together, with its sign, at the cost of one more run of the diffusion
-/// for any number of sheets.
+/// Distance goes on through vertices that alone hold sheets together, with its sign, at the cost of
+/// one more run of the diffusion for any number of sheets.
 #[test]
 fn chain_of_2000_sheets() {
     let mesh = squares((0..2000).map(|k| [f64::from(k); 2]));
@@ -283,7 +288,8 @@ fn chain_of_2000_sheets() {
     }
 }
 
-/// Twenty thousand triangles that share one vertex and nothing else, and a point at the end of one of them.
+/// Twenty thousand triangles that share one vertex and nothing else, and a point at the end of one
+/// of them.
 #[test]
 fn flower_of_20000_petals() {
     let mut positions = vec![[0.0; 3]];
@@ -308,7 +314,8 @@ fn flower_of_20000_petals() {
 /// A sheet that is entered on both sides of zero hands each sign to what hangs nearest to it.
 #[test]
 fn sheet_entered_from_both_sides() {
-    // A row of three squares; one more, on a corner of each end; between these a sheet that touches both; and one more at each end.
+    // A row of three squares; one more, on a corner of each end; between these a sheet that touches
+    // both; and one more at each end.
     let row = shapes::grid(6, 2, 3.0, 1.0, Diagonal::Alternating).unwrap();
     let mesh = squares([[-1.0, 1.0], [3.0, 1.0], [-1.0, 4.0], [3.0, 4.0]].into_iter());
     let (mut positions, mut faces) = (mesh.positions().to_vec(), mesh.triangles().to_vec());
@@ -336,7 +343,8 @@ fn sheet_entered_from_both_sides() {
     let middle = through_vertices(&mesh, |p| p[0] == 1.5 && p[1] <= 1.0, |p| p[1]);
     let solution = solve(&mesh, &SurfaceCurves::from_curve(middle), PAPER_TIME, LevelSets::Free);
     assert!(solution.report.stages <= 3);
-    // Upwards the left is at smaller x, and negative: the field runs to the entrances on that side, away from them on the other.
+    // Upwards the left is at smaller x, and negative: the field runs to the entrances on that side,
+    // away from them on the other.
     for (sign, entrance, low) in [
         (-1.0, [0.0, 1.0, 0.0], [-1.0, 1.0]),
         (1.0, [3.0, 1.0, 0.0], [3.0, 1.0]),
@@ -354,8 +362,8 @@ fn sheet_entered_from_both_sides() {
     }
 }
 
-/// Two hundred curves through a vertex of 20,000 faces, on a mesh without consistent winding, each of which carries its side
-/// across the vertex.
+/// Two hundred curves through a vertex of 20,000 faces, on a mesh without consistent winding, each
+/// of which carries its side across the vertex.
 #[test]
 fn curves_through_a_hub_of_many_faces() {
     let n = 20_000u32;
@@ -382,8 +390,9 @@ fn curves_through_a_hub_of_many_faces() {
     }
 }
 
-/// A strip of 12 x 1 with a second one above it that shares the vertices (2, 1) and (10, 1) only, and the vertices of the second:
-/// (mesh, number in the mesh of each vertex of a strip, seen as one of the second).
+/// A strip of 12 x 1 with a second one above it that shares the vertices (2, 1) and (10, 1) only,
+/// and the vertices of the second: (mesh, number in the mesh of each vertex of a strip, seen as one
+/// of the second).
 fn two_strips(cells: usize) -> (TriangleMesh, TriangleMesh, Vec<Vertex>) {
     let strip = shapes::grid(12 * cells, cells, 12.0, 1.0, Diagonal::Alternating).unwrap();
     let (mut positions, mut faces) = (strip.positions().to_vec(), strip.triangles().to_vec());
@@ -402,7 +411,8 @@ fn two_strips(cells: usize) -> (TriangleMesh, TriangleMesh, Vec<Vertex>) {
     (TriangleMesh::new(positions, faces).unwrap(), strip, upper)
 }
 
-/// A sheet that hangs by two vertices is entered where distance comes first, and does not pull at what it hangs on.
+/// A sheet that hangs by two vertices is entered where distance comes first, and does not pull at
+/// what it hangs on.
 #[test]
 fn sheet_that_hangs_by_two_vertices() {
     for cells in [1, 4] {
@@ -424,8 +434,8 @@ fn sheet_that_hangs_by_two_vertices() {
     }
 }
 
-/// On heaps of triangles that meet at vertices and edges as it comes, turning faces over changes nothing. In some of them the
-/// vectors that enter a triangle at its three corners cancel.
+/// On heaps of triangles that meet at vertices and edges as it comes, turning faces over changes
+/// nothing. In some of them the vectors that enter a triangle at its three corners cancel.
 #[test]
 fn heaps_of_triangles_do_not_mind_turned_faces() {
     struct Xorshift(u64);

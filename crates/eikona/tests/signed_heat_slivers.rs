@@ -31,8 +31,8 @@ fn solved(mesh: &TriangleMesh, level_sets: LevelSets) -> (f64, Vec<String>) {
 
 #[test]
 fn thin_faces_keep_the_digits_of_their_cotangents() {
-    // A right triangle of legs 1 and w, laid along the axes and turned: cotangents 0, w and 1 / w. From lengths alone the second
-    // would be off by 1e-16 / w.
+    // A right triangle of legs 1 and w, laid along the axes and turned: cotangents 0, w and 1 / w.
+    // From lengths alone the second would be off by 1e-16 / w.
     for w in [1e-3, 1e-5, 1e-7] {
         for turn in [0.0f64, 0.4] {
             let place =
@@ -52,7 +52,8 @@ fn thin_faces_keep_the_digits_of_their_cotangents() {
 
 #[test]
 fn distances_on_slivers_keep_their_digits() {
-    // Without refinement the errors grow to 0.3. Mild slivers are not refined and keep eight digits.
+    // Without refinement the errors grow to 0.3. Mild slivers are not refined and keep eight
+    // digits.
     let all = [
         LevelSets::Automatic,
         LevelSets::Zero,

@@ -65,8 +65,8 @@ fn soft_level_sets_do_not_depend_on_resolution() {
     }
 }
 
-/// A curve and the same curve backwards say nothing together: their normals cancel. Alone on a surface they leave no distance,
-/// and that is said.
+/// A curve and the same curve backwards say nothing together: their normals cancel. Alone on a
+/// surface they leave no distance, and that is said.
 #[test]
 fn opposite_doubled_curves_cancel() {
     let mesh = rough_plate(20);
@@ -92,8 +92,8 @@ fn opposite_doubled_curves_cancel() {
     assert!(solution.report.all_warnings().any(|w| w.contains("800 faces")));
 }
 
-/// Two lines that cross, so that two quadrants are told opposite things: what is symmetric stays so, and between the two
-/// positive sides the zero distance is that to the nearer line.
+/// Two lines that cross, so that two quadrants are told opposite things: what is symmetric stays
+/// so, and between the two positive sides the zero distance is that to the nearer line.
 #[test]
 fn crossing_lines() {
     for n in [20, 40] {
@@ -116,7 +116,8 @@ fn crossing_lines() {
     }
 }
 
-/// Three curves from one vertex: a signed line and a signed branch. All nodes are zero, no value exceeds the distance.
+/// Three curves from one vertex: a signed line and a signed branch. All nodes are zero, no value
+/// exceeds the distance.
 #[test]
 fn branching_curves() {
     let n = 40;
@@ -149,7 +150,8 @@ fn square_distance(p: [f64; 3]) -> f64 {
     if x.max(y) < 0.0 { x.max(y) } else { x.max(0.0).hypot(y.max(0.0)) }
 }
 
-/// Long diffusion rounds the corners of a square; keeping the normals of the curve keeps them sharp.
+/// Long diffusion rounds the corners of a square; keeping the normals of the curve keeps them
+/// sharp.
 #[test]
 fn preserved_normals_keep_corners() {
     let n = 80;
@@ -217,8 +219,8 @@ fn preserved_normals_do_not_depend_on_segments() {
     assert!(difference < 1e-8, "{difference:e}");
 }
 
-/// Also for curves much finer than the mesh, whose segments say more than a face can satisfy one by one, for long diffusion, and
-/// in the real form.
+/// Also for curves much finer than the mesh, whose segments say more than a face can satisfy one by
+/// one, for long diffusion, and in the real form.
 #[test]
 fn preserved_normals_take_few_iterations() {
     let plate = rough_plate(40);
@@ -276,7 +278,8 @@ fn two_arcs_of_a_circle() {
     }
 }
 
-/// More curves through each face than it has vectors: the result is finite, and the report is honest of how well the normals are kept.
+/// More curves through each face than it has vectors: the result is finite, and the report is
+/// honest of how well the normals are kept.
 #[test]
 fn normals_that_contradict_each_other() {
     let mesh = rough_plate(6);

@@ -17,9 +17,11 @@ fn line(mesh: &TriangleMesh) -> Vec<Vertex> {
     on
 }
 
-/// A part of unit squares from column `x` on, `n` by `n`, with so many parts of each square's side on the left and right rim.
+/// A part of unit squares from column `x` on, `n` by `n`, with so many parts of each square's side
+/// on the left and right rim.
 fn part(x: f64, n: usize, rims: [&[Vec<f64>]; 2], bend: f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
-    // Bent into a cylinder about the y axis, which leaves distances in the surface along x and y nearly as they are.
+    // Bent into a cylinder about the y axis, which leaves distances in the surface along x and y
+    // nearly as they are.
     let place = |i: f64, y: f64| {
         if bend == 0.0 {
             [x + i, y, 0.0]

@@ -1,5 +1,5 @@
-//! Sources without sides: curves open and closed, along edges and across faces, points anywhere, and these with signed curves.
-//! Their distances are exact on flat plates.
+//! Sources without sides: curves open and closed, along edges and across faces, points anywhere,
+//! and these with signed curves. Their distances are exact on flat plates.
 
 mod exact;
 
@@ -10,7 +10,8 @@ use exact::*;
 /// The distance at one resolution for a diffusion time, with the exact one.
 type Case = (TriangleMesh, SurfaceCurves, Box<dyn Fn([f64; 3]) -> f64>);
 
-/// The least orders at the paper's time and at the automatic one, and the most that the last L2 error may be, in edge lengths.
+/// The least orders at the paper's time and at the automatic one, and the most that the last L2
+/// error may be, in edge lengths.
 struct Wanted {
     orders: [f64; 2],
     edges: [f64; 2],
@@ -38,8 +39,8 @@ fn falls(name: &str, level_sets: LevelSets, wanted: Wanted, at: impl Fn(usize) -
     }
 }
 
-/// Round the end of a curve, and at its corners, diffusion mixes directions within sqrt(t): at the automatic time, with t in
-/// proportion to h, half an order remains at best.
+/// Round the end of a curve, and at its corners, diffusion mixes directions within sqrt(t): at the
+/// automatic time, with t in proportion to h, half an order remains at best.
 const WITH_ENDS: Wanted = Wanted { orders: [0.45, 0.2], edges: [2.0, 4.0] };
 const WITHOUT_ENDS: Wanted = Wanted { orders: [0.7, 0.7], edges: [1.0, 1.0] };
 

@@ -1,5 +1,6 @@
-//! Labels of level sets of which half is missing at random (SHM section 9.5.3), against those of the whole curve and against other
-//! rules for the level on the same winding number. Every test prints its table.
+//! Labels of level sets of which half is missing at random (SHM section 9.5.3), against those of
+//! the whole curve and against other rules for the level on the same winding number. Every test
+//! prints its table.
 
 #[path = "../examples/broken_curves/surfaces.rs"]
 #[allow(dead_code)] // the surfaces are others here
@@ -33,7 +34,8 @@ fn surfaces() -> &'static [Surface] {
     })
 }
 
-/// Six surfaces made by formulas, and three files if the data folder is there; one that it lacks is a fault.
+/// Six surfaces made by formulas, and three files if the data folder is there; one that it lacks is
+/// a fault.
 fn meshes() -> Vec<(&'static str, TriangleMesh)> {
     let torus = shapes::torus(1.0, 0.4, 72, 36).unwrap();
     let cylinder = shapes::cylinder(0.5, 2.0, 48, 60, shapes::Ends::Open).unwrap();
@@ -90,7 +92,8 @@ fn grown(mesh: &TriangleMesh, inside: &[bool]) -> Vec<bool> {
     result
 }
 
-/// The boundary of a region, with the region on its left, as walks from vertex to vertex: loops, or from rim to rim.
+/// The boundary of a region, with the region on its left, as walks from vertex to vertex: loops, or
+/// from rim to rim.
 fn walks_around(mesh: &TriangleMesh, inside: &[bool]) -> Vec<Vec<Vertex>> {
     let mut leaving: BTreeMap<Vertex, Vec<Vertex>> = BTreeMap::new();
     let mut entered = BTreeSet::new();
@@ -121,7 +124,8 @@ fn walks_around(mesh: &TriangleMesh, inside: &[bool]) -> Vec<Vec<Vertex>> {
     walks
 }
 
-/// What is left of a walk when half of it is missing: pieces of random length, about `mean` edges, between gaps of random length.
+/// What is left of a walk when half of it is missing: pieces of random length, about `mean` edges,
+/// between gaps of random length.
 fn halved(walk: &[Vertex], mean: f64, random: &mut Random) -> Vec<Vec<Vertex>> {
     let edges = walk.len() - 1;
     let is_closed = walk[0] == walk[edges];
@@ -166,7 +170,8 @@ struct Rules {
     faces: Vec<f64>,
     /// Value on the left of the curve, and length, an edge.
     left: Vec<(f64, f64)>,
-    /// The mean of the values. That of the public program's is zero, as its Laplacian has 1e-8 added on the diagonal.
+    /// The mean of the values. That of the public program's is zero, as its Laplacian has 1e-8
+    /// added on the diagonal.
     mean: f64,
 }
 
@@ -202,7 +207,8 @@ impl Rules {
         self.rounded(self.public_shift(-self.mean))
     }
 
-    /// SHM section 9.5.3: inside begins with the rounded value that appears most often along (the left of) the curve.
+    /// SHM section 9.5.3: inside begins with the rounded value that appears most often along (the
+    /// left of) the curve.
     fn most_often(&self) -> Vec<i32> {
         let shift = self.public_shift(-self.mean);
         let mut lengths: BTreeMap<i32, f64> = BTreeMap::new();
@@ -223,7 +229,8 @@ struct Truth {
 }
 
 impl Truth {
-    /// On the mesh of a result, where faces may have been cut, from label and freedom of the faces of the input.
+    /// On the mesh of a result, where faces may have been cut, from label and freedom of the faces
+    /// of the input.
     fn on(w: &Winding, of_input: impl Fn(usize) -> (i32, bool)) -> Truth {
         let parent = |f: Face| w.face_parent[f.index()].index();
         let (label, free) = w.mesh.faces().map(|f| of_input(parent(f))).unzip();
@@ -289,8 +296,8 @@ impl Column {
 const FUNCTIONS: usize = 5;
 const DRAWS: u64 = 3;
 
-/// Runs every surface, function and draw; `case` has the shares of the names for a region and a seeded generator, and how many
-/// endpoints the curve has.
+/// Runs every surface, function and draw; `case` has the shares of the names for a region and a
+/// seeded generator, and how many endpoints the curve has.
 fn table<const N: usize>(
     names: [&str; N],
     case: impl Fn(&TriangleMesh, Vec<bool>, &mut Random) -> (usize, f64, [f64; N]),
@@ -400,8 +407,9 @@ fn long_gaps_are_closed_better_than_by_the_public_rule() {
     }
 }
 
-/// As in the paper the curve is joined by its offset, the boundary of the region and two strips of triangles around it, before half of both is
-/// deleted. What is inside of one and outside of the other may be either.
+/// As in the paper the curve is joined by its offset, the boundary of the region and two strips of
+/// triangles around it, before half of both is deleted. What is inside of one and outside of the
+/// other may be either.
 #[test]
 fn half_of_a_curve_and_of_its_offset_part_inside_from_outside() {
     let names = ["ours", "public", "most often along the curve"];
@@ -422,7 +430,8 @@ fn half_of_a_curve_and_of_its_offset_part_inside_from_outside() {
     }
 }
 
-/// The nonbounding jump of such a loop is the larger the less is missing, and makes up for it in the gaps.
+/// The nonbounding jump of such a loop is the larger the less is missing, and makes up for it in
+/// the gaps.
 #[test]
 fn a_broken_loop_around_a_tube_parts_nothing() {
     let (nu, nv) = (40, 20);

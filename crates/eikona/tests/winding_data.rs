@@ -1,5 +1,6 @@
-//! Winding numbers of the curve files that came with the public program, where they are there: what an independent reference
-//! program and the public one found for them, and what must hold for closed curves.
+//! Winding numbers of the curve files that came with the public program, where they are there: what
+//! an independent reference program and the public one found for them, and what must hold for
+//! closed curves.
 
 mod regions;
 
@@ -24,9 +25,10 @@ struct Expected {
     objective: Option<f64>,
 }
 
-/// The first four as in the table of both programs. The others bound as a whole: spheres have nothing else, and the loop of
-/// double-torus parts its two holes. Each point of theirs inside of an edge adds one vertex and two faces to the surface; the 122 open
-/// pieces of spots-on-spot have two ends each.
+/// The first four as in the table of both programs. The others bound as a whole: spheres have
+/// nothing else, and the loop of double-torus parts its two holes. Each point of theirs inside of
+/// an edge adds one vertex and two faces to the surface; the 122 open pieces of spots-on-spot have
+/// two ends each.
 #[rustfmt::skip]
 const EXPECTED: [Expected; 7] = [
     Expected { curve: "torus-phi", surface: "curves/swn/torus.obj", endpoints: 26, segments: [52, 36], size: [3840, 7680], objective: Some(0.47934477) },
@@ -52,7 +54,8 @@ fn load_named(curve: &str) -> (TriangleMesh, SurfaceCurves) {
 }
 
 fn solve(mesh: &TriangleMesh, curves: &SurfaceCurves, completion: Completion) -> Winding {
-    // The figures of the other programs are for the meshes as given: short pieces stay as they are, completions on edges.
+    // The figures of the other programs are for the meshes as given: short pieces stay as they are,
+    // completions on edges.
     let options = WindingOptions {
         completion,
         split_short: false,
@@ -80,7 +83,8 @@ fn cost(w: &Winding, epsilon: f64) -> f64 {
     w.mesh.edges().map(|e| price(e) * length(&w.mesh, e) * w.nonbounding[e].abs()).sum()
 }
 
-/// How many segments of the input bound, and how many do not. A segment of a cut mesh bounds if its first step does.
+/// How many segments of the input bound, and how many do not. A segment of a cut mesh bounds if its
+/// first step does.
 fn segments(w: &Winding) -> [usize; 2] {
     let mut count = [0, 0];
     for (curve, parts) in w.curves.iter().zip(&w.parts) {
@@ -125,7 +129,8 @@ fn every_curve_file_gives_what_both_programs_found() {
             assert_eq!(w.report.program.is_some(), file.segments[1] > 0, "{name}");
             if let Some(objective) = file.objective {
                 let found = w.report.program.as_ref().unwrap().objective;
-                // Eight digits are known. The public program comes 1.2e-6 above, as it shifts its Hodge system.
+                // Eight digits are known. The public program comes 1.2e-6 above, as it shifts its
+                // Hodge system.
                 assert!((found / objective - 1.0).abs() < 1e-7, "{name}: {found}");
             }
             if file.endpoints == 0 {
@@ -145,7 +150,8 @@ fn every_curve_file_gives_what_both_programs_found() {
     assert_eq!(count, EXPECTED.len());
 }
 
-/// The area that triangles of two cuts of one mesh have in common, face by face of that mesh, for pairs that `differ`.
+/// The area that triangles of two cuts of one mesh have in common, face by face of that mesh, for
+/// pairs that `differ`.
 fn area_in_common(mesh: &TriangleMesh, [a, b]: [&Winding; 2], differ: impl Fn(Face, Face) -> bool) -> f64 {
     let pieces = |w: &Winding| {
         let mut pieces = vec![Vec::new(); mesh.face_count()];
@@ -165,7 +171,8 @@ fn area_in_common(mesh: &TriangleMesh, [a, b]: [&Winding; 2], differ: impl Fn(Fa
     sum
 }
 
-/// The area that two triangles in the plane of a face have in common: one is clipped at the sides of the other.
+/// The area that two triangles in the plane of a face have in common: one is clipped at the sides
+/// of the other.
 fn overlap(plane: [[f64; 3]; 3], a: [[f64; 3]; 3], b: [[f64; 3]; 3]) -> f64 {
     let normal = cross(sub(plane[1], plane[0]), sub(plane[2], plane[0]));
     let unit = normal.map(|x| x / dot(normal, normal).sqrt());
@@ -191,8 +198,9 @@ fn overlap(plane: [[f64; 3]; 3], a: [[f64; 3]; 3], b: [[f64; 3]; 3]) -> f64 {
     (1..polygon.len().saturating_sub(1)).map(|i| 0.5 * twice(i)).sum()
 }
 
-/// The cut meshes differ where segments are missing, so labels are compared on the pieces that faces of both have in common: the
-/// label that covers most of an input face would hide just the slivers along the curve.
+/// The cut meshes differ where segments are missing, so labels are compared on the pieces that
+/// faces of both have in common: the label that covers most of an input face would hide just the
+/// slivers along the curve.
 #[test]
 fn a_heart_and_the_broken_heart_have_the_same_inside() {
     if !is_there() {
@@ -240,8 +248,9 @@ fn both_completions_label_alike() {
     println!("{} curve files run", EXPECTED.len());
 }
 
-/// What holds for every curve holds on the files: jumps are those asked for at both ends of every edge, the nonbounding part is closed
-/// and lies between nothing and the curve, and turning the curves over turns over everything.
+/// What holds for every curve holds on the files: jumps are those asked for at both ends of every
+/// edge, the nonbounding part is closed and lies between nothing and the curve, and turning the
+/// curves over turns over everything.
 #[test]
 fn every_curve_file_keeps_what_holds_for_all_curves() {
     if !is_there() {
@@ -307,8 +316,8 @@ fn every_curve_file_keeps_what_holds_for_all_curves() {
     println!("{} curve files run", EXPECTED.len());
 }
 
-/// How the answers at the middles of the faces of a mesh differ from those at the faces in their order there: the faces
-/// with another label, and the largest difference of values.
+/// How the answers at the middles of the faces of a mesh differ from those at the faces in their
+/// order there: the faces with another label, and the largest difference of values.
 fn differences(
     w: &Winding,
     mesh: &TriangleMesh,

@@ -1,4 +1,5 @@
-//! Winding numbers where surfaces have boundary, parts, one side, flipped faces or more than two faces at an edge; and bad input.
+//! Winding numbers where surfaces have boundary, parts, one side, flipped faces or more than two
+//! faces at an edge; and bad input.
 
 mod regions;
 use eikona::contour::{plane_cut, shortest_vertex_path};
@@ -82,8 +83,9 @@ fn a_disk_on_a_klein_bottle_is_one_inside() {
     }
 }
 
-/// Two curves around the tube of a Klein bottle part it into two bands. Whether they bound one of them, or add up to a jump of two
-/// on the way along the bottle, is for their normals to say: the winding of the faces turns over somewhere.
+/// Two curves around the tube of a Klein bottle part it into two bands. Whether they bound one of
+/// them, or add up to a jump of two on the way along the bottle, is for their normals to say: the
+/// winding of the faces turns over somewhere.
 #[test]
 fn normals_tell_the_sides_of_curves_around_a_klein_bottle() {
     let (nu, nv) = (60, 30);
@@ -107,7 +109,8 @@ fn normals_tell_the_sides_of_curves_around_a_klein_bottle() {
             assert!(w.labels.iter().all(|(_, label)| *label == 0));
             assert!((w.report.largest_nonbounding - 1.0).abs() < 1e-9);
         } else {
-            // The wider band is 0, and left of the first curve, seen from its normal, is one more than right.
+            // The wider band is 0, and left of the first curve, seen from its normal, is one more
+            // than right.
             assert!(w.parts.iter().flatten().all(|part| *part == Part::Bounding), "{sides:?}");
             let [a, b] = [0, 1].map(|j| Vertex((nv * columns[0] + j) as u32));
             let sides_of_edge = bottle.edge_halfedges(bottle.find_edge(a, b).unwrap());
@@ -125,7 +128,8 @@ fn normal(mesh: &TriangleMesh, f: Face) -> [f64; 3] {
     [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 }
 
-/// The curve around a disk on a surface with one side: labels, completed loop, and the side that a normal tells.
+/// The curve around a disk on a surface with one side: labels, completed loop, and the side that a
+/// normal tells.
 fn one_inside(band: &TriangleMesh, inside: impl Fn(Face) -> bool) {
     // One closed walk, so that its side is carried around.
     let mut sides: Vec<[SurfacePoint; 2]> =
@@ -164,7 +168,8 @@ fn one_inside(band: &TriangleMesh, inside: impl Fn(Face) -> bool) {
     }
 }
 
-/// The core of a Moebius band has one side: there is a place where left becomes right. It is warned of, and it bounds nothing.
+/// The core of a Moebius band has one side: there is a place where left becomes right. It is warned
+/// of, and it bounds nothing.
 #[test]
 fn a_one_sided_curve_is_warned_of() {
     let band = shapes::moebius_band(1.0, 0.6, 80, 10).unwrap();
@@ -191,7 +196,8 @@ fn a_one_sided_curve_is_warned_of() {
     assert!(w.report.residual < 1e-9);
 }
 
-/// Two spheres with one vertex in common, through which a curve runs on both: each has a constant of its own.
+/// Two spheres with one vertex in common, through which a curve runs on both: each has a constant
+/// of its own.
 #[test]
 fn spheres_that_touch_in_a_vertex_of_the_curve_are_levelled_each() {
     let sphere = shapes::geodesic_sphere(10).unwrap();
@@ -388,7 +394,8 @@ fn a_circle_across_the_faces_of_a_sphere_and_of_a_torus() {
     );
 }
 
-/// Only lengths along the surface enter: a sheet folded along a line of edges has the same winding numbers.
+/// Only lengths along the surface enter: a sheet folded along a line of edges has the same winding
+/// numbers.
 #[test]
 fn folding_changes_nothing() {
     let flat = shapes::grid(20, 12, 20.0, 12.0, shapes::Diagonal::Alternating).unwrap();
@@ -415,8 +422,9 @@ fn folding_changes_nothing() {
     }
 }
 
-/// Two vertices of a torus made one, in the gap of a broken loop around the tube: the loop is completed through it. There the winding
-/// number has no value; everywhere else its jumps are the same at both ends of an edge.
+/// Two vertices of a torus made one, in the gap of a broken loop around the tube: the loop is
+/// completed through it. There the winding number has no value; everywhere else its jumps are the
+/// same at both ends of an edge.
 #[test]
 fn a_completed_loop_through_a_pinched_vertex_keeps_its_jumps() {
     let torus = shapes::torus(1.0, 0.4, 30, 15).unwrap();

@@ -1,4 +1,5 @@
-//! Winding numbers of curves and on surfaces as bad as they come: nothing panics, and what is returned is sound.
+//! Winding numbers of curves and on surfaces as bad as they come: nothing panics, and what is
+//! returned is sound.
 
 mod regions;
 mod smooth;
@@ -56,8 +57,9 @@ fn is_between_endpoints(w: &Winding, v: Vertex) -> bool {
     }
 }
 
-/// What holds for every result: a value wherever the curve does not end and the surface is manifold, jumps as asked for, labels that
-/// are the values rounded if completions are on edges, and parts that add up.
+/// What holds for every result: a value wherever the curve does not end and the surface is
+/// manifold, jumps as asked for, labels that are the values rounded if completions are on edges,
+/// and parts that add up.
 fn check(w: &Winding, full: bool, on_edges: bool) {
     let mesh = &w.mesh;
     let most = w.jump.iter().fold(1.0, |m, (_, c)| f64::from(c.abs()).max(m));
@@ -220,8 +222,8 @@ fn a_step_along_an_edge_of_three_faces_is_left_out() {
     }
 }
 
-/// Around a handle all faces of a ring are joined by edges of the curve alone, and more has to be climbed around it than they allow:
-/// their limits contradict the harmonic part.
+/// Around a handle all faces of a ring are joined by edges of the curve alone, and more has to be
+/// climbed around it than they allow: their limits contradict the harmonic part.
 #[test]
 fn limits_that_contradict_each_other_are_dropped_with_a_warning() {
     let (nu, nv) = (5, 12);
@@ -253,7 +255,8 @@ fn limits_that_contradict_each_other_are_dropped_with_a_warning() {
     }
 }
 
-/// Every ring of faces around the tube hangs on the next by edges of the curve alone, two of five the wrong way round.
+/// Every ring of faces around the tube hangs on the next by edges of the curve alone, two of five
+/// the wrong way round.
 #[test]
 fn rings_that_contradict_each_other_are_freed_in_few_attempts() {
     let (rings, around) = (400, 4);
@@ -279,7 +282,8 @@ fn rings_that_contradict_each_other_are_freed_in_few_attempts() {
     assert!(warned(&w, &format!("{} edges of the curve are all that joins", program.freed)));
 }
 
-/// Costs are in the unit of the mesh, bounds for the lengths that were taken and for the true ones are told apart.
+/// Costs are in the unit of the mesh, bounds for the lengths that were taken and for the true ones
+/// are told apart.
 #[test]
 fn the_certificate_is_about_the_cost() {
     let torus = shapes::torus(1.0, 0.4, 30, 14).unwrap();

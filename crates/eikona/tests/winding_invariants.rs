@@ -12,7 +12,8 @@ fn solve(mesh: &TriangleMesh, curves: &[Curve]) -> Winding {
     surface_winding_number(mesh, &curves, &WindingOptions::default()).unwrap()
 }
 
-/// A torus whose vertex (i, j) has number i * nv + j, slightly disturbed so that no two loops are equally long.
+/// A torus whose vertex (i, j) has number i * nv + j, slightly disturbed so that no two loops are
+/// equally long.
 fn torus(nu: usize, nv: usize) -> TriangleMesh {
     let torus = shapes::torus(1.0, 0.4, nu, nv).unwrap();
     eikona::mesh::damage::jitter(&torus, 0.15, 5).unwrap()
@@ -222,7 +223,8 @@ fn one_solver_answers_as_fresh_ones_do() {
     }
 }
 
-/// The degree of an endpoint is what leaves it less what arrives, and all degrees add up to nothing, as a chain's ends do.
+/// The degree of an endpoint is what leaves it less what arrives, and all degrees add up to
+/// nothing, as a chain's ends do.
 #[test]
 fn degrees_of_endpoints_add_up_to_nothing() {
     let sphere = shapes::geodesic_sphere(12).unwrap();
@@ -278,7 +280,8 @@ fn a_loop_that_bounds_adds_its_indicator() {
     }
 }
 
-/// Numbers of vertices and faces, the first corner of a face and the direction of an edge mean nothing.
+/// Numbers of vertices and faces, the first corner of a face and the direction of an edge mean
+/// nothing.
 #[test]
 fn numbering_changes_nothing() {
     let torus = torus(30, 15);

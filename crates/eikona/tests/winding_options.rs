@@ -1,5 +1,5 @@
-//! What the options of winding numbers do: intrinsic Delaunay triangles, short pieces, the look at the curve's orientation; and
-//! the way back to the faces of the input.
+//! What the options of winding numbers do: intrinsic Delaunay triangles, short pieces, the look at
+//! the curve's orientation; and the way back to the faces of the input.
 
 mod regions;
 use eikona::contour::{SegmentId, plane_cut};
@@ -101,7 +101,8 @@ fn too_many_stretches_are_not_compared() {
 
 #[test]
 fn loops_are_taken_as_they_are_given() {
-    // Two loops the same way around a tube: turned over, one would bound a band with the other; but it may be meant so.
+    // Two loops the same way around a tube: turned over, one would bound a band with the other; but
+    // it may be meant so.
     let torus = shapes::torus(1.0, 0.4, 40, 20).unwrap();
     let around = |i: usize| Curve::signed((0..=20).map(|j| Vertex((i * 20 + j % 20) as u32)));
     let w = solve(&torus, &[around(7), around(15)], &WindingOptions::default());
@@ -109,7 +110,8 @@ fn loops_are_taken_as_they_are_given() {
     assert_eq!((orientation.stretches, orientation.reversed.len()), (2, 0));
 }
 
-/// Curves that mean what they say are left alone, although turning a part over would lower the energy.
+/// Curves that mean what they say are left alone, although turning a part over would lower the
+/// energy.
 #[test]
 fn copies_offsets_and_cuts_are_taken_as_they_are_given() {
     let reversed = |mesh: &TriangleMesh, curves: &[Curve]| {
@@ -138,7 +140,8 @@ fn copies_offsets_and_cuts_are_taken_as_they_are_given() {
         Curve::signed(eikona::contour::shortest_vertex_path(&annulus, &ends).unwrap())
     };
     assert_eq!(reversed(&annulus, &[cut(1.0, 0.0), cut(0.0, 1.0)]), 0);
-    // A loop that bounds beside a group of arcs of which the longer ones are reversed: only the shorter is named.
+    // A loop that bounds beside a group of arcs of which the longer ones are reversed: only the
+    // shorter is named.
     let mut group = arcs_of_a_circle(&sphere, 0.3);
     for i in 1..4 {
         group[i] = group[i].clone().reversed();
@@ -171,7 +174,8 @@ fn delaunay_triangles_keep_exact_answers_exact() {
     }
 }
 
-/// The winding number of a cut from the middle of a disk to its rim is the angle: exactly so, whatever the cut.
+/// The winding number of a cut from the middle of a disk to its rim is the angle: exactly so,
+/// whatever the cut.
 #[test]
 fn delaunay_triangles_are_better_where_faces_are_badly_shaped() {
     // Rings of vertices joined by long, thin faces that wind outwards, and a cut along such edges.
@@ -295,7 +299,8 @@ fn steps_know_the_segments_they_come_from() {
     assert!(matches!(halves[0].nodes[0], SurfacePoint::Edge { .. }));
 }
 
-/// A third of a loop around the tube of a torus, beside two whole ones: what it is a part of is open, so is the level of all the rest.
+/// A third of a loop around the tube of a torus, beside two whole ones: what it is a part of is
+/// open, so is the level of all the rest.
 #[test]
 fn labels_that_are_guesses_are_warned_of() {
     let torus = shapes::torus(1.0, 0.4, 60, 30).unwrap();
@@ -314,7 +319,8 @@ fn labels_that_are_guesses_are_warned_of() {
     assert!(w.report.warnings.is_empty(), "{:?}", w.report.warnings);
 }
 
-/// What is suggested saves energy, also where pieces run alongside each other, which is not weighed at first.
+/// What is suggested saves energy, also where pieces run alongside each other, which is not weighed
+/// at first.
 #[test]
 fn reversals_that_are_suggested_save_energy() {
     let torus = shapes::torus(1.0, 0.4, 40, 20).unwrap();

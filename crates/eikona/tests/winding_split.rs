@@ -12,8 +12,8 @@ fn solve(mesh: &TriangleMesh, curves: Vec<Curve>) -> Winding {
     surface_winding_number(mesh, &curves, &WindingOptions::default()).unwrap()
 }
 
-/// The split, after what holds for every one: places are kept, first copies keep their number, every vertex has one label, and
-/// edges between equal labels are whole.
+/// The split, after what holds for every one: places are kept, first copies keep their number,
+/// every vertex has one label, and edges between equal labels are whole.
 fn split(w: &Winding) -> Split {
     let split = w.split().unwrap();
     let (cut, whole) = (&split.mesh, &w.mesh);

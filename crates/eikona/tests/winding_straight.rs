@@ -1,4 +1,5 @@
-//! Completions straightened across faces: where they run is known on the sphere, the plane, the cylinder and the torus.
+//! Completions straightened across faces: where they run is known on the sphere, the plane, the
+//! cylinder and the torus.
 
 mod regions;
 mod smooth;
@@ -48,7 +49,8 @@ fn angle(p: [f64; 3]) -> f64 {
     p[1].atan2(p[0])
 }
 
-/// Prints errors of refinements by two each and the order seen; the last orders are to be at least `order`.
+/// Prints errors of refinements by two each and the order seen; the last orders are to be at least
+/// `order`.
 fn converges(name: &str, errors: &[f64], order: f64) {
     assert!(errors.len() >= 4);
     println!("{name}: errors {}", errors.iter().map(|e| format!("{e:.2e} ")).collect::<String>());
@@ -64,8 +66,8 @@ fn top(w: &Winding) -> Face {
     w.mesh.faces().max_by(|a, b| height(a).total_cmp(&height(b))).unwrap()
 }
 
-/// Of a cap with a broken rim the completion cuts off what lies between the circle and the great circles through open ends: of each
-/// gap it leaves the spherical triangle with the pole.
+/// Of a cap with a broken rim the completion cuts off what lies between the circle and the great
+/// circles through open ends: of each gap it leaves the spherical triangle with the pole.
 #[test]
 fn gaps_of_a_circle_on_the_sphere_are_closed_by_great_circles() {
     for (height, gaps) in [(0.5f64, 3.0), (0.0, 2.0), (0.7, 1.0)] {
@@ -120,7 +122,8 @@ fn is_inside(polygon: &[[f64; 3]], p: [f64; 3]) -> bool {
     inside
 }
 
-/// A circle of the plane of which so many twentieths are left between gaps, as pieces traced over a mesh, and the polygon that they make with chords across the gaps.
+/// A circle of the plane of which so many twentieths are left between gaps, as pieces traced over a
+/// mesh, and the polygon that they make with chords across the gaps.
 fn circle_with_gaps(
     mesh: &TriangleMesh,
     points: usize,
@@ -141,7 +144,8 @@ fn circle_with_gaps(
     (pieces, polygon)
 }
 
-/// In the plane the completed region is a polygon, whatever the mesh: chords cut segments off the circle.
+/// In the plane the completed region is a polygon, whatever the mesh: chords cut segments off the
+/// circle.
 #[test]
 fn gaps_of_a_circle_in_the_plane_are_closed_by_chords() {
     for (gaps, kept) in [(1, 17), (2, 14), (5, 14)] {
@@ -181,7 +185,8 @@ fn gaps_of_a_circle_in_the_plane_are_closed_by_chords() {
     }
 }
 
-/// Around a cylinder a circle is straight already, and so is every completion of it: the prism is parted exactly there.
+/// Around a cylinder a circle is straight already, and so is every completion of it: the prism is
+/// parted exactly there.
 #[test]
 fn gaps_of_a_circle_around_a_cylinder_are_closed_level() {
     let sectors = 40;
@@ -211,8 +216,8 @@ fn torus(n: usize) -> TriangleMesh {
     torus.with_positions(torus.positions().iter().map(onto).collect()).unwrap()
 }
 
-/// A plane through the axis cuts a torus in two circles around the tube, which are geodesics; broken, both are completed by themselves,
-/// and half of the torus lies on each side.
+/// A plane through the axis cuts a torus in two circles around the tube, which are geodesics;
+/// broken, both are completed by themselves, and half of the torus lies on each side.
 #[test]
 fn gaps_of_circles_around_the_tube_are_closed_along_them() {
     let mut errors = Vec::new();
@@ -260,7 +265,8 @@ fn a_broken_circle_around_the_tube_is_completed_to_its_length() {
     converges("length of the circle", &errors, 1.5);
 }
 
-/// Curves with random gaps on surfaces of many kinds, faces turned over, one-sided ones: what [`smooth::check`] asks for holds for all.
+/// Curves with random gaps on surfaces of many kinds, faces turned over, one-sided ones: what
+/// [`smooth::check`] asks for holds for all.
 #[test]
 fn straightened_completions_agree_with_those_on_edges() {
     let pinched = {

@@ -39,7 +39,8 @@ pub struct Case {
 }
 
 impl Case {
-    /// The shape with about this many faces, and the circles in which a plane of constant z cuts it.
+    /// The shape with about this many faces, and the circles in which a plane of constant z cuts
+    /// it.
     pub fn new(shape: Shape, faces: usize) -> Result<Case, Failure> {
         let (mesh, level) = match shape {
             Shape::Sphere => {
@@ -47,8 +48,9 @@ impl Case {
                 (shapes::geodesic_sphere(frequency as usize)?, LATITUDE)
             }
             Shape::Torus => {
-                // 2 nu nv faces, triangles about even: the outer circle is 1.4 / 0.4 times the circle of the tube.
-                // A multiple of 4 puts vertices on the circles and on the kinks of the distance between them.
+                // 2 nu nv faces, triangles about even: the outer circle is 1.4 / 0.4 times the
+                // circle of the tube. A multiple of 4 puts vertices on the circles and on the kinks
+                // of the distance between them.
                 let quarter = (faces as f64 / 2.0 / 2.5 / 16.0).sqrt().round().max(1.0) as usize;
                 (shapes::torus(1.0, MINOR, 10 * quarter, 4 * quarter)?, 0.0)
             }

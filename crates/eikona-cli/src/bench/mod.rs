@@ -1,4 +1,5 @@
-//! `eikona bench`: how long each method takes, phase by phase. Each size is measured in a process of its own.
+//! `eikona bench`: how long each method takes, phase by phase. Each size is measured in a process
+//! of its own.
 
 mod case;
 mod sdf;

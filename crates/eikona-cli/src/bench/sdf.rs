@@ -1,5 +1,5 @@
-//! `eikona bench sdf`: phases, accuracy and memory on meshes with a known answer, each size in a process of its own; optionally
-//! beside potpourri3d on the same mesh and curve.
+//! `eikona bench sdf`: phases, accuracy and memory on meshes with a known answer, each size in a
+//! process of its own; optionally beside potpourri3d on the same mesh and curve.
 
 use crate::bench::case::{Case, Shape};
 use crate::bench::{megabytes, output_json, parse_faces, print_json, printed, this_program};
@@ -78,7 +78,8 @@ struct Run {
     potpourri3d: Option<PeerRun>,
 }
 
-/// Times in seconds of one constraint mode. `l2_error` is sqrt(sum A (phi - phi0)² / sum A) over the range of phi0.
+/// Times in seconds of one constraint mode. `l2_error` is sqrt(sum A (phi - phi0)² / sum A) over
+/// the range of phi0.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Mode {
     mode: String,

@@ -1,4 +1,5 @@
-//! `eikona bench winding`: loops that bound nothing and one that bounds, whole or broken, on a torus and a double torus.
+//! `eikona bench winding`: loops that bound nothing and one that bounds, whole or broken, on a
+//! torus and a double torus.
 
 use crate::bench::{megabytes, output_json, parse_faces, print_json, printed, this_program};
 use crate::exit::Failure;
@@ -38,7 +39,8 @@ pub struct WindingBench {
 /// The surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Surface {
-    /// The torus of radii 1 and 0.4, its vertices disturbed; a loop around the tube, one around the hole, a disk
+    /// The torus of radii 1 and 0.4, its vertices disturbed; a loop around the tube, one around the
+    /// hole, a disk
     Torus,
     /// A surface of genus 2; loops around two tubes, one around a hole, a disk
     DoubleTorus,

@@ -106,7 +106,8 @@ impl Folder {
         }
     }
 
-    /// Runs it and expects this exit code, these words in the message, and no file that was not there before.
+    /// Runs it and expects this exit code, these words in the message, and no file that was not
+    /// there before.
     #[track_caller]
     pub fn refused(&self, command: &str, code: i32, words: &[&str]) {
         let before = self.files();

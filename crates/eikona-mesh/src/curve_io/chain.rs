@@ -10,9 +10,9 @@ pub(super) struct Chain {
     pub turned: usize,
 }
 
-/// Joins oriented segments head to tail: first those that follow each other in the list, then, at each point, the one that
-/// still ends there with the one that still starts there. Where several do, the chains end: nothing tells how they go on.
-/// Zero-length segments must have been removed.
+/// Joins oriented segments head to tail: first those that follow each other in the list, then, at
+/// each point, the one that still ends there with the one that still starts there. Where several
+/// do, the chains end: nothing tells how they go on. Zero-length segments must have been removed.
 pub(super) fn oriented(points: usize, segments: &[[usize; 2]]) -> Vec<Chain> {
     const NONE: usize = usize::MAX;
     let mut next = vec![NONE; segments.len()];
@@ -60,8 +60,8 @@ pub(super) fn oriented(points: usize, segments: &[[usize; 2]]) -> Vec<Chain> {
     chains
 }
 
-/// Joins segments whose direction may be arbitrary (modelling programs write edges so). Each chain runs the way of most of
-/// its segments, with a tie that of its first one.
+/// Joins segments whose direction may be arbitrary (modelling programs write edges so). Each chain
+/// runs the way of most of its segments, with a tie that of its first one.
 pub(super) fn unoriented(points: usize, segments: &[[usize; 2]]) -> Vec<Chain> {
     let mut degree = vec![0u32; points];
     let mut at: Vec<[usize; 2]> = vec![[usize::MAX; 2]; points];

@@ -32,7 +32,8 @@ struct CurveEntry {
     up: Option<[f64; 3]>,
 }
 
-/// A [`SurfacePoint`] read key by key, so that a wrong key is named in the error (an untagged enum only says "no match").
+/// A [`SurfacePoint`] read key by key, so that a wrong key is named in the error (an untagged enum
+/// only says "no match").
 #[derive(Deserialize)]
 #[serde(try_from = "NodeKeys")]
 struct Node(SurfacePoint);

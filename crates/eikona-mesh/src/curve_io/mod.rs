@@ -1,8 +1,10 @@
-//! Curve files: our JSON, lines of OBJ files, and the text formats of signed-heat-demo and of SWN (surface winding numbers).
+//! Curve files: our JSON, lines of OBJ files, and the text formats of signed-heat-demo and of SWN
+//! (surface winding numbers).
 //!
-//! The two text formats number the edges of the mesh. Their rule is that of our [`Edge`](crate::Edge) ids: edge `i` is the
-//! `i`-th one met when the faces are walked in order, and `t` runs in the direction in which the edge was first met. A
-//! curve made for a polygon mesh numbers the edges of the polygons, which a triangulation does not keep.
+//! The two text formats number the edges of the mesh. Their rule is that of our
+//! [`Edge`](crate::Edge) ids: edge `i` is the `i`-th one met when the faces are walked in order,
+//! and `t` runs in the direction in which the edge was first met. A curve made for a polygon mesh
+//! numbers the edges of the polygons, which a triangulation does not keep.
 
 mod chain;
 mod json;
@@ -43,7 +45,8 @@ impl SpacePolyline {
         polyline
     }
 
-    /// Takes from the end of a closed polyline all points that repeat the first, so that reading what was written takes no more.
+    /// Takes from the end of a closed polyline all points that repeat the first, so that reading
+    /// what was written takes no more.
     fn drop_repeated_end(&mut self) {
         while self.closed && self.points.len() > 2 && self.points.first() == self.points.last() {
             self.points.pop();
@@ -54,7 +57,8 @@ impl SpacePolyline {
 /// What a curve file holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurveFile {
-    /// Curves and points on the surface. Every node has been looked up in the mesh; segments may still span several faces.
+    /// Curves and points on the surface. Every node has been looked up in the mesh; segments may
+    /// still span several faces.
     pub curves: SurfaceCurves,
     /// Polylines in space.
     pub polylines: Vec<SpacePolyline>,
@@ -67,10 +71,11 @@ pub struct CurveFile {
 pub enum CurveFormat {
     /// Our own: `{"eikona":"curves","version":1,"curves":[..],"points":[..],"polylines":[..]}`.
     Json,
-    /// `l` lines over the file's own `v` lines. Where these are the vertices of the mesh, the lines are curves through
-    /// vertices; otherwise they are polylines in space.
+    /// `l` lines over the file's own `v` lines. Where these are the vertices of the mesh, the lines
+    /// are curves through vertices; otherwise they are polylines in space.
     Obj,
-    /// Blocks `signed_curve [0|1]`, `unsigned_curve`, `unsigned_point` of `v i`, `e i t`, `f i a b c`, `l i j ..`.
+    /// Blocks `signed_curve [0|1]`, `unsigned_curve`, `unsigned_point` of `v i`, `e i t`, `f i a b
+    /// c`, `l i j ..`.
     SignedHeatDemo,
     /// Nodes `v i`, `e i t`, `f i a b c`, and segments `l a b` between them.
     SurfaceWinding,
@@ -104,7 +109,8 @@ impl CurveFormat {
         }
     }
 
-    /// The format that a file of this name is written in: `.json`, `.obj`, and `.txt` for signed-heat-demo.
+    /// The format that a file of this name is written in: `.json`, `.obj`, and `.txt` for
+    /// signed-heat-demo.
     pub fn from_extension(path: &Path) -> Option<CurveFormat> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "json" => Some(CurveFormat::Json),
@@ -118,8 +124,8 @@ impl CurveFormat {
 /// Reads a curve file for this mesh; the format is found by [`CurveFormat::detect`].
 ///
 /// # Errors
-/// [`FileError::Io`], [`FileError::Syntax`] with the line, the value and what is expected: also for a vertex, edge or face
-/// that the mesh does not have.
+/// [`FileError::Io`], [`FileError::Syntax`] with the line, the value and what is expected: also for
+/// a vertex, edge or face that the mesh does not have.
 ///
 /// # Cost
 /// Linear in the file (n log n for the joining of SWN segments).
@@ -131,7 +137,8 @@ pub fn read_curves(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<CurveF
     read_curves_bytes(&bytes, CurveFormat::detect(path, &bytes), mesh)
 }
 
-/// The text of a curve file in UTF-8 with `\n` at the ends of lines, whatever its encoding and line ends.
+/// The text of a curve file in UTF-8 with `\n` at the ends of lines, whatever its encoding and line
+/// ends.
 pub fn curve_text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(&decode_text(bytes)).replace("\r\n", "\n").replace('\r', "\n")
 }
@@ -141,7 +148,8 @@ pub fn curve_text(bytes: &[u8]) -> String {
 /// ```
 /// use eikona_mesh::{CurveFormat, TriangleMesh, read_curves_bytes};
 /// let mesh = TriangleMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], vec![[0, 1, 2]])?;
-/// let file = read_curves_bytes(b"signed_curve\nv 0\ne 1 0.5\n", CurveFormat::SignedHeatDemo, &mesh)?;
+/// let text = b"signed_curve\nv 0\ne 1 0.5\n";
+/// let file = read_curves_bytes(text, CurveFormat::SignedHeatDemo, &mesh)?;
 /// assert_eq!(file.curves.segments(&mesh)?[0].ends[1].position(&mesh), [0.5, 0.5, 0.0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -165,9 +173,9 @@ pub fn read_curves_bytes(
 /// The text of a curve file.
 ///
 /// # Errors
-/// [`FileError::Unsupported`] when the format can not hold something: polylines in space and `up` go into JSON only (the
-/// polylines also into OBJ), unsigned curves and points not into [`CurveFormat::SurfaceWinding`].
-/// [`FileError::Curve`] when a node is not on the mesh.
+/// [`FileError::Unsupported`] when the format can not hold something: polylines in space and `up`
+/// go into JSON only (the polylines also into OBJ), unsigned curves and points not into
+/// [`CurveFormat::SurfaceWinding`]. [`FileError::Curve`] when a node is not on the mesh.
 pub fn format_curves(
     file: &CurveFile,
     format: CurveFormat,
@@ -271,7 +279,8 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// The index of an element that the mesh has `count` of; in the file they are numbered from `base`.
+    /// The index of an element that the mesh has `count` of; in the file they are numbered from
+    /// `base`.
     fn element(&self, place: usize, kind: &'static str, count: usize, base: i64) -> Result<u32, FileError> {
         let given = self.integer(place, &format!("{kind} index"))?;
         let index = given.checked_sub(base).filter(|i| (0..count as i64).contains(i));
@@ -312,7 +321,8 @@ impl<'a> Line<'a> {
     }
 }
 
-/// A node as both text formats write it, with indices from 0. `None` for a node that is not on the mesh.
+/// A node as both text formats write it, with indices from 0. `None` for a node that is not on the
+/// mesh.
 fn node_line(point: &SurfacePoint, mesh: &TriangleMesh) -> Option<String> {
     use crate::id::Vertex;
     Some(match *point {

@@ -1,4 +1,5 @@
-//! Lines of OBJ files: curves through the vertices of the mesh, or polylines in space. The file itself is read by the mesh reader.
+//! Lines of OBJ files: curves through the vertices of the mesh, or polylines in space. The file
+//! itself is read by the mesh reader.
 
 use super::{CurveFile, SpacePolyline, chain};
 use crate::curve::{Curve, CurveKind, SurfaceCurves};
@@ -10,13 +11,14 @@ use crate::point::SurfacePoint;
 
 /// The curves that the `l` lines (0-based vertices) of a mesh's own file describe.
 ///
-/// A line of three or more vertices is a curve. Lines of two vertices are joined where exactly two of them meet, whichever
-/// way they run, since modelling programs write single edges in any direction; the curve runs the way most of them do.
-/// Lines of one vertex become points.
+/// A line of three or more vertices is a curve. Lines of two vertices are joined where exactly two
+/// of them meet, whichever way they run, since modelling programs write single edges in any
+/// direction; the curve runs the way most of them do. Lines of one vertex become points.
 ///
-/// A curve through vertices of faces is a curve on the mesh; where no edge joins them its segments run across faces, which
-/// tracing resolves. A curve with a vertex that no face uses, as of a separate object in the same file, is a polyline in space.
-/// Points that no face uses are left out with a warning.
+/// A curve through vertices of faces is a curve on the mesh; where no edge joins them its segments
+/// run across faces, which tracing resolves. A curve with a vertex that no face uses, as of a
+/// separate object in the same file, is a polyline in space. Points that no face uses are left out
+/// with a warning.
 ///
 /// # Errors
 /// [`CurveError::VertexOutOfRange`] with the index of the line and the place in it.
@@ -63,7 +65,8 @@ fn surface_curves(lines: Vec<Vec<u32>>, points: Vec<u32>) -> SurfaceCurves {
     }
 }
 
-/// Polylines (loose segments joined), single points, and the number of segments that were turned. Indices are in range.
+/// Polylines (loose segments joined), single points, and the number of segments that were turned.
+/// Indices are in range.
 fn join_lines(lines: &[Vec<u32>], vertices: usize) -> (Vec<Vec<u32>>, Vec<u32>, usize) {
     let (mut joined, mut points, mut loose) = (Vec::new(), Vec::new(), Vec::new());
     for line in lines {
@@ -106,7 +109,8 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
     Ok(file)
 }
 
-/// Positions and `l` lines. The kind of the curves and the isolated points are not kept (points become `p` lines).
+/// Positions and `l` lines. The kind of the curves and the isolated points are not kept (points
+/// become `p` lines).
 pub(super) fn write(file: &CurveFile, mesh: &TriangleMesh) -> Result<String, FileError> {
     let mut text = String::new();
     let mut count = 0;

@@ -1,4 +1,5 @@
-//! The curve files of signed-heat-demo: blocks of nodes under `signed_curve`, `unsigned_curve` or `unsigned_point`.
+//! The curve files of signed-heat-demo: blocks of nodes under `signed_curve`, `unsigned_curve` or
+//! `unsigned_point`.
 
 use super::{CurveFile, Line, node_line, refuse_polylines_and_normals};
 use crate::curve::{Curve, CurveKind};

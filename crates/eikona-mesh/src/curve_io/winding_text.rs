@@ -1,4 +1,5 @@
-//! The curve files of SWN (surface winding numbers): a list of nodes and a list of oriented segments between them.
+//! The curve files of SWN (surface winding numbers): a list of nodes and a list of oriented
+//! segments between them.
 
 use super::{CurveFile, Line, chain, node_line, refuse_polylines_and_normals};
 use crate::curve::{Curve, CurveKind};
@@ -18,7 +19,8 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
     for (i, line) in text.lines().enumerate() {
         let line = Line::new(FORMAT, i, line);
         match line.words.first() {
-            None | Some(&"n") => {} // "n" parts the curves for a reader; the segments tell it anyway
+            // "n" separates curves for a human reader; the segments define them anyway.
+            None | Some(&"n") => {}
             Some(&"#offset") => {
                 base = match line.integer(1, "offset (0 or -1)")? {
                     0 => 0,

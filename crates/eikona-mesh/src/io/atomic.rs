@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Writes a file through a temporary one in the same folder, which takes the name `path` only once everything is written
-/// and handed to the disk. On failure nothing is left and an older file of that name stays as it was. A symbolic link keeps
-/// pointing to the new content; a pipe or device is written to directly.
+/// Writes a file through a temporary one in the same folder, which takes the name `path` only once
+/// everything is written and handed to the disk. On failure nothing is left and an older file of
+/// that name stays as it was. A symbolic link keeps pointing to the new content; a pipe or device
+/// is written to directly.
 ///
 /// ```
 /// use eikona_mesh::io::write_atomically;
@@ -22,8 +23,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// ```
 ///
 /// # Errors
-/// [`FileError::Io`] with the path: the folder does not exist or may not be written to, the disk is full, or what `write`
-/// itself returned.
+/// [`FileError::Io`] with the path: the folder does not exist or may not be written to, the disk is
+/// full, or what `write` itself returned.
 pub fn write_atomically<T>(
     path: impl AsRef<Path>,
     write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
@@ -34,8 +35,8 @@ pub fn write_atomically<T>(
     Ok(value)
 }
 
-/// A file that is written whole, but under a temporary name beside its own: [`publish_files`] gives it its name, dropping it
-/// removes it.
+/// A file that is written whole, but under a temporary name beside its own: [`publish_files`] gives
+/// it its name, dropping it removes it.
 #[derive(Debug)]
 pub struct StagedFile {
     path: PathBuf,
@@ -50,7 +51,8 @@ enum Content {
     Bytes(Vec<u8>),
 }
 
-/// Writes a file under a temporary name, for several files that are to appear together or not at all.
+/// Writes a file under a temporary name, for several files that are to appear together or not at
+/// all.
 ///
 /// ```
 /// use eikona_mesh::io::{publish_files, stage_file};
@@ -73,8 +75,8 @@ pub fn stage_file(
     stage(path, write).map(|(staged, ())| staged).map_err(|fault| FileError::io(path, fault))
 }
 
-/// Gives the files their names, in order. If one can not take its name, those that took theirs before and replaced nothing
-/// are removed again.
+/// Gives the files their names, in order. If one can not take its name, those that took theirs
+/// before and replaced nothing are removed again.
 ///
 /// # Errors
 /// [`FileError::Io`] with the first file that could not be renamed or written.
@@ -109,8 +111,9 @@ pub fn publish_files(files: Vec<StagedFile>) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Removes the temporary files of this process; for a program that is about to end because it was interrupted. Waits for a
-/// [`publish_files`] that has begun. Afterwards no file can be staged or published any more: those calls wait for ever.
+/// Removes the temporary files of this process; for a program that is about to end because it was
+/// interrupted. Waits for a [`publish_files`] that has begun. Afterwards no file can be staged or
+/// published any more: those calls wait for ever.
 pub fn discard_temporary_files() {
     let unfinished = unfinished();
     for path in unfinished.iter() {
@@ -157,7 +160,8 @@ struct Temporary {
 
 impl Temporary {
     fn become_file(mut self, target: &Path, unfinished: &mut BTreeSet<PathBuf>) -> io::Result<()> {
-        // Taken out first: dropping a path that is still there would lock `unfinished`, which the caller holds.
+        // Taken out first: dropping a path that is still there would lock `unfinished`, which the
+        // caller holds.
         let Some(path) = self.path.take() else { return Ok(()) };
         let renamed = fs::rename(&path, target);
         if renamed.is_err() {

@@ -1,5 +1,5 @@
-//! Base64 as glTF and VTK files hold it. Own code, because VTK joins pieces that were padded one by one, which decoders of
-//! whole texts refuse.
+//! Base64 as glTF and VTK files hold it. Own code, because VTK joins pieces that were padded one by
+//! one, which decoders of whole texts refuse.
 
 const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
@@ -32,7 +32,8 @@ pub(super) fn encode(bytes: &[u8]) -> String {
     text
 }
 
-/// Decodes piece by piece; blanks and line ends are passed over, padding may stand after any group of four.
+/// Decodes piece by piece; blanks and line ends are passed over, padding may stand after any group
+/// of four.
 pub(super) struct Decoder<'a> {
     text: &'a [u8],
     /// Bytes of the last group that were not asked for yet.
@@ -82,7 +83,8 @@ impl<'a> Decoder<'a> {
         }
     }
 
-    /// Groups of four digits without anything between them, as long as all their bytes are asked for: the bulk of a text.
+    /// Groups of four digits without anything between them, as long as all their bytes are asked
+    /// for: the bulk of a text.
     fn read_plain_groups(&mut self, count: usize, bytes: &mut Vec<u8>) {
         while let Some((group, rest)) = self.text.split_first_chunk::<4>() {
             let digits = group.map(|letter| DIGIT[usize::from(letter)]);

@@ -75,7 +75,8 @@ impl MeshFormat {
     ///
     /// ```
     /// use eikona_mesh::io::MeshFormat;
-    /// assert_eq!(MeshFormat::detect("part.stl", b"ply\nformat ascii 1.0\n"), Some(MeshFormat::Ply));
+    /// let bytes = b"ply\nformat ascii 1.0\n";
+    /// assert_eq!(MeshFormat::detect("part.stl", bytes), Some(MeshFormat::Ply));
     /// assert_eq!(MeshFormat::detect("part.off", b"8 12 0\n"), Some(MeshFormat::Off));
     /// ```
     pub fn detect(path: impl AsRef<Path>, bytes: &[u8]) -> Option<MeshFormat> {

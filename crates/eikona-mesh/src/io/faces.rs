@@ -4,12 +4,14 @@ use crate::error::{Fault, FileError, MeshError};
 use crate::id::Face;
 use crate::polygon::PolygonMesh;
 
-/// The faces read so far. Indices are checked at the end: a file may list its faces before its vertices.
+/// The faces read so far. Indices are checked at the end: a file may list its faces before its
+/// vertices.
 #[derive(Default)]
 pub(super) struct Faces {
     mesh: PolygonMesh,
     corners: usize,
-    /// The indices that do not fit below [`OUTSIDE`], in order; `OUTSIDE` stands for each of them in the mesh.
+    /// The indices that do not fit below [`OUTSIDE`], in order; `OUTSIDE` stands for each of them
+    /// in the mesh.
     outside: Vec<i64>,
 }
 
@@ -41,8 +43,9 @@ impl Faces {
         Ok(())
     }
 
-    /// The triangles of a strip, every second one turned so that all wind alike; -1 starts a new strip. Returns how many
-    /// triangles were left out because two of their corners agree (that is how strips are stitched together).
+    /// The triangles of a strip, every second one turned so that all wind alike; -1 starts a new
+    /// strip. Returns how many triangles were left out because two of their corners agree (that is
+    /// how strips are stitched together).
     pub fn push_strip(&mut self, strip: &[i64]) -> Result<usize, FileError> {
         let mut stitches = 0;
         for run in strip.split(|&index| index == -1) {

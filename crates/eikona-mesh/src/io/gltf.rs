@@ -15,7 +15,8 @@ use std::path::Path;
 
 pub(super) const GLTF: &str = "glTF";
 
-/// The meshes of a glTF scene, from a `.glb` or from JSON whose buffers are data URIs, as [`read_mesh`](super::read_mesh) says.
+/// The meshes of a glTF scene, from a `.glb` or from JSON whose buffers are data URIs, as
+/// [`read_mesh`](super::read_mesh) says.
 ///
 /// The nodes of the scene are walked depth first; each primitive is placed by its node and
 /// appended. Primitives of one mesh that share their vertices keep sharing them. Triangles, strips
@@ -104,7 +105,8 @@ fn read(bytes: &[u8], folder: Option<&Path>) -> Result<MeshFile, FileError> {
     };
     let root = parse(chunks.json)?;
     for extension in &root.extensions_required {
-        // These change how surfaces look, or (quantization) only allow more component types, all of which are read.
+        // These change how surfaces look, or (quantization) only allow more component types, all of
+        // which are read.
         let harmless =
             ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_mesh_quantization"];
         if !harmless.iter().any(|h| extension.starts_with(h)) {

@@ -88,7 +88,8 @@ struct Place {
 }
 
 impl<'a> Data<'a> {
-    /// Gets all buffers: from the binary chunk of a `.glb`, from data URIs, or from files in `folder`.
+    /// Gets all buffers: from the binary chunk of a `.glb`, from data URIs, or from files in
+    /// `folder`.
     pub fn load(root: &'a Root, binary: Option<&'a [u8]>, folder: Option<&Path>) -> Self {
         let load = |(b, buffer): (usize, &Buffer)| {
             let bytes = match (&buffer.uri, binary) {

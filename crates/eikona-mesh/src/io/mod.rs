@@ -1,5 +1,6 @@
-//! Meshes from files and to files. Readers take bytes and keep the order and count of vertices and faces; nothing is
-//! welded, dropped or turned. Writers say what their format could not hold, and leave no half-written file behind.
+//! Meshes from files and to files. Readers take bytes and keep the order and count of vertices and
+//! faces; nothing is welded, dropped or turned. Writers say what their format could not hold, and
+//! leave no half-written file behind.
 //!
 //! | format | read | written |
 //! |---|---|---|
@@ -14,8 +15,9 @@
 //! a warning if they cannot hold the coordinates; glTF keeps an offset in the translation of its
 //! node.
 //!
-//! Coordinates that are NaN or infinite are kept as read; [`TriangleMesh::new`](crate::TriangleMesh::new) refuses them with
-//! the vertex. What a file's header announces is checked against its length before memory is set aside.
+//! Coordinates that are NaN or infinite are kept as read;
+//! [`TriangleMesh::new`](crate::TriangleMesh::new) refuses them with the vertex. What a file's
+//! header announces is checked against its length before memory is set aside.
 
 mod atomic;
 mod base64;
@@ -112,14 +114,15 @@ pub struct MeshFile {
     pub vertex_scalars: Vec<(String, Vec<f64>)>,
     /// Named values, one a face, in the order of the file. NaN where the file has none.
     pub face_scalars: Vec<(String, Vec<f64>)>,
-    /// Texture coordinates u, v, one a corner, in the order of the faces and their corners: of OBJ files in which every corner
-    /// has them. [`MeshOut::from`](MeshOut) passes them over.
+    /// Texture coordinates u, v, one a corner, in the order of the faces and their corners: of OBJ
+    /// files in which every corner has them. [`MeshOut::from`](MeshOut) passes them over.
     pub corner_uvs: Option<Vec<[f64; 2]>>,
     /// What was left out or looked odd, one sentence each.
     pub warnings: Vec<String>,
 }
 
-/// A file holds at most this many bytes (uncompressed), so that 32-bit indices can name what is in it.
+/// A file holds at most this many bytes (uncompressed), so that 32-bit indices can name what is in
+/// it.
 const MOST_BYTES: u64 = u32::MAX as u64;
 
 /// Reads a mesh file in the format of its content, or of its name if the content does not decide.
@@ -128,8 +131,9 @@ const MOST_BYTES: u64 = u32::MAX as u64;
 /// buffers of a glTF file are looked for beside it.
 ///
 /// # Errors
-/// [`FileError::Io`] when the file can not be read, [`FileError::Unsupported`] when its format is not known, else as
-/// [`read_mesh_bytes`]; every error but those of I/O is about the file named in [`FileError::InFile`].
+/// [`FileError::Io`] when the file can not be read, [`FileError::Unsupported`] when its format is
+/// not known, else as [`read_mesh_bytes`]; every error but those of I/O is about the file named in
+/// [`FileError::InFile`].
 pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, FileError> {
     read_mesh_as(path, None).map(|(file, _)| file)
 }
@@ -206,8 +210,8 @@ fn with_rounding_warning(mut file: MeshFile) -> MeshFile {
 /// ```
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the line or element, [`FileError::Mesh`] with all faces that name vertices that do not exist,
-/// [`FileError::Unsupported`] for what is not read.
+/// [`FileError::Syntax`] with the line or element, [`FileError::Mesh`] with all faces that name
+/// vertices that do not exist, [`FileError::Unsupported`] for what is not read.
 ///
 /// # Cost
 /// O(bytes). On one thread about 0.05 s for a million triangles of binary PLY.

@@ -12,12 +12,13 @@ use std::io::{self, Write};
 
 const OBJ: &str = "OBJ";
 
-/// The mesh and lines of an OBJ text. Colours after the coordinates (`v x y z r g b`) become the vertex scalars `red`,
-/// `green` and `blue`; a single fourth number is a weight and is passed over; texture coordinates are kept if every corner of a face has
-/// them; normals are not kept.
+/// The mesh and lines of an OBJ text. Colours after the coordinates (`v x y z r g b`) become the
+/// vertex scalars `red`, `green` and `blue`; a single fourth number is a weight and is passed over;
+/// texture coordinates are kept if every corner of a face has them; normals are not kept.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the line: a word that is no number, an index that is 0 or names no vertex, no vertex at all.
+/// [`FileError::Syntax`] with the line: a word that is no number, an index that is 0 or names no
+/// vertex, no vertex at all.
 pub fn read_obj(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let text = decode_text(bytes);
     let mut words = Words::new(&text).with_comments().with_continuation(begins_statement);
@@ -90,8 +91,8 @@ struct Content {
     colours: Vec<[f64; 3]>,
     /// The vertices of the current `f`, `l` or `p` line.
     corners: Vec<u32>,
-    /// Forward references, (line, 1-based index), each larger than all before: the first to exceed the final count is
-    /// among them.
+    /// Forward references, (line, 1-based index), each larger than all before: the first to exceed
+    /// the final count is among them.
     forward: Vec<(usize, i64)>,
 }
 
@@ -126,7 +127,8 @@ impl Content {
         self.textures.push([coordinate(f64::NAN), coordinate(0.0)]);
     }
 
-    /// Reads the vertices of an `f`, `l` or `p` line into `corners`; what follows a slash is texture and normal.
+    /// Reads the vertices of an `f`, `l` or `p` line into `corners`; what follows a slash is
+    /// texture and normal.
     fn indices(&mut self, words: &mut Words, line: Keyword) -> Result<(), FileError> {
         let keyword = match line {
             Keyword::Face => "f",
@@ -154,7 +156,8 @@ impl Content {
                 return Err(words.fault(OBJ, problem));
             }
             self.corners.push(if index > 0 {
-                u32::try_from(index - 1).unwrap_or(u32::MAX) // past every vertex: reported as a forward reference
+                // past every vertex: reported as a forward reference
+                u32::try_from(index - 1).unwrap_or(u32::MAX)
             } else {
                 u32::try_from(vertices.saturating_add(index)).map_err(|_| {
                     let problem = format!(
@@ -207,8 +210,9 @@ impl Content {
     }
 }
 
-/// Writes `v`, `vt`, `f` and `l` lines. Corner texture coordinates are written one `vt` a corner; without them, the first
-/// vertex scalar is written as `vt value 0`, one a vertex, if the output asks for it.
+/// Writes `v`, `vt`, `f` and `l` lines. Corner texture coordinates are written one `vt` a corner;
+/// without them, the first vertex scalar is written as `vt value 0`, one a vertex, if the output
+/// asks for it.
 pub(super) fn write_obj(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     for (i, &[x, y, z]) in mesh.positions().iter().enumerate() {
         write!(out, "v {} {} {}", Number(x), Number(y), Number(z))?;

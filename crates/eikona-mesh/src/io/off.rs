@@ -1,5 +1,5 @@
-//! Geomview's Object File Format: OFF, COFF, NOFF, STOFF and their combinations. No Rust crate keeps its polygons and
-//! colours.
+//! Geomview's Object File Format: OFF, COFF, NOFF, STOFF and their combinations. No Rust crate
+//! keeps its polygons and colours.
 
 use super::faces::Faces;
 use super::text::decode_text;
@@ -62,8 +62,9 @@ impl Header {
 /// after faces are not kept.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the line, also when there are fewer vertices or faces than announced; [`FileError::Mesh`] with
-/// every face that names a vertex that does not exist; [`FileError::Unsupported`] for binary OFF, 4OFF and nOFF.
+/// [`FileError::Syntax`] with the line, also when there are fewer vertices or faces than announced;
+/// [`FileError::Mesh`] with every face that names a vertex that does not exist;
+/// [`FileError::Unsupported`] for binary OFF, 4OFF and nOFF.
 pub fn read_off(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let text = decode_text(bytes);
     let mut words = Words::new(&text).with_comments();
@@ -200,7 +201,8 @@ impl Body<'_> {
         let mut file = MeshFile::default();
         let mut columns: Vec<(&str, Vec<f64>)> = header.scalars().map(|name| (name, Vec::new())).collect();
         let passed_over = usize::from(header.colours && layout.alpha) + if header.texture { 2 } else { 0 };
-        let mut positions = Vec::with_capacity(vertices.min(words.remaining() / 6)); // "0 0 0" and a line end
+        // A vertex takes at least six bytes: "0 0 0" and a line end.
+        let mut positions = Vec::with_capacity(vertices.min(words.remaining() / 6));
         let mut line_before = 0;
         for i in 0..vertices {
             let mut position = [0.0; 3];

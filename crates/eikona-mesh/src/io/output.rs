@@ -26,7 +26,8 @@ enum Surface<'a> {
     Polygons(&'a PolygonMesh),
 }
 
-/// A mesh to write and what goes with it, all borrowed. Start from a mesh and set the fields that are wanted.
+/// A mesh to write and what goes with it, all borrowed. Start from a mesh and set the fields that
+/// are wanted.
 ///
 /// ```
 /// use eikona_mesh::{TriangleMesh, io::{MeshFormat, MeshOut, read_mesh_bytes, write_mesh_bytes}};
@@ -55,8 +56,8 @@ pub struct MeshOut<'a> {
     pub lines: &'a [Vec<u32>],
     /// Binary unless set otherwise.
     pub encoding: Encoding,
-    /// Whether OBJ gets the first vertex scalar as texture coordinate u (v = 0) when there are no `corner_uvs`; on unless
-    /// set otherwise.
+    /// Whether OBJ gets the first vertex scalar as texture coordinate u (v = 0) when there are no
+    /// `corner_uvs`; on unless set otherwise.
     pub obj_scalar_as_texture: bool,
 }
 
@@ -250,7 +251,8 @@ fn check_names(element: &str, scalars: &[(&str, &[f64])]) -> Result<(), FileErro
     Ok(())
 }
 
-/// A scalar's name as formats write it that want a single word of plain letters: all else becomes `_`.
+/// A scalar's name as formats write it that want a single word of plain letters: all else becomes
+/// `_`.
 pub(super) fn one_word(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_graphic() { c } else { '_' }).collect()
 }
@@ -260,16 +262,17 @@ pub(super) fn one_word(name: &str) -> String {
 /// coordinates, one sentence each.
 ///
 /// # Errors
-/// [`FileError::Unsupported`] when the name tells no format, or the format can not hold the mesh (polygons in STL and GLB,
-/// coordinates past 32-bit floats there); [`FileError::Mesh`] for arrays of wrong length and indices out of range;
-/// [`FileError::Io`].
+/// [`FileError::Unsupported`] when the name tells no format, or the format can not hold the mesh
+/// (polygons in STL and GLB, coordinates past 32-bit floats there); [`FileError::Mesh`] for arrays
+/// of wrong length and indices out of range; [`FileError::Io`].
 pub fn write_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<Vec<String>, FileError> {
     let (file, left_out) = stage_mesh(path, mesh)?;
     publish_files(vec![file])?;
     Ok(left_out)
 }
 
-/// As [`write_mesh`], but the file gets its name only from [`publish_files`]: for several files that are to appear together.
+/// As [`write_mesh`], but the file gets its name only from [`publish_files`]: for several files
+/// that are to appear together.
 ///
 /// # Errors
 /// As [`write_mesh`].

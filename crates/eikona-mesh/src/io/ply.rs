@@ -1,4 +1,5 @@
-//! Stanford PLY, read: ascii and binary, polygons and triangle strips, every scalar property of vertices and faces.
+//! Stanford PLY, read: ascii and binary, polygons and triangle strips, every scalar property of
+//! vertices and faces.
 //!
 //! Own reader: ply-rs-bw makes a hash map of every element, which is some twenty times slower than
 //! a million triangles may take. Version 4.0 ignores surplus values on a line without a warning.
@@ -12,9 +13,10 @@ use super::text::{decode_text, is_wide};
 use super::words::{Words, integer, number, shown, whole};
 use crate::error::FileError;
 
-/// The mesh of a PLY file. Vertex properties but x, y, z and face properties but the vertex list become scalars under their
-/// own names; `edge` elements become lines of two nodes; strips become triangles. List properties other than the vertex
-/// list, and other elements, are left out with a warning.
+/// The mesh of a PLY file. Vertex properties but x, y, z and face properties but the vertex list
+/// become scalars under their own names; `edge` elements become lines of two nodes; strips become
+/// triangles. List properties other than the vertex list, and other elements, are left out with a
+/// warning.
 ///
 /// Elements of ascii files need not begin a line. Data after the announced elements is left out
 /// with a warning.
@@ -280,7 +282,8 @@ fn read_body(elements: &[Element], body: &mut impl Body) -> Result<MeshFile, Fil
     Ok(file)
 }
 
-/// Refuses a header that announces more than the file can hold, before anything is set aside for it.
+/// Refuses a header that announces more than the file can hold, before anything is set aside for
+/// it.
 fn check_size(element: &Element, body: &impl Body) -> Result<(), FileError> {
     let least: usize = element
         .properties

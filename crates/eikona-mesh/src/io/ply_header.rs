@@ -142,7 +142,8 @@ impl Header {
     }
 }
 
-/// How many bytes end the header. Where its lines end with a lone CR, a following LF is the first byte of the data.
+/// How many bytes end the header. Where its lines end with a lone CR, a following LF is the first
+/// byte of the data.
 fn line_end(bytes: &[u8], end: usize) -> usize {
     let first = bytes.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(0);
     let lone_cr = bytes[first..].starts_with(b"\r") && !bytes[first..].starts_with(b"\r\n");

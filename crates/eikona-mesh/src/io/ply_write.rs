@@ -7,10 +7,11 @@ use std::io::{self, Write};
 
 /// Writes vertices, faces and edges with all scalars.
 ///
-/// Positions and scalars are `double`: MeshLab writes and reads them so itself, and Blender converts any number to `float` as
-/// it reads, so `float` would only lose digits. Each scalar has its own name, which Blender makes an attribute; the first is
-/// repeated as `quality`, the only name that MeshLab takes a value from. Colours are `uchar`, as both expect. Texture
-/// coordinates are the face list `texcoord`, as MeshLab has it. Lines are `edge` elements, one a segment.
+/// Positions and scalars are `double`: MeshLab writes and reads them so itself, and Blender
+/// converts any number to `float` as it reads, so `float` would only lose digits. Each scalar has
+/// its own name, which Blender makes an attribute; the first is repeated as `quality`, the only
+/// name that MeshLab takes a value from. Colours are `uchar`, as both expect. Texture coordinates
+/// are the face list `texcoord`, as MeshLab has it. Lines are `edge` elements, one a segment.
 pub(super) fn write_ply(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     let positions = mesh.positions();
     let scalars = vertex_scalars(mesh);

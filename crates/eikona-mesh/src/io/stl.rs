@@ -1,4 +1,5 @@
-//! STL, ascii and binary. A facet names no vertices, so each has its own three, in order; welding is a separate step.
+//! STL, ascii and binary. A facet names no vertices, so each has its own three, in order; welding
+//! is a separate step.
 //!
 //! Own reader: stl_io 0.11 welds equal positions while it reads, which loses the order and count of
 //! vertices. It also refuses ascii with several statements per line, "end loop" or upper case, and
@@ -17,15 +18,16 @@ const HEADER: usize = 84;
 /// A normal and three vertices of 32-bit floats, and two bytes of no fixed meaning.
 const FACET: usize = 50;
 
-/// The facets of an STL file: face `f` has the vertices `3 f`, `3 f + 1`, `3 f + 2`. Normals and the two free bytes of a
-/// facet are not kept.
+/// The facets of an STL file: face `f` has the vertices `3 f`, `3 f + 1`, `3 f + 2`. Normals and
+/// the two free bytes of a facet are not kept.
 ///
 /// A file is binary if its length fits its facet count, even if it begins with "solid". Otherwise
 /// it is ascii if it is text that begins with "solid" or "facet". Ascii keywords may be in any case
 /// and on any line.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the line or byte: cut off, not a number, a facet without exactly three vertices.
+/// [`FileError::Syntax`] with the line or byte: cut off, not a number, a facet without exactly
+/// three vertices.
 pub fn read_stl(bytes: &[u8]) -> Result<MeshFile, FileError> {
     if is_binary(bytes) {
         return read_binary(bytes);
@@ -267,8 +269,8 @@ fn unwelded(positions: Vec<[f64; 3]>) -> PolygonMesh {
     PolygonMesh::from_triangles(positions, &faces)
 }
 
-/// Writes the triangles with unit normals; the normal of a triangle without area is zero. Coordinates are 32-bit floats in
-/// binary.
+/// Writes the triangles with unit normals; the normal of a triangle without area is zero.
+/// Coordinates are 32-bit floats in binary.
 pub(super) fn write_stl(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     let corners = |face: &[u32]| {
         let p = mesh.positions();

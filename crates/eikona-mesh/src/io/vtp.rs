@@ -18,8 +18,8 @@ use std::collections::BTreeSet;
 /// left out with a warning.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the element, [`FileError::Mesh`] with every face that names a point that does not exist,
-/// [`FileError::Unsupported`] for LZ4 and LZMA.
+/// [`FileError::Syntax`] with the element, [`FileError::Mesh`] with every face that names a point
+/// that does not exist, [`FileError::Unsupported`] for LZ4 and LZMA.
 pub fn read_vtp(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let text = decode_text(bytes);
     let (xml, appended) = split_appended(&text)?;
@@ -217,7 +217,8 @@ fn columns(
         let mut values = arrays.floats(array)?;
         let announced: Option<usize> = attribute(array, "NumberOfComponents").and_then(|n| n.parse().ok());
         if attribute(array, "type") == Some("Bit") {
-            values.truncate(announced.unwrap_or(1).saturating_mul(count)); // what fills up the last byte
+            // what fills up the last byte
+            values.truncate(announced.unwrap_or(1).saturating_mul(count));
         }
         let components = values.len().checked_div(count).unwrap_or(0);
         if components * count != values.len() {

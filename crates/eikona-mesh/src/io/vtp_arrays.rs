@@ -1,4 +1,5 @@
-//! The numbers of a VTK XML file: ascii, base64 or raw; in place or appended; plain or in zlib blocks.
+//! The numbers of a VTK XML file: ascii, base64 or raw; in place or appended; plain or in zlib
+//! blocks.
 
 use super::base64::Decoder;
 use super::words::{Words, number, shown, whole};
@@ -21,7 +22,8 @@ fn text<'a>(array: Node<'a, '_>) -> Cow<'a, str> {
     parts.fold(Cow::Borrowed(first), |text, part| Cow::Owned(text.into_owned() + " " + part))
 }
 
-/// The XML without the appended data, which need not be text, and those data from behind their underscore.
+/// The XML without the appended data, which need not be text, and those data from behind their
+/// underscore.
 pub(super) fn split_appended(bytes: &[u8]) -> Result<(String, &[u8]), FileError> {
     const TAG: &[u8] = b"<AppendedData";
     const LATIN: &[u8] = b"ISO-8859-1";
@@ -43,7 +45,8 @@ pub(super) fn split_appended(bytes: &[u8]) -> Result<(String, &[u8]), FileError>
         let xml = fault.into_bytes();
         let declaration = xml.split(|&b| b == b'>').next().unwrap_or_default();
         if declaration.windows(LATIN.len()).any(|w| w.eq_ignore_ascii_case(LATIN)) {
-            return Ok(xml.into_iter().map(char::from).collect()); // Latin-1 is the beginning of Unicode
+            // Latin-1 is the beginning of Unicode
+            return Ok(xml.into_iter().map(char::from).collect());
         }
         Err(FileError::syntax(VTP, format!("byte {place}"), "the XML is not UTF-8; is this a VTP file?"))
     })?;

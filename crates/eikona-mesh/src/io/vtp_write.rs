@@ -4,9 +4,9 @@ use super::MeshOut;
 use super::base64;
 use std::io::{self, Write};
 
-/// Writes points, lines and polygons with point and cell data, each array as base64 in place: unlike appended raw bytes, that
-/// is XML which any XML reader takes. VTK numbers the cells lines first, then polygons, so every cell array begins with a
-/// NaN for each line.
+/// Writes points, lines and polygons with point and cell data, each array as base64 in place:
+/// unlike appended raw bytes, that is XML which any XML reader takes. VTK numbers the cells lines
+/// first, then polygons, so every cell array begins with a NaN for each line.
 pub(super) fn write_vtp(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     let (points, lines, polys) = (mesh.positions().len(), mesh.lines.len(), mesh.face_count());
     writeln!(

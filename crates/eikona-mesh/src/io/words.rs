@@ -2,7 +2,8 @@
 
 use crate::error::FileError;
 
-/// Walks over a text word by word. Lines end with LF, CR LF or CR; all other bytes up to the blank separate words.
+/// Walks over a text word by word. Lines end with LF, CR LF or CR; all other bytes up to the blank
+/// separate words.
 #[derive(Clone)]
 pub(super) struct Words<'a> {
     bytes: &'a [u8],
@@ -192,7 +193,8 @@ pub(super) fn shown(word: &[u8]) -> String {
     format!("\"{}\"", text.escape_debug())
 }
 
-/// Writes a float so that it reads back bit for bit, short, and with `nan` and `inf` as C writes them.
+/// Writes a float so that it reads back bit for bit, short, and with `nan` and `inf` as C writes
+/// them.
 pub(super) struct Number(pub f64);
 
 impl std::fmt::Display for Number {

@@ -26,7 +26,8 @@ impl Box2 {
     pub fn meets(&self, other: &Box2) -> bool {
         (0..2).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
     }
-    /// Least and greatest value of the cross product (b - a) x (p - a) over the points p of the box.
+    /// Least and greatest value of the cross product (b - a) x (p - a) over the points p of the
+    /// box.
     pub fn sides_of(&self, a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let terms = [
@@ -38,8 +39,8 @@ impl Box2 {
     }
 }
 
-/// Complete binary tree of boxes over items sorted like a k-d tree, alternately by x and y. Node `i`
-/// has the children `2 i` and `2 i + 1`. Items can be removed.
+/// Complete binary tree of boxes over items sorted like a k-d tree, alternately by x and y. Node
+/// `i` has the children `2 i` and `2 i + 1`. Items can be removed.
 pub(crate) struct BoxTree {
     nodes: Vec<Box2>,
     leaves: usize,

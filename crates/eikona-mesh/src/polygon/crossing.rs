@@ -11,8 +11,8 @@ const BOXES_PER_EDGE: usize = 200;
 /// cross.
 ///
 /// # Cost
-/// O(n log n) for most polygons. Where many long edges lie close together, as in a bundle of needles,
-/// the search ends after O(n) boxes and misses the crossings not yet found.
+/// O(n log n) for most polygons. Where many long edges lie close together, as in a bundle of
+/// needles, the search ends after O(n) boxes and misses the crossings not yet found.
 pub(crate) fn crosses_itself(points: &[[f64; 2]]) -> bool {
     let n = points.len();
     let edge = |k: usize| [points[k], points[(k + 1) % n]];

@@ -6,8 +6,9 @@ use crate::id::Vertex;
 use std::borrow::Cow;
 use std::collections::VecDeque;
 
-/// Appends the triangles of a polygon, as [`PolygonMesh::triangulate`](super::PolygonMesh::triangulate)
-/// describes them. All indices must be in range and there must be at least three corners.
+/// Appends the triangles of a polygon, as
+/// [`PolygonMesh::triangulate`](super::PolygonMesh::triangulate) describes them. All indices must
+/// be in range and there must be at least three corners.
 ///
 /// # Errors
 /// A vertex at two successive corners, or one named twice by a polygon without area.

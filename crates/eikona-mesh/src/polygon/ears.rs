@@ -1,9 +1,10 @@
 //! Ear clipping.
 //!
 //! An ear is a corner whose triangle with its two neighbours lies inside the polygon. Cutting ears
-//! off one after another, best shaped first, triangulates every simple polygon, and those that touch
-//! themselves: keyholes, whose bridge to a hole is walked twice, have ears until one triangle is
-//! left. Orientation tests are exact, so that rounding never leaves a simple polygon without ears.
+//! off one after another, best shaped first, triangulates every simple polygon, and those that
+//! touch themselves: keyholes, whose bridge to a hole is walked twice, have ears until one triangle
+//! is left. Orientation tests are exact, so that rounding never leaves a simple polygon without
+//! ears.
 //!
 //! Only corners that are not convex can lie in the triangle of another corner. They are kept in a
 //! [`BoxTree`]; a corner that is no ear because of one of them waits until that one is gone.
@@ -58,11 +59,11 @@ struct Blocker {
 }
 
 /// Triangulates a polygon, as triples of its corners (not of vertices). Gives `n - 2` triangles,
-/// except where the polygon meets a vertex twice and falls apart there: each part then has two fewer
-/// than its corners. No triangle names a vertex twice.
+/// except where the polygon meets a vertex twice and falls apart there: each part then has two
+/// fewer than its corners. No triangle names a vertex twice.
 ///
-/// `vertices` names the vertex of each corner; neighbours must differ, and so must second neighbours
-/// (no dead ends).
+/// `vertices` names the vertex of each corner; neighbours must differ, and so must second
+/// neighbours (no dead ends).
 ///
 /// # Cost
 /// O(n log n) in practice, at worst O(n^2) tests for contrived simple polygons. Polygons that cross
@@ -253,8 +254,8 @@ impl<'a> Clipper<'a> {
         }
     }
 
-    /// Removes a corner after its triangle was taken, and with it what has become a dead end: a part
-    /// that hangs on a vertex of the rest is used up. Gives the number of corners that remain.
+    /// Removes a corner after its triangle was taken, and with it what has become a dead end: a
+    /// part that hangs on a vertex of the rest is used up. Gives the number of corners that remain.
     fn cut_off(&mut self, b: usize, mut remaining: usize) -> usize {
         let [mut a, mut c] = [self.previous[b], self.next[b]];
         self.remove(b);

@@ -105,7 +105,8 @@ impl Shape {
     pub fn is_flat(&self) -> bool {
         self.doubled_area <= tolerance(self.longest_squared)
     }
-    /// Positive for counter-clockwise triangles, largest for equilateral ones; the same at any scale.
+    /// Positive for counter-clockwise triangles, largest for equilateral ones; the same at any
+    /// scale.
     pub fn quality(&self) -> f64 {
         if self.longest_squared > 0.0 { self.doubled_area / self.longest_squared } else { 0.0 }
     }

@@ -1,6 +1,7 @@
 //! Polylines in space, for tests and examples, and ways to break them into pieces.
 //!
-//! A polyline is a list of nodes; it is closed when its last node is its first. All curves here are closed.
+//! A polyline is a list of nodes; it is closed when its last node is its first. All curves here are
+//! closed.
 
 use super::parameter::{MAX_SHAPE_FACES, require, require_length, require_ring};
 use super::vector::{Vec3, distance, lerp};
@@ -15,8 +16,8 @@ fn closed_polyline(n: usize, at: impl Fn(f64) -> Vec3) -> Result<Vec<Vec3>, Mesh
     Ok((0..=n).map(|i| at((i % n) as f64 / n as f64)).collect())
 }
 
-/// The circle of this radius about the origin in the plane z = 0, counter-clockwise from (radius, 0, 0): `n`
-/// segments, n + 1 nodes.
+/// The circle of this radius about the origin in the plane z = 0, counter-clockwise from (radius,
+/// 0, 0): `n` segments, n + 1 nodes.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when n < 3 or the radius is not a length.
@@ -32,8 +33,8 @@ pub fn circle(radius: f64, n: usize) -> Result<Vec<[f64; 3]>, MeshError> {
     closed_polyline(n, |t| [radius * (TAU * t).cos(), radius * (TAU * t).sin(), 0.0])
 }
 
-/// The circle of latitude `latitude` (radians north of the equator) on the unit sphere, eastward: the north pole is
-/// on its left.
+/// The circle of latitude `latitude` (radians north of the equator) on the unit sphere, eastward:
+/// the north pole is on its left.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when n < 3 or the latitude is not strictly between the poles.
@@ -47,8 +48,8 @@ pub fn latitude_circle(latitude: f64, n: usize) -> Result<Vec<[f64; 3]>, MeshErr
     wavy_latitude(latitude, 0.0, 0, n)
 }
 
-/// A curve on the unit sphere, eastward, whose latitude is `latitude` + `amplitude` sin(`waves` · longitude), in
-/// radians.
+/// A curve on the unit sphere, eastward, whose latitude is `latitude` + `amplitude` sin(`waves` ·
+/// longitude), in radians.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when n < 3 or the curve reaches a pole.
@@ -72,8 +73,8 @@ pub fn wavy_latitude(
     })
 }
 
-/// The curve on a [`torus`](super::torus) that goes `p` times around the axis while it goes `q` times around the
-/// tube. It is one knot without repetition when p and q have no common divisor.
+/// The curve on a [`torus`](super::torus) that goes `p` times around the axis while it goes `q`
+/// times around the tube. It is one knot without repetition when p and q have no common divisor.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when n < 3 or the radii are not lengths.
@@ -101,7 +102,8 @@ pub fn trefoil(n: usize) -> Result<Vec<[f64; 3]>, MeshError> {
     closed_polyline(n, trefoil_point)
 }
 
-/// The figure-eight knot that [`figure_eight_tube`](super::figure_eight_tube) follows, with `n` segments.
+/// The figure-eight knot that [`figure_eight_tube`](super::figure_eight_tube) follows, with `n`
+/// segments.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when n < 3.
@@ -120,16 +122,17 @@ pub(super) fn figure_eight_knot_point(t: f64) -> Vec3 {
     [r * (3.0 * t).cos(), r * (3.0 * t).sin(), (4.0 * t).sin()]
 }
 
-/// The polyline cut into open pieces: from its first node on, a stretch of `keep` times its length stays, the
-/// following `drop` times its length goes, and so on. Cuts within a segment get a node of their own.
+/// The polyline cut into open pieces: from its first node on, a stretch of `keep` times its length
+/// stays, the following `drop` times its length goes, and so on. Cuts within a segment get a node
+/// of their own.
 ///
-/// Every kept stretch of a closed polyline is followed by a full gap: its last piece is shortened so that it does
-/// not run into the first. 10 % kept and 5 % dropped make 7 pieces: six of 10 % and one of 5 %. The last piece of
-/// an open polyline ends where the polyline does.
+/// Every kept stretch of a closed polyline is followed by a full gap: its last piece is shortened
+/// so that it does not run into the first. 10 % kept and 5 % dropped make 7 pieces: six of 10 % and
+/// one of 5 %. The last piece of an open polyline ends where the polyline does.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `keep` or `drop` is not a share of at least 1e-6, or the polyline has no (finite)
-/// length.
+/// [`MeshError::Parameter`] when `keep` or `drop` is not a share of at least 1e-6, or the polyline
+/// has no (finite) length.
 ///
 /// ```
 /// use eikona_mesh::shapes::{break_polyline, circle};
@@ -141,8 +144,8 @@ pub fn break_polyline(nodes: &[[f64; 3]], keep: f64, drop: f64) -> Result<Vec<Ve
     break_with(nodes, keep, drop, |mean| mean)
 }
 
-/// As [`break_polyline`], with stretches and gaps between half and one and a half times `keep` and `drop`, drawn by
-/// `seed`; a closed polyline is also first broken at a place drawn by `seed`.
+/// As [`break_polyline`], with stretches and gaps between half and one and a half times `keep` and
+/// `drop`, drawn by `seed`; a closed polyline is also first broken at a place drawn by `seed`.
 ///
 /// # Errors
 /// As [`break_polyline`].
@@ -150,7 +153,8 @@ pub fn break_polyline(nodes: &[[f64; 3]], keep: f64, drop: f64) -> Result<Vec<Ve
 /// ```
 /// use eikona_mesh::shapes::{break_polyline_at_random, circle};
 /// let nodes = circle(1.0, 360)?;
-/// assert_eq!(break_polyline_at_random(&nodes, 0.1, 0.05, 1)?, break_polyline_at_random(&nodes, 0.1, 0.05, 1)?);
+/// let pieces = break_polyline_at_random(&nodes, 0.1, 0.05, 1)?;
+/// assert_eq!(pieces, break_polyline_at_random(&nodes, 0.1, 0.05, 1)?);
 /// # Ok::<(), eikona_mesh::MeshError>(())
 /// ```
 pub fn break_polyline_at_random(
@@ -204,8 +208,8 @@ fn break_with(
     Ok(pieces)
 }
 
-/// The part between two arc lengths; `i` is a segment at or before `from`, and is moved on to the one where the
-/// part ends.
+/// The part between two arc lengths; `i` is a segment at or before `from`, and is moved on to the
+/// one where the part ends.
 fn stretch(nodes: &[Vec3], lengths: &[f64], from: f64, to: f64, i: &mut usize) -> Vec<Vec3> {
     let point = |i: usize, s: f64| {
         let length = lengths[i + 1] - lengths[i];

@@ -12,7 +12,8 @@ use std::f64::consts::TAU;
 /// V = (nx + 1)(ny + 1), E = 3 nx ny + nx + ny, F = 2 nx ny. The vertices run along y first.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when a count is 0, a length is not positive, or there are too many faces.
+/// [`MeshError::Parameter`] when a count is 0, a length is not positive, or there are too many
+/// faces.
 ///
 /// ```
 /// use eikona_mesh::shapes::{Diagonal, grid};
@@ -36,11 +37,11 @@ pub fn grid(
     lattice.mesh(diagonal, |i, j| [width * i as f64 / nx as f64, height * j as f64 / ny as f64, 0.0])
 }
 
-/// A parallel strip of equilateral triangles with edges of length 1: `columns` x `rows` pairs of triangles, odd
-/// rows of vertices shifted by 1/2.
+/// A parallel strip of equilateral triangles with edges of length 1: `columns` x `rows` pairs of
+/// triangles, odd rows of vertices shifted by 1/2.
 ///
-/// V = (c + 1)(r + 1), E = 3 c r + c + r, F = 2 c r; all angles are 60°. It fills [0, c + 1/2] x [0, r sqrt(3)/2]
-/// but for its serrated ends.
+/// V = (c + 1)(r + 1), E = 3 c r + c + r, F = 2 c r; all angles are 60°. It fills [0, c + 1/2] x
+/// [0, r sqrt(3)/2] but for its serrated ends.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when a count is 0 or there are too many faces.
@@ -61,14 +62,16 @@ pub fn strip(columns: usize, rows: usize) -> Result<TriangleMesh, MeshError> {
     })
 }
 
-/// The disk of this radius about the origin: ring k of `rings` has k · `sectors` evenly spaced vertices, around one
-/// at the centre.
+/// The disk of this radius about the origin: ring k of `rings` has k · `sectors` evenly spaced
+/// vertices, around one at the centre.
 ///
-/// V = 1 + s n (n + 1) / 2, E = s n (3 n + 1) / 2, F = s n² for n rings and s sectors. Six sectors give the best
-/// triangles (no angle below 42°). Vertex 0 is the centre; the last n s vertices are the rim, from angle 0.
+/// V = 1 + s n (n + 1) / 2, E = s n (3 n + 1) / 2, F = s n² for n rings and s sectors. Six sectors
+/// give the best triangles (no angle below 42°). Vertex 0 is the centre; the last n s vertices are
+/// the rim, from angle 0.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] with fewer than 3 sectors, no ring, a radius that is not positive, or too many faces.
+/// [`MeshError::Parameter`] with fewer than 3 sectors, no ring, a radius that is not positive, or
+/// too many faces.
 ///
 /// ```
 /// let disk = eikona_mesh::shapes::disk(10, 6, 1.0)?;
@@ -87,7 +90,8 @@ pub fn disk(rings: usize, sectors: usize, radius: f64) -> Result<TriangleMesh, M
     TriangleMesh::new(positions, faces)
 }
 
-/// Vertices and faces of a disk whose ring k has k · `sectors` vertices, each placed by ring and angle.
+/// Vertices and faces of a disk whose ring k has k · `sectors` vertices, each placed by ring and
+/// angle.
 pub(super) fn concentric_rings(
     rings: usize,
     sectors: usize,
@@ -108,15 +112,16 @@ pub(super) fn concentric_rings(
     (positions, faces)
 }
 
-/// The part of the plane between two circles about the origin, in `rings` bands of 2 · `sectors` triangles.
+/// The part of the plane between two circles about the origin, in `rings` bands of 2 · `sectors`
+/// triangles.
 ///
-/// V = s (n + 1), E = s (3 n + 1), F = 2 s n for n rings and s sectors. The radii grow geometrically, so that the
-/// triangles of all bands are similar: nearly right-angled and isosceles when `rings` is about `sectors` ln(`outer`
-/// / `inner`) / 2π.
+/// V = s (n + 1), E = s (3 n + 1), F = 2 s n for n rings and s sectors. The radii grow
+/// geometrically, so that the triangles of all bands are similar: nearly right-angled and isosceles
+/// when `rings` is about `sectors` ln(`outer` / `inner`) / 2π.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] unless `inner` < `outer` with a ratio between 1e-6 and 0.999999, when there are fewer
-/// than 3 sectors, no ring, or too many faces.
+/// [`MeshError::Parameter`] unless `inner` < `outer` with a ratio between 1e-6 and 0.999999, when
+/// there are fewer than 3 sectors, no ring, or too many faces.
 ///
 /// ```
 /// let ring = eikona_mesh::shapes::annulus(0.5, 1.0, 4, 32)?;

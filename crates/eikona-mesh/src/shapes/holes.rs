@@ -1,8 +1,8 @@
 //! A rectangular plate with holes whose rims are followed exactly, not by staircases.
 //!
-//! The triangles of a grid are cut along the rim of the holes. Vertices that lie near the rim are moved onto it
-//! first, which keeps the cut triangles from becoming slivers (F. Labelle and J. Shewchuk, "Isosurface stuffing",
-//! SIGGRAPH 2007, in the plane).
+//! The triangles of a grid are cut along the rim of the holes. Vertices that lie near the rim are
+//! moved onto it first, which keeps the cut triangles from becoming slivers (F. Labelle and J.
+//! Shewchuk, "Isosurface stuffing", SIGGRAPH 2007, in the plane).
 
 use super::flat::grid;
 use super::lattice::Diagonal;
@@ -59,20 +59,23 @@ impl Hole {
     }
 }
 
-/// How much of an edge a vertex may move along it to get onto the rim. With 0.35 every triangle of a
-/// [`Diagonal::Uniform`] grid keeps at least 0.19 of its area, in whatever directions its three corners move: the
-/// area is linear in each of the three steps, so that its least value is among the 7³ extreme cases.
+/// How much of an edge a vertex may move along it to get onto the rim. With 0.35 every triangle of
+/// a [`Diagonal::Uniform`] grid keeps at least 0.19 of its area, in whatever directions its three
+/// corners move: the area is linear in each of the three steps, so that its least value is among
+/// the 7³ extreme cases.
 const SNAP: f64 = 0.35;
 
-/// The rectangle [0, `width`] x [0, `height`] cut into `nx` x `ny` cells, without the insides of the holes.
+/// The rectangle [0, `width`] x [0, `height`] cut into `nx` x `ny` cells, without the insides of
+/// the holes.
 ///
-/// Every hole adds one boundary loop: χ = 1 - holes, when the holes are apart. Rims of round holes have their
-/// vertices on the circle. Triangles away from the holes are those of [`grid`]; at a round rim, in square cells,
-/// angles stay above 10°.
+/// Every hole adds one boundary loop: χ = 1 - holes, when the holes are apart. Rims of round holes
+/// have their vertices on the circle. Triangles away from the holes are those of [`grid`]; at a
+/// round rim, in square cells, angles stay above 10°.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] for bad parameters of [`grid`] or a hole, and when holes are so small or so near to
-/// each other or to the border that the mesh would not have exactly one more boundary loop a hole.
+/// [`MeshError::Parameter`] for bad parameters of [`grid`] or a hole, and when holes are so small
+/// or so near to each other or to the border that the mesh would not have exactly one more boundary
+/// loop a hole.
 ///
 /// # Cost
 /// O(nx ny) times the number of holes.
@@ -255,7 +258,8 @@ fn boundary_loops(mesh: &TriangleMesh) -> Option<usize> {
         }
         loops += usize::from(length > 0);
     }
-    // With one outer loop and the others around holes, χ = 2 - loops exactly when the mesh is in one piece.
+    // With one outer loop and the others around holes, χ = 2 - loops exactly when the mesh is in
+    // one piece.
     let chi = mesh.vertex_count() as i64 - mesh.edge_count() as i64 + mesh.face_count() as i64;
     (chi == 2 - loops as i64).then_some(loops)
 }

@@ -1,5 +1,5 @@
-//! Rectangular lattices of quads, closed or open in either direction, cut into triangles; and rings zipped
-//! together.
+//! Rectangular lattices of quads, closed or open in either direction, cut into triangles; and rings
+//! zipped together.
 
 use super::vector::{Vec3, distance};
 use crate::error::MeshError;
@@ -11,8 +11,8 @@ pub enum Diagonal {
     /// All from the first corner to the third: every interior vertex has six neighbours.
     #[default]
     Uniform,
-    /// In turn, as the colours of a chessboard: vertices have four or eight neighbours, and no direction is
-    /// favoured.
+    /// In turn, as the colours of a chessboard: vertices have four or eight neighbours, and no
+    /// direction is favoured.
     Alternating,
     /// The shorter one, and the first where both are equally long.
     Shorter,
@@ -103,7 +103,8 @@ fn cut([a, b, c, d]: [u32; 4], second: bool) -> [[u32; 3]; 2] {
 
 fn second_diagonal_is_shorter(positions: &[Vec3], quad: [u32; 4]) -> bool {
     let [a, b, c, d] = quad.map(|v| positions[v as usize]);
-    // Diagonals that differ by rounding alone count as equal, so that symmetric shapes are cut symmetrically.
+    // Diagonals that differ by rounding alone count as equal, so that symmetric shapes are cut
+    // symmetrically.
     distance(b, d) < distance(a, c) * (1.0 - 1e-9)
 }
 
@@ -119,8 +120,8 @@ pub(super) struct Ring {
     pub count: usize,
 }
 
-/// Fills the band between two rings with `inner.count + outer.count` triangles, counter-clockwise when the rings
-/// are. Going around, the side comes next whose middle is at the smaller angle.
+/// Fills the band between two rings with `inner.count + outer.count` triangles, counter-clockwise
+/// when the rings are. Going around, the side comes next whose middle is at the smaller angle.
 pub(super) fn zip_rings(faces: &mut Vec<[u32; 3]>, inner: Ring, outer: Ring) {
     let name = |ring: Ring, i: usize| (ring.start + i % ring.count) as u32;
     let (mut i, mut o) = (0, 0);

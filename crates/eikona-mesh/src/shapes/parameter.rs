@@ -4,11 +4,12 @@ use crate::error::MeshError;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-/// The largest number of faces that a shape is made with: larger requests are refused before memory is asked for.
+/// The largest number of faces that a shape is made with: larger requests are refused before memory
+/// is asked for.
 pub const MAX_SHAPE_FACES: usize = 1 << 25;
 
-/// Lengths within this range can be raised to the fourth power, as the square of an area is, without overflow or
-/// underflow.
+/// Lengths within this range can be raised to the fourth power, as the square of an area is,
+/// without overflow or underflow.
 const LENGTHS: RangeInclusive<f64> = 1e-70..=1e70;
 
 pub(crate) fn refuse<T>(
@@ -45,7 +46,8 @@ pub(crate) fn require_some(name: &'static str, value: usize) -> Result<(), MeshE
     require(value >= 1, name, value, "at least 1 is needed")
 }
 
-/// The expected number of faces is given as `f64` so that no product of counts can overflow on the way here.
+/// The expected number of faces is given as `f64` so that no product of counts can overflow on the
+/// way here.
 pub(crate) fn limit_faces(name: &'static str, value: impl Display, faces: f64) -> Result<(), MeshError> {
     let bound = "the shape would have more than 2^25 (33,554,432) faces; take a smaller number";
     require(faces <= MAX_SHAPE_FACES as f64, name, value, bound)

@@ -20,7 +20,8 @@ pub fn tetrahedron() -> Result<TriangleMesh, MeshError> {
     TriangleMesh::new(positions, vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
 }
 
-/// The regular octahedron with vertices on the axes at distance 1: V = 6, E = 12, F = 8, outward oriented.
+/// The regular octahedron with vertices on the axes at distance 1: V = 6, E = 12, F = 8, outward
+/// oriented.
 ///
 /// ```
 /// let mesh = eikona_mesh::shapes::octahedron()?;
@@ -40,8 +41,8 @@ pub fn octahedron() -> Result<TriangleMesh, MeshError> {
     TriangleMesh::new(positions, faces)
 }
 
-/// The regular icosahedron with vertices on the unit sphere, two of them at the poles: V = 12, E = 30, F = 20,
-/// outward oriented.
+/// The regular icosahedron with vertices on the unit sphere, two of them at the poles: V = 12, E =
+/// 30, F = 20, outward oriented.
 ///
 /// ```
 /// let mesh = eikona_mesh::shapes::icosahedron()?;
@@ -53,8 +54,8 @@ pub fn icosahedron() -> Result<TriangleMesh, MeshError> {
     TriangleMesh::new(icosahedron_positions().to_vec(), faces)
 }
 
-/// North pole, five vertices at latitude atan(1/2), five at the opposite latitude half a step further east, south
-/// pole.
+/// North pole, five vertices at latitude atan(1/2), five at the opposite latitude half a step
+/// further east, south pole.
 pub(super) fn icosahedron_positions() -> [Vec3; 12] {
     let (z, r) = (1.0 / 5f64.sqrt(), 2.0 / 5f64.sqrt());
     let at = |steps: f64, z: f64| {

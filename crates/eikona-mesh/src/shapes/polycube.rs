@@ -1,7 +1,8 @@
-//! Smooth surfaces from blocks: the surface of a set of boxes, smoothed by Catmull-Clark subdivision.
+//! Smooth surfaces from blocks: the surface of a set of boxes, smoothed by Catmull-Clark
+//! subdivision.
 //!
-//! Reference: E. Catmull and J. Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes",
-//! CAD 10 (1978).
+//! Reference: E. Catmull and J. Clark, "Recursively generated B-spline surfaces on arbitrary
+//! topological meshes", CAD 10 (1978).
 
 use super::lattice::cut_quads;
 use super::parameter::{limit_faces, require_some};
@@ -12,9 +13,9 @@ use std::collections::BTreeMap;
 
 /// A smooth closed surface of genus `genus`: a row of rings, grown together.
 ///
-/// Blocks around g openings in a row are smoothed `levels` times (at least once). With q = (26 g + 14) 4^k for k
-/// levels: V = q + 2 - 2 g, E = 3 q, F = 2 q, χ = 2 - 2 g. Outward oriented; the row lies along x with its middle
-/// at the origin, a ring every 2.6 units.
+/// Blocks around g openings in a row are smoothed `levels` times (at least once). With q = (26 g +
+/// 14) 4^k for k levels: V = q + 2 - 2 g, E = 3 q, F = 2 q, χ = 2 - 2 g. Outward oriented; the row
+/// lies along x with its middle at the origin, a ring every 2.6 units.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when `genus` or `levels` is 0 or there are too many faces.
@@ -28,9 +29,9 @@ pub fn chain_of_genus(genus: usize, levels: u32) -> Result<TriangleMesh, MeshErr
     require_some("genus", genus)?;
     require_some("levels", levels as usize)?;
     limit_faces("genus", genus, 2.0 * (26.0 * genus as f64 + 14.0) * 4f64.powf(f64::from(levels)))?;
-    // A bar one unit wide, an opening of two columns, a bar, and so on. Plane i along x has a bar to its right when
-    // i % 3 = 0, to its left when i % 3 = 1, and is in the middle of an opening otherwise, where the ring is
-    // widest.
+    // A bar one unit wide, an opening of two columns, a bar, and so on. Plane i along x has a bar
+    // to its right when i % 3 = 0, to its left when i % 3 = 1, and is in the middle of an opening
+    // otherwise, where the ring is widest.
     let length = 3 * genus + 1;
     let is_solid = |[i, j, _]: [usize; 3]| j != 1 || i % 3 == 0;
     let row_length = 1.0 + 2.6 * genus as f64;
@@ -46,19 +47,21 @@ pub fn chain_of_genus(genus: usize, levels: u32) -> Result<TriangleMesh, MeshErr
     smooth(block_surface([length, 3, 1], is_solid, place), levels)
 }
 
-/// A clay animal on four legs: a closed surface with a long neck, ears, and a tail, for pictures and for tests on a
-/// shape with features.
+/// A clay animal on four legs: a closed surface with a long neck, ears, and a tail, for pictures
+/// and for tests on a shape with features.
 ///
-/// Boxes smoothed `levels` times (at least once). With q = 110 · 4^k for k levels: V = q + 2, E = 3 q, F = 2 q, χ =
-/// 2. It stands on the plane y = 0, looks along +z, is about 3.4 long, 1.1 wide and 3.4 high, and is symmetric
-/// under x -> -x. Outward oriented.
+/// Boxes smoothed `levels` times (at least once). With q = 110 · 4^k for k levels: V = q + 2, E = 3
+/// q, F = 2 q, χ =
+/// 2. It stands on the plane y = 0, looks along +z, is about 3.4 long, 1.1 wide and 3.4 high, and
+///    is symmetric under x -> -x. Outward oriented.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] when `levels` is 0 or gives too many faces.
 ///
 /// ```
 /// let animal = eikona_mesh::shapes::clay_animal(3)?;
-/// let chi = animal.vertex_count() as i64 - animal.edge_count() as i64 + animal.face_count() as i64;
+/// let [v, e, f] = [animal.vertex_count(), animal.edge_count(), animal.face_count()];
+/// let chi = v as i64 - e as i64 + f as i64;
 /// assert_eq!(chi, 2);
 /// # Ok::<(), eikona_mesh::MeshError>(())
 /// ```
@@ -102,8 +105,8 @@ struct QuadMesh {
     quads: Vec<[u32; 4]>,
 }
 
-/// The quads between solid and empty blocks, counter-clockwise from the empty side. Blocks must not touch in an
-/// edge or corner alone.
+/// The quads between solid and empty blocks, counter-clockwise from the empty side. Blocks must not
+/// touch in an edge or corner alone.
 fn block_surface(
     cells: [usize; 3],
     is_solid: impl Fn([usize; 3]) -> bool,
@@ -158,7 +161,8 @@ fn smooth(mut mesh: QuadMesh, levels: u32) -> Result<TriangleMesh, MeshError> {
     TriangleMesh::new(mesh.positions, faces)
 }
 
-/// One step of Catmull-Clark on a closed surface. Vertices come first, then a point a quad, then a point an edge.
+/// One step of Catmull-Clark on a closed surface. Vertices come first, then a point a quad, then a
+/// point an edge.
 fn subdivide(mesh: &QuadMesh) -> QuadMesh {
     let (vertices, quads) = (mesh.positions.len(), mesh.quads.len());
     // Sides of quads sorted by their ends: the two sides of an edge become neighbours.
@@ -201,7 +205,8 @@ fn subdivide(mesh: &QuadMesh) -> QuadMesh {
         }
     }
     for v in 0..vertices {
-        let n = valence[v] as f64; // quads and edges at a vertex of a closed surface are equally many
+        // quads and edges at a vertex of a closed surface are equally many
+        let n = valence[v] as f64;
         let around = add(quad_sums[v], scale(edge_sums[v], 2.0));
         positions[v] = add(scale(around, 1.0 / (n * n)), scale(mesh.positions[v], (n - 3.0) / n));
     }

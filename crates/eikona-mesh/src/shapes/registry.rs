@@ -1,4 +1,5 @@
-//! All shapes by name, for the command line: what they are, their parameters, and how to make them from text.
+//! All shapes by name, for the command line: what they are, their parameters, and how to make them
+//! from text.
 
 use super::parameter::{refuse, require, require_length};
 use super::vector::scale;
@@ -38,13 +39,13 @@ pub fn shape_descriptions() -> impl ExactSizeIterator<Item = &'static ShapeDescr
     SHAPES.iter().map(|s| &s.description)
 }
 
-/// The shape of this name, with these parameters and the defaults of the others. A hyphen in a name counts as an
-/// underscore.
+/// The shape of this name, with these parameters and the defaults of the others. A hyphen in a name
+/// counts as an underscore.
 ///
 /// # Errors
-/// [`MeshError::UnknownName`] for a shape or a parameter that does not exist, with those that do, the most similar
-/// first; [`MeshError::Parameter`] for a value that cannot be read, is given twice, or that the shape does not
-/// take.
+/// [`MeshError::UnknownName`] for a shape or a parameter that does not exist, with those that do,
+/// the most similar first; [`MeshError::Parameter`] for a value that cannot be read, is given
+/// twice, or that the shape does not take.
 ///
 /// ```
 /// use eikona_mesh::shapes::make;
@@ -84,7 +85,8 @@ fn unknown(what: &'static str, name: &str, known: impl Iterator<Item = &'static 
     MeshError::UnknownName { what, name: name.to_string(), known }
 }
 
-/// How many letters must be put in, left out, replaced, or swapped with the next to turn one word into the other.
+/// How many letters must be put in, left out, replaced, or swapped with the next to turn one word
+/// into the other.
 fn edit_distance(a: &str, b: &str) -> usize {
     // Names are short; what is longer than any of them need not be looked at further.
     let letters = |s: &str| s.chars().take(64).map(|c| c.to_ascii_lowercase()).collect::<Vec<char>>();

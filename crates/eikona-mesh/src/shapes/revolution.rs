@@ -10,13 +10,13 @@ use std::f64::consts::TAU;
 
 /// The torus about the z axis whose tube of radius `minor` follows the circle of radius `major`.
 ///
-/// V = nu nv, E = 3 nu nv, F = 2 nu nv. Vertex i nv + j is at angle u = 2π i / nu around the axis and v = 2π j / nv
-/// around the tube, at ((R + r cos v) cos u, (R + r cos v) sin u, r sin v). Outward oriented. Area 4π² R r, volume
-/// 2π² R r².
+/// V = nu nv, E = 3 nu nv, F = 2 nu nv. Vertex i nv + j is at angle u = 2π i / nu around the axis
+/// and v = 2π j / nv around the tube, at ((R + r cos v) cos u, (R + r cos v) sin u, r sin v).
+/// Outward oriented. Area 4π² R r, volume 2π² R r².
 ///
 /// # Errors
-/// [`MeshError::Parameter`] unless 1e-6 `major` <= `minor` < `major`, both counts are at least 3, and the faces are
-/// not too many.
+/// [`MeshError::Parameter`] unless 1e-6 `major` <= `minor` < `major`, both counts are at least 3,
+/// and the faces are not too many.
 ///
 /// ```
 /// let torus = eikona_mesh::shapes::torus(1.0, 0.4, 48, 24)?;
@@ -66,14 +66,16 @@ pub enum Ends {
     Capped,
 }
 
-/// The cylinder about the z axis from z = 0 to z = `height`, with `sectors` vertices around and `stacks` bands.
+/// The cylinder about the z axis from z = 0 to z = `height`, with `sectors` vertices around and
+/// `stacks` bands.
 ///
-/// Open: V = s (n + 1), E = s (3 n + 1), F = 2 s n for s sectors and n stacks; vertex i (n + 1) + j is at angle 2π
-/// i / s and height j / n. Capped: each end is filled with rings that have fewer vertices towards the middle, and χ
-/// = 2. Outward oriented.
+/// Open: V = s (n + 1), E = s (3 n + 1), F = 2 s n for s sectors and n stacks; vertex i (n + 1) + j
+/// is at angle 2π i / s and height j / n. Capped: each end is filled with rings that have fewer
+/// vertices towards the middle, and χ = 2. Outward oriented.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] with fewer than 3 sectors, no stack, a length that is not positive, or too many faces.
+/// [`MeshError::Parameter`] with fewer than 3 sectors, no stack, a length that is not positive, or
+/// too many faces.
 ///
 /// ```
 /// use eikona_mesh::shapes::{Ends, cylinder};
@@ -123,8 +125,8 @@ pub fn cylinder(
     TriangleMesh::new(positions, faces)
 }
 
-/// A disk with `sectors` vertices on its rim, the last ones, and about evenly sized triangles; placed by radius (1
-/// = rim) and angle.
+/// A disk with `sectors` vertices on its rim, the last ones, and about evenly sized triangles;
+/// placed by radius (1 = rim) and angle.
 fn cap(sectors: usize, at: impl Fn(f64, f64) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let rings = (sectors as f64 / TAU).round().max(1.0) as usize;
     let mut positions = vec![at(0.0, 0.0)];
@@ -143,14 +145,17 @@ fn cap(sectors: usize, at: impl Fn(f64, f64) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3
     (positions, faces)
 }
 
-/// The side of the cone with its rim of this radius in the plane z = 0 and its apex, vertex 0, at z = `height`.
+/// The side of the cone with its rim of this radius in the plane z = 0 and its apex, vertex 0, at z
+/// = `height`.
 ///
-/// Counts are those of [`disk`](super::disk). Open at the base; normals point outward and up. The half-angle at the
-/// apex is a = atan(radius / height), the angles of the faces around the apex sum to 2π sin a in the limit: rolled
-/// out flat it is a sector of a disk, on which distances are known.
+/// Counts are those of [`disk`](super::disk). Open at the base; normals point outward and up. The
+/// half-angle at the apex is a = atan(radius / height), the angles of the faces around the apex sum
+/// to 2π sin a in the limit: rolled out flat it is a sector of a disk, on which distances are
+/// known.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] with fewer than 3 sectors, no ring, a length that is not positive, or too many faces.
+/// [`MeshError::Parameter`] with fewer than 3 sectors, no ring, a length that is not positive, or
+/// too many faces.
 ///
 /// ```
 /// let cone = eikona_mesh::shapes::cone(1.0, 2.0, 10, 6)?;

@@ -188,8 +188,8 @@ fn one_sided_surfaces_close_without_an_orientation() {
     assert!(smallest_angle(&projective_plane(40).unwrap()) > 20.0);
 }
 
-/// The seam of Boy's surface closes: opposite points of the unit circle are one point in space, so that edges
-/// across the rim are as short as the others.
+/// The seam of Boy's surface closes: opposite points of the unit circle are one point in space, so
+/// that edges across the rim are as short as the others.
 #[test]
 fn boy_surface_is_smooth_across_its_rim() {
     let longest = |n: usize| {
@@ -403,7 +403,8 @@ fn area_and_volume_converge_with_order_two() {
 
 #[test]
 fn tube_frames_do_not_twist_and_seams_do_not_show() {
-    // Neighbouring sections of a knot differ by at most a little more than the even share of the turn.
+    // Neighbouring sections of a knot differ by at most a little more than the even share of the
+    // turn.
     let (along, around) = (300, 16);
     let mesh = trefoil_tube(0.3, along, around).unwrap();
     let p = mesh.positions();

@@ -11,21 +11,21 @@ use std::f64::consts::TAU;
 
 /// The points at distance `radius` from a curve, in its normal planes.
 ///
-/// `curve` is called with parameters in [0, 1]; for a closed curve its values at 0 and 1 must agree. The `n_along`
-/// cross-sections are (nearly) evenly spaced in arc length. Their frame turns as little as possible along the
-/// curve; the turn that a closed curve is left with at its end is spread evenly over all sections, so that the seam
-/// does not show.
+/// `curve` is called with parameters in [0, 1]; for a closed curve its values at 0 and 1 must
+/// agree. The `n_along` cross-sections are (nearly) evenly spaced in arc length. Their frame turns
+/// as little as possible along the curve; the turn that a closed curve is left with at its end is
+/// spread evenly over all sections, so that the seam does not show.
 ///
-/// Closed: V = na nr, E = 3 na nr, F = 2 na nr. Open, without ends: V = (na + 1) nr, E = (3 na + 1) nr, F = 2 na
-/// nr. Outward oriented. The tube crosses itself where the curve's radius of curvature, or half its distance to
-/// itself, is below `radius`.
+/// Closed: V = na nr, E = 3 na nr, F = 2 na nr. Open, without ends: V = (na + 1) nr, E = (3 na + 1)
+/// nr, F = 2 na nr. Outward oriented. The tube crosses itself where the curve's radius of
+/// curvature, or half its distance to itself, is below `radius`.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when the radius is not a length, `n_around` < 3, `n_along` < 3 (open: < 1), there are
-/// too many faces, or the curve is not finite, stands still, or does not close.
+/// [`MeshError::Parameter`] when the radius is not a length, `n_around` < 3, `n_along` < 3 (open: <
+/// 1), there are too many faces, or the curve is not finite, stands still, or does not close.
 ///
-/// Reference: W. Wang, B. Jüttler, D. Zheng, Y. Liu, "Computation of rotation minimizing frames", ACM TOG 27
-/// (2008).
+/// Reference: W. Wang, B. Jüttler, D. Zheng, Y. Liu, "Computation of rotation minimizing frames",
+/// ACM TOG 27 (2008).
 ///
 /// ```
 /// use std::f64::consts::TAU;
@@ -67,8 +67,8 @@ pub fn tube(
 /// How many chords measure the arc length of one section.
 const CHORDS: usize = 16;
 
-/// Parameters of n (closed) or n + 1 (open) points that cut the curve into n pieces of the same length, measured by
-/// chords.
+/// Parameters of n (closed) or n + 1 (open) points that cut the curve into n pieces of the same
+/// length, measured by chords.
 fn evenly_spaced_parameters(
     curve: &dyn Fn(f64) -> Vec3,
     closed: bool,
@@ -116,8 +116,8 @@ fn evenly_spaced_parameters(
     Ok(parameters)
 }
 
-/// The unit tangent by a difference of the curve over 2e-5 of its parameter, one-sided at the ends of an open
-/// curve.
+/// The unit tangent by a difference of the curve over 2e-5 of its parameter, one-sided at the ends
+/// of an open curve.
 fn tangent(curve: &dyn Fn(f64) -> Vec3, closed: bool, t: f64) -> Result<Vec3, MeshError> {
     const STEP: f64 = 1e-5;
     let at = |t: f64| if closed { curve(t.rem_euclid(1.0)) } else { curve(t.clamp(0.0, 1.0)) };
@@ -129,8 +129,8 @@ fn tangent(curve: &dyn Fn(f64) -> Vec3, closed: bool, t: f64) -> Result<Vec3, Me
     refuse("curve", format_args!("standing still at t = {t}"), "it must move everywhere, at finite speed")
 }
 
-/// A unit normal at each point; each follows from the one before by two reflections, without turning about the
-/// tangent.
+/// A unit normal at each point; each follows from the one before by two reflections, without
+/// turning about the tangent.
 fn rotation_minimising_normals(points: &[Vec3], tangents: &[Vec3], closed: bool) -> Vec<Vec3> {
     let first = any_normal(tangents[0]);
     let mut normals = vec![first];
@@ -175,7 +175,8 @@ fn any_normal(tangent: Vec3) -> Vec3 {
 
 /// A tube around the trefoil knot (sin t + 2 sin 2t, cos t - 2 cos 2t, -sin 3t): a knotted torus.
 ///
-/// V = na nr, E = 3 na nr, F = 2 na nr, χ = 0, outward oriented. Free of self-intersections up to radius 0.45.
+/// V = na nr, E = 3 na nr, F = 2 na nr, χ = 0, outward oriented. Free of self-intersections up to
+/// radius 0.45.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] as for [`tube`].
@@ -191,7 +192,8 @@ pub fn trefoil_tube(radius: f64, n_along: usize, n_around: usize) -> Result<Tria
 
 /// A tube around the figure-eight knot ((2 + cos 2t) cos 3t, (2 + cos 2t) sin 3t, sin 4t).
 ///
-/// V = na nr, E = 3 na nr, F = 2 na nr, χ = 0, outward oriented. Free of self-intersections up to radius 0.25.
+/// V = na nr, E = 3 na nr, F = 2 na nr, χ = 0, outward oriented. Free of self-intersections up to
+/// radius 0.25.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] as for [`tube`].
@@ -205,14 +207,15 @@ pub fn figure_eight_tube(radius: f64, n_along: usize, n_around: usize) -> Result
     tube(&figure_eight_knot_point, true, radius, n_along, n_around)
 }
 
-/// A chain of `count` tori of major radius 1 along the x axis, each linked with the next, in the planes z = 0 and y
-/// = 0 in turn.
+/// A chain of `count` tori of major radius 1 along the x axis, each linked with the next, in the
+/// planes z = 0 and y = 0 in turn.
 ///
-/// V = c nu nv, E = 3 c nu nv, F = 2 c nu nv for c rings; c components. Outward oriented, free of intersections.
+/// V = c nu nv, E = 3 c nu nv, F = 2 c nu nv for c rings; c components. Outward oriented, free of
+/// intersections.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `count` is 0, `minor` is not in [1e-6, 0.3], a count is below 3, or there are too
-/// many faces.
+/// [`MeshError::Parameter`] when `count` is 0, `minor` is not in [1e-6, 0.3], a count is below 3,
+/// or there are too many faces.
 ///
 /// ```
 /// let chain = eikona_mesh::shapes::linked_rings(3, 0.2, 32, 12)?;

@@ -86,8 +86,8 @@ fn covered(mesh: &PolygonMesh, count: usize, area: f64) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// Whether the triangle mesh of the polygon is a disk: each edge of the polygon at one triangle, each
-/// other edge at two. Keyholes count by corner, so give them one vertex per corner.
+/// Whether the triangle mesh of the polygon is a disk: each edge of the polygon at one triangle,
+/// each other edge at two. Keyholes count by corner, so give them one vertex per corner.
 fn is_disk(mesh: &PolygonMesh) -> bool {
     let (triangles, _) = mesh.triangulate().unwrap();
     let n = mesh.face(0).len();

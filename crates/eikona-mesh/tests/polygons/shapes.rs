@@ -1,4 +1,5 @@
-//! Shapes with known areas, from every first corner, in both orientations, at other places and sizes.
+//! Shapes with known areas, from every first corner, in both orientations, at other places and
+//! sizes.
 
 use super::*;
 use eikona_mesh::PolygonQuality;

@@ -1,4 +1,5 @@
-//! Every OBJ and OFF file of the data folder against the figures of its table, which other programs measured.
+//! Every OBJ and OFF file of the data folder against the figures of its table, which other programs
+//! measured.
 
 use eikona_mesh::{Fault, Orientation, PolygonMesh, Quality, Topology, split_nonmanifold_vertices, validate};
 use std::path::Path;
@@ -54,16 +55,18 @@ fn agrees(value: f64, shown: f64) -> bool {
 
 /// Where we differ from the table, and why that is right.
 const DIFFERENCES: [&str; 7] = [
-    // Its polygon 992 goes 1, 0, 2 round a vertex with two edges, so a fan from 1 cuts off a copy of face 0. The table counts
-    // edges and faces of the polygons.
+    // Its polygon 992 goes 1, 0, 2 round a vertex with two edges, so a fan from 1 cuts off a copy
+    // of face 0. The table counts edges and faces of the polygons.
     "polygon/polygon-bear.obj: chi: 3, in the table 2",
     "polygon/polygon-bear.obj: nonmanifold edges: 1, in the table 0",
     "polygon/polygon-bear.obj: duplicate: 1, in the table 0",
     "polygon/polygon-bear.obj: genus: None, in the table Some(0)",
-    // The table cuts every quadrilateral from its first corner; where that folds over, we cut from the second one.
+    // The table cuts every quadrilateral from its first corner; where that folds over, we cut from
+    // the second one.
     "polygon/polygon-bear.obj: 1st percentile: Some(2.450160412115187), in the table 1.2",
     "polygon/spot_control_mesh.obj: min angle: Some(0.5577659480807861), in the table 0.17",
-    // In exact arithmetic no face has area 0. The smallest has 4e-13 of its longest edge squared: needles, but with an area.
+    // In exact arithmetic no face has area 0. The smallest has 4e-13 of its longest edge squared:
+    // needles, but with an area.
     "soup/Offset1.obj: zero-area: 0, in the table 17",
 ];
 
@@ -103,7 +106,8 @@ fn compare(polygons: &PolygonMesh, cells: &[&str]) -> Vec<String> {
     same("vertices", mesh.vertex_count().to_string(), count(cells[4]));
     same("polygons", polygons.face_count().to_string(), count(cells[5]));
     same("components", topology.components.len().to_string(), count(cells[6]));
-    // The table counts pieces of the boundary; where it is nonmanifold, several loops may touch in one piece.
+    // The table counts pieces of the boundary; where it is nonmanifold, several loops may touch in
+    // one piece.
     same("boundary pieces", topology.boundary_piece_count.to_string(), count(cells[7]));
     if topology.is_manifold() {
         same("boundary loops", topology.boundary_loops.len().to_string(), count(cells[7]));
@@ -151,8 +155,8 @@ fn compare(polygons: &PolygonMesh, cells: &[&str]) -> Vec<String> {
     differences
 }
 
-/// Splitting the vertices of a surface with several fans makes it a manifold with the same loops: a check of the walk round fans
-/// and of the genus that needs no table.
+/// Splitting the vertices of a surface with several fans makes it a manifold with the same loops: a
+/// check of the walk round fans and of the genus that needs no table.
 #[test]
 fn split_files_are_manifolds_with_the_same_loops() {
     let mut files = 0;

@@ -115,13 +115,15 @@ fn quality_of_degenerate_and_empty_meshes_is_never_nan() {
 
 #[test]
 fn non_delaunay_edges() {
-    // Two triangles on the edge from (-1, 0) to (1, 0) with apexes at (0, +-h): opposite angles 2 atan(1 / h) each.
+    // Two triangles on the edge from (-1, 0) to (1, 0) with apexes at (0, +-h): opposite angles 2
+    // atan(1 / h) each.
     let pair = |h: f64| {
         let positions = vec![[-1., 0., 0.], [1., 0., 0.], [0., h, 0.], [0., -h, 0.]];
         Quality::of(&mesh(positions, vec![[0, 1, 2], [1, 0, 3]])).non_delaunay_edges
     };
     assert_eq!((pair(0.999), pair(1.0), pair(1.001)), (1, 0, 0));
-    // All diagonals of a square grid lie on the limit, and none counts, whichever way the grid is turned.
+    // All diagonals of a square grid lie on the limit, and none counts, whichever way the grid is
+    // turned.
     let flat = grid(20, 20);
     for angle in [0.0, 0.3, 0.7, 1.1] {
         let (s, c) = f64::sin_cos(angle);

@@ -67,7 +67,8 @@ fn loops_that_touch_at_a_vertex_stay_apart() {
         .collect();
     let topology = Topology::of(&mesh(full.positions().to_vec(), faces));
     assert_eq!(topology.nonmanifold_vertices.len(), 1);
-    // The holes open to the rim, so one outline passes the vertex twice, and each pass stays in its own fan.
+    // The holes open to the rim, so one outline passes the vertex twice, and each pass stays in its
+    // own fan.
     assert!(topology.boundary_loops.iter().all(|l| l.is_closed()));
     let edges: usize = topology.boundary_loops.iter().map(|l| l.halfedges.len()).sum();
     assert_eq!(edges, 16);

@@ -1,4 +1,5 @@
-//! Topology, orientation, validation, quality and repairs, on meshes with known answers and on the files of the data folder.
+//! Topology, orientation, validation, quality and repairs, on meshes with known answers and on the
+//! files of the data folder.
 
 mod data_files;
 mod faults_and_quality;

@@ -1,4 +1,5 @@
-//! Random triangles on a few vertices: as nonmanifold as meshes get. What is found is checked against slow, obvious versions.
+//! Random triangles on a few vertices: as nonmanifold as meshes get. What is found is checked
+//! against slow, obvious versions.
 
 use crate::shapes::{Random, mesh, projective_plane};
 use eikona_mesh::{
@@ -16,7 +17,8 @@ fn random_complex(random: &mut Random) -> TriangleMesh {
     mesh((0..vertices).map(|k| [k as f64, (k * k) as f64, (k * k * k % 11) as f64]).collect(), faces)
 }
 
-/// The least number of faces in each face's class, when `linked` faces are in one class: repeated until nothing changes.
+/// The least number of faces in each face's class, when `linked` faces are in one class: repeated
+/// until nothing changes.
 fn classes(faces: &[Face], linked: impl Fn(Face, Face) -> bool) -> Vec<u32> {
     let mut class: Vec<u32> = faces.iter().map(|f| f.0).collect();
     loop {
@@ -90,7 +92,8 @@ fn share_edge_at(mesh: &TriangleMesh, v: Vertex, f: Face, g: Face) -> bool {
     others(f).any(|u| others(g).any(|w| u == w))
 }
 
-/// Whether any choice of windings makes the faces alike across all edges with two faces: all choices tried.
+/// Whether any choice of windings makes the faces alike across all edges with two faces: all
+/// choices tried.
 fn orientable_slowly(sample: &TriangleMesh) -> bool {
     (0..1u32 << sample.face_count()).any(|choice| {
         let turned = sample.with_flipped_faces(|f| choice >> f.0 & 1 == 1);

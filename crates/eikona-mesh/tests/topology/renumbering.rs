@@ -89,7 +89,8 @@ fn topology_does_not_depend_on_numbering_or_winding() {
     }
 }
 
-/// Each halfedge of a loop joins the vertices before and after it, and all boundary edges are passed once.
+/// Each halfedge of a loop joins the vertices before and after it, and all boundary edges are
+/// passed once.
 #[test]
 fn boundary_loops_are_walks_over_all_boundary_edges() {
     let mut random = Random(7);

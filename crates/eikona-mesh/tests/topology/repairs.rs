@@ -13,7 +13,8 @@ fn soup(mesh_in: &TriangleMesh) -> TriangleMesh {
     mesh(positions, (0..mesh_in.face_count() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect())
 }
 
-/// Every kept face has the corners of the old one, by the vertex map; kept elements are in order and all are reached.
+/// Every kept face has the corners of the old one, by the vertex map; kept elements are in order
+/// and all are reached.
 fn check_maps(old: &TriangleMesh, new: &Repaired) {
     let IndexMaps { vertices, faces, flipped_faces } = &new.maps;
     assert_eq!((vertices.len(), faces.len()), (old.vertex_count(), old.face_count()));

@@ -16,7 +16,8 @@ pub enum Seam {
     Reflected,
 }
 
-/// An `n` by `m` grid of squares, each cut in two, with its sides joined in both directions; all at generic positions.
+/// An `n` by `m` grid of squares, each cut in two, with its sides joined in both directions; all at
+/// generic positions.
 pub fn glued_grid(n: u32, m: u32, seams: [Seam; 2]) -> TriangleMesh {
     let rows = if seams[1] == Seam::Open { m + 1 } else { m };
     let columns = if seams[0] == Seam::Open { n + 1 } else { n };

@@ -22,7 +22,8 @@ fn squares_of_different_height() -> TriangleMesh {
     mesh(positions, faces)
 }
 
-/// A strip of unit height from x = 0 to 1, and one from 1 + gap to 2, in so many rows each; the second has vertices of its own.
+/// A strip of unit height from x = 0 to 1, and one from 1 + gap to 2, in so many rows each; the
+/// second has vertices of its own.
 fn strips(rows: [u32; 2], gap: f64) -> TriangleMesh {
     let (mut positions, mut faces) = (Vec::new(), Vec::new());
     for (n, x) in rows.into_iter().zip([[0.0, 1.0], [1.0 + gap, 2.0]]) {
@@ -121,7 +122,8 @@ fn every_vertex_of_either_side_of_a_seam_comes_into_the_other() {
 
 #[test]
 fn corners_of_the_boundary_may_hang_and_hold() {
-    // A square whose four sides are met by squares shifted by a half: a pinwheel with vertices at its corners and middles.
+    // A square whose four sides are met by squares shifted by a half: a pinwheel with vertices at
+    // its corners and middles.
     let (mut positions, mut faces) = (Vec::new(), Vec::new());
     for [x, y] in [[0., 0.], [0.5, -1.], [1., 0.5], [-0.5, 1.], [-1., -0.5]] {
         let first = positions.len() as u32;
@@ -129,7 +131,8 @@ fn corners_of_the_boundary_may_hang_and_hold() {
         faces.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     }
     let input = mesh(positions, faces);
-    // Each corner of the middle square inside a side of another one, of which a corner is inside a side of the middle one.
+    // Each corner of the middle square inside a side of another one, of which a corner is inside a
+    // side of the middle one.
     assert_eq!(Seams::of(&input).hanging.len(), 8);
     let result = stitched(&input);
     let topology = Topology::of(&result.mesh);
@@ -239,8 +242,9 @@ fn points_keep_their_place() {
     }
 }
 
-/// A grid of `n` columns and rows cut along x = n / 2 into two parts with vertices of their own, where each boundary edge at the
-/// cut is divided at random places: on one side or on both. Also the same surface without the cut.
+/// A grid of `n` columns and rows cut along x = n / 2 into two parts with vertices of their own,
+/// where each boundary edge at the cut is divided at random places: on one side or on both. Also
+/// the same surface without the cut.
 fn cut_grid(n: u32, random: &mut Random) -> (TriangleMesh, TriangleMesh) {
     let mut places: Vec<Vec<f64>> = Vec::new();
     let mut left = Vec::new();
@@ -334,8 +338,9 @@ fn degenerate_inputs_take_no_quadratic_time() {
     let soup = |place: &dyn Fn(u32) -> [f64; 3]| {
         mesh((0..3 * FACES).map(place).collect(), (0..FACES).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect())
     };
-    // All vertices in one place; all triangles in one place; corners of all triangles within the tolerance of one place; and a
-    // mesh that is smaller than the tolerance, since one face reaches far away.
+    // All vertices in one place; all triangles in one place; corners of all triangles within the
+    // tolerance of one place; and a mesh that is smaller than the tolerance, since one face reaches
+    // far away.
     let corner = |v: u32| [f64::from(v % 3), f64::from(v % 3 / 2), 0.0];
     let near = |v: u32| {
         if v.is_multiple_of(3) { [1e-9 * f64::from(v), 0., 0.] } else { [1.0, f64::from(v) + 1.0, 0.] }

@@ -3,12 +3,13 @@
 use super::error::{Contradiction, FlowError};
 use super::network::{Arc, Incidence, NONE, Network};
 
-/// Lowers potentials until every boxed jump lies within its limits, to a tolerance, and adds to `work`. Returns cycles of terms whose
-/// limits contradict each other; none if the limits are kept.
+/// Lowers potentials until every boxed jump lies within its limits, to a tolerance, and adds to
+/// `work`. Returns cycles of terms whose limits contradict each other; none if the limits are kept.
 ///
-/// A limit bounds a difference of two potentials, so this is a shortest path problem (Bellman and Ford) on the boxed terms only;
-/// a negative cycle of it is a contradiction. A part that boxed terms join is given up when it shows cycles, while the others go on:
-/// one call names all parts that can not be kept.
+/// A limit bounds a difference of two potentials, so this is a shortest path problem (Bellman and
+/// Ford) on the boxed terms only; a negative cycle of it is a contradiction. A part that boxed
+/// terms join is given up when it shows cycles, while the others go on: one call names all parts
+/// that can not be kept.
 ///
 /// # Errors
 /// [`FlowError::WorkLimit`].
@@ -70,7 +71,8 @@ pub(super) fn keep_limits(
             return Err(FlowError::WorkLimit { work: work_limit });
         }
     }
-    // Of what is not given up only rounding can bring us here: a cycle that contradicts itself by about the tolerance.
+    // Of what is not given up only rounding can bring us here: a cycle that contradicts itself by
+    // about the tolerance.
     Ok(found)
 }
 
@@ -108,8 +110,8 @@ impl<'a> Search<'a> {
         Search { network, incidence, members, bound_by, seen, given_up: vec![false; n] }
     }
 
-    /// Adds the cycles among the arcs that bound the potentials, and gives up the parts in which they lie. One arc bounds a node, so no
-    /// two cycles have a node in common.
+    /// Adds the cycles among the arcs that bound the potentials, and gives up the parts in which
+    /// they lie. One arc bounds a node, so no two cycles have a node in common.
     fn contradictions(&mut self, found: &mut Vec<Contradiction>) {
         for &v in &self.members {
             self.seen[v as usize] = NONE;

@@ -4,23 +4,28 @@ use super::JumpTerm;
 
 /// What can be said about potentials and a flow without trusting who found them.
 ///
-/// For any potentials `primal` is at least the optimum, and for any flow within its bounds that is conserved at all nodes `dual` is at
-/// most the optimum (weak duality): where the two agree, both are optimal.
+/// For any potentials `primal` is at least the optimum, and for any flow within its bounds that is
+/// conserved at all nodes `dual` is at most the optimum (weak duality): where the two agree, both
+/// are optimal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Certificate {
-    /// The sum of the costs of the jumps that the potentials make. Boxed jumps count as if they lay within their limits.
+    /// The sum of the costs of the jumps that the potentials make. Boxed jumps count as if they lay
+    /// within their limits.
     pub primal: f64,
-    /// The sum over the terms of `shift * flow`, less `limit * (flow - weight)` where the flow of a boxed term exceeds its weight.
+    /// The sum over the terms of `shift * flow`, less `limit * (flow - weight)` where the flow of a
+    /// boxed term exceeds its weight.
     pub dual: f64,
-    /// `(primal - dual) / max(primal, dual)`; where the optimum is less than a millionth of what shifts and limits would cost as jumps,
-    /// or less than if every term jumped by a millionth of the largest of them, relative to that, since rounding is in proportion to
-    /// them.
+    /// `(primal - dual) / max(primal, dual)`; where the optimum is less than a millionth of what
+    /// shifts and limits would cost as jumps, or less than if every term jumped by a millionth of
+    /// the largest of them, relative to that, since rounding is in proportion to them.
     pub gap: f64,
     /// The largest |inflow - outflow| of a node, relative to the largest weight.
     pub conservation: f64,
-    /// By how much the flow of a free term exceeds its weight, at most; relative to the largest weight.
+    /// By how much the flow of a free term exceeds its weight, at most; relative to the largest
+    /// weight.
     pub overflow: f64,
-    /// By how much a boxed jump lies outside its limits, at most; relative to the largest shift or limit.
+    /// By how much a boxed jump lies outside its limits, at most; relative to the largest shift or
+    /// limit.
     pub violation: f64,
 }
 
@@ -65,7 +70,8 @@ pub(super) fn certify(
     c
 }
 
-/// A lower bound of the optimum for the terms' own weights, from a flow for weights that are up to `1 + excess` times as large.
+/// A lower bound of the optimum for the terms' own weights, from a flow for weights that are up to
+/// `1 + excess` times as large.
 pub(super) fn lower_bound(terms: &[JumpTerm], flow: &[f64], excess: f64) -> f64 {
     let bound = |(term, y): (&JumpTerm, &f64)| {
         let y = y / (1.0 + excess);

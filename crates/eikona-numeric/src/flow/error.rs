@@ -25,7 +25,8 @@ pub enum FlowError {
         /// The number of nodes.
         nodes: usize,
     },
-    /// A shift, weight or limit is NaN or infinite. A term without upper limit is one with `limit: None`.
+    /// A shift, weight or limit is NaN or infinite. A term without upper limit is one with `limit:
+    /// None`.
     #[error("the {what} of term {term} is not finite")]
     NonFinite {
         /// The term.
@@ -33,7 +34,8 @@ pub enum FlowError {
         /// "shift", "weight" or "limit".
         what: &'static str,
     },
-    /// A weight is negative: the term would pay for jumps. Give its reverse (nodes exchanged, shift negated) or leave it out.
+    /// A weight is negative: the term would pay for jumps. Give its reverse (nodes exchanged, shift
+    /// negated) or leave it out.
     #[error("the weight {weight} of term {term} is negative; weights must be at least 0")]
     NegativeWeight {
         /// The term.
@@ -55,22 +57,25 @@ pub enum FlowError {
         /// What was given.
         perturbation: f64,
     },
-    /// No potentials keep all limits. Raise a limit of each cycle, or make one of its terms free (`limit: None`).
+    /// No potentials keep all limits. Raise a limit of each cycle, or make one of its terms free
+    /// (`limit: None`).
     #[error("no potentials keep all limits: {}", several(cycles))]
     Infeasible {
-        /// At least one cycle in each part that boxed terms join and in which limits contradict each other; no two have a node in
-        /// common. Where these are mended, others may show.
+        /// At least one cycle in each part that boxed terms join and in which limits contradict
+        /// each other; no two have a node in common. Where these are mended, others may show.
         cycles: Vec<Contradiction>,
         /// Steps taken until they were found.
         work: u64,
     },
-    /// The work limit was reached first. Raise [`JumpOptions::work_limit`](super::JumpOptions::work_limit).
+    /// The work limit was reached first. Raise
+    /// [`JumpOptions::work_limit`](super::JumpOptions::work_limit).
     #[error("not solved within {work} steps; raise the work limit")]
     WorkLimit {
         /// The steps that were allowed.
         work: u64,
     },
-    /// The method stopped, but its answer does not pass its own check: the numbers span too many orders of magnitude.
+    /// The method stopped, but its answer does not pass its own check: the numbers span too many
+    /// orders of magnitude.
     #[error(
         "the answer is not certified (gap {gap:e}, worst residual {worst:e}); scale weights and shifts to fewer orders of magnitude"
     )]

@@ -1,9 +1,12 @@
-//! The primal-dual method: jumps are lowered level by level, with a maximum flow between two levels.
+//! The primal-dual method: jumps are lowered level by level, with a maximum flow between two
+//! levels.
 //!
-//! Flow on terms that jump is fixed at its bound, which leaves surpluses and deficits at the nodes. Flow that balances them may only
-//! use terms whose jump is 0 or at its limit, so much fits as a maximum flow says. Then the potentials that surplus reaches are
-//! moved until the next such term opens (shortest paths, Dijkstra), and so on until nothing is left over. Every potential is that of a
-//! solution within the limits, the objective never rises, and each level costs O(m log m) and one maximum flow.
+//! Flow on terms that jump is fixed at its bound, which leaves surpluses and deficits at the nodes.
+//! Flow that balances them may only use terms whose jump is 0 or at its limit, so much fits as a
+//! maximum flow says. Then the potentials that surplus reaches are moved until the next such term
+//! opens (shortest paths, Dijkstra), and so on until nothing is left over. Every potential is that
+//! of a solution within the limits, the objective never rises, and each level costs O(m log m) and
+//! one maximum flow.
 
 use super::State;
 use super::Statistics;
@@ -44,7 +47,8 @@ impl Ord for Reached {
     }
 }
 
-/// Solves by the primal-dual method from potentials that keep all limits. `None` when `work_limit` steps do not suffice.
+/// Solves by the primal-dual method from potentials that keep all limits. `None` when `work_limit`
+/// steps do not suffice.
 pub(super) fn solve(
     network: &Network,
     start: Vec<f64>,
@@ -147,8 +151,8 @@ impl<'a> Levels<'a> {
         }
     }
 
-    /// Moves the potentials that surplus reaches until it reaches a deficit; false if nothing is left over or no deficit can be
-    /// reached.
+    /// Moves the potentials that surplus reaches until it reaches a deficit; false if nothing is
+    /// left over or no deficit can be reached.
     fn raise(&mut self, nothing: f64) -> bool {
         let n = self.network.nodes();
         let mut price = vec![f64::INFINITY; n];

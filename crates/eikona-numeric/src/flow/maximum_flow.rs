@@ -1,9 +1,10 @@
 //! Maximum flow from nodes with a surplus to nodes with a deficit, by pushing and relabelling.
 //!
-//! Surplus flows downhill on labels that never exceed a node's distance to the nearest deficit (Goldberg and Tarjan 1988), highest
-//! label first (Cheriyan and Maheshwari 1989), so that what comes together at a node goes on together. Labels are made exact from
-//! time to time by a breadth-first search (Cherkassky and Goldberg 1997); surplus that can not reach a deficit stays where it is. The
-//! number of steps is bounded whatever the capacities are: O(n^2 sqrt(m)).
+//! Surplus flows downhill on labels that never exceed a node's distance to the nearest deficit
+//! (Goldberg and Tarjan 1988), highest label first (Cheriyan and Maheshwari 1989), so that what
+//! comes together at a node goes on together. Labels are made exact from time to time by a
+//! breadth-first search (Cherkassky and Goldberg 1997); surplus that can not reach a deficit stays
+//! where it is. The number of steps is bounded whatever the capacities are: O(n^2 sqrt(m)).
 
 /// One of the two directions of an arc, seen from the node where it starts.
 #[derive(Clone, Copy)]
@@ -66,8 +67,8 @@ impl MaximumFlow {
         }
     }
 
-    /// Sends as much as possible from nodes of positive to nodes of negative surplus. What is at most `nothing` in size counts as
-    /// nothing. Stops early after `work_limit` steps.
+    /// Sends as much as possible from nodes of positive to nodes of negative surplus. What is at
+    /// most `nothing` in size counts as nothing. Stops early after `work_limit` steps.
     pub(super) fn run(&mut self, halves: &mut Halves, surplus: &mut [f64], nothing: f64, work_limit: u64) {
         let end = self.work.saturating_add(work_limit);
         let between_searches = (2 * halves.list.len() + surplus.len()) as u64;

@@ -1,12 +1,15 @@
-//! Potentials that make the cheapest jumps: a linear program on a graph, solved by its dual, a flow of least cost.
+//! Potentials that make the cheapest jumps: a linear program on a graph, solved by its dual, a flow
+//! of least cost.
 //!
-//! A [`JumpTerm`] compares the potentials of two nodes, `jump = shift + p[from] - p[to]`, and costs `weight * |jump|`. A *boxed* term
-//! has a limit: its jump must lie in `[0, limit]`. The multiplier of a jump flows along its term; at the optimum the flow is a
-//! circulation, jumps are made only where the flow is at its bound, and both have the same value, which is what the
-//! [`Certificate`] checks.
+//! A [`JumpTerm`] compares the potentials of two nodes, `jump = shift + p[from] - p[to]`, and costs
+//! `weight * |jump|`. A *boxed* term has a limit: its jump must lie in `[0, limit]`. The multiplier
+//! of a jump flows along its term; at the optimum the flow is a circulation, jumps are made only
+//! where the flow is at its bound, and both have the same value, which is what the [`Certificate`]
+//! checks.
 //!
-//! The way of an instance: terms -> `network` (what binds, a spanning forest, numbers in its order) -> `boxes` (can the limits be
-//! kept?) -> `simplex` (with `tree`) or `levels` (with `maximum_flow`) -> `exact` (zeros that are zero) -> `certificate`.
+//! The way of an instance: terms -> `network` (what binds, a spanning forest, numbers in its order)
+//! -> `boxes` (can the limits be kept?) -> `simplex` (with `tree`) or `levels` (with
+//! `maximum_flow`) -> `exact` (zeros that are zero) -> `certificate`.
 
 mod boxes;
 mod certificate;
@@ -36,8 +39,9 @@ pub struct JumpTerm {
     pub weight: f64,
     /// `Some(limit)`: the jump must lie in `[0, limit]`, and `limit` must be positive.
     pub limit: Option<f64>,
-    /// What the perturbation of the weight is made from. Equal keys give equal perturbations; keys that come from the geometry
-    /// rather than from the numbering make answers independent of the numbering.
+    /// What the perturbation of the weight is made from. Equal keys give equal perturbations; keys
+    /// that come from the geometry rather than from the numbering make answers independent of the
+    /// numbering.
     pub key: u64,
 }
 
@@ -52,8 +56,9 @@ impl JumpTerm {
 /// How to minimise jumps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JumpOptions {
-    /// Weights are multiplied by `1 + perturbation * r`, where `r` in `[0, 1)` is a hash of the term's key, so that of several equally
-    /// cheap answers always the same is found. At most 0.1; 0 leaves the weights alone.
+    /// Weights are multiplied by `1 + perturbation * r`, where `r` in `[0, 1)` is a hash of the
+    /// term's key, so that of several equally cheap answers always the same is found. At most 0.1;
+    /// 0 leaves the weights alone.
     pub perturbation: f64,
     /// Which method to use; `None` chooses.
     pub method: Option<JumpMethod>,
@@ -70,7 +75,8 @@ impl Default for JumpOptions {
 /// How a flow of least cost is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JumpMethod {
-    /// Network simplex: exchanges one term of a spanning forest at a time. For shifts of many different values.
+    /// Network simplex: exchanges one term of a spanning forest at a time. For shifts of many
+    /// different values.
     NetworkSimplex,
     /// Primal-dual: a maximum flow for each level of jumps. For shifts of few different values.
     PrimalDual,
@@ -81,15 +87,15 @@ pub enum JumpMethod {
 pub struct JumpSolution {
     /// A potential for each node; 0 at the first node of each component.
     pub potentials: Vec<f64>,
-    /// The jump of each term. Jumps that are 0 or at their limit are so exactly, and if all shifts and limits are whole numbers, so are
-    /// the jumps.
+    /// The jump of each term. Jumps that are 0 or at their limit are so exactly, and if all shifts
+    /// and limits are whole numbers, so are the jumps.
     pub jumps: Vec<f64>,
     /// What flows along each term from `from` to `to`.
     pub flow: Vec<f64>,
     /// The cost of the jumps with the weights as given.
     pub objective: f64,
-    /// No potentials cost less than this with the weights as given. The difference to `objective` is at most `perturbation` times
-    /// the objective, and rounding.
+    /// No potentials cost less than this with the weights as given. The difference to `objective`
+    /// is at most `perturbation` times the objective, and rounding.
     pub lower_bound: f64,
     /// The certificate for the perturbed weights: for what was solved.
     pub certificate: Certificate,
@@ -123,29 +129,33 @@ const TOLERANCE: f64 = 1e-9;
 const ROUNDING: f64 = 1e-12;
 /// Up to so many different sizes of jumps the primal-dual method is tried first.
 const FEW_SIZES: usize = 64;
-/// Steps a node and term after which the network simplex takes over from the primal-dual method. Broken curves need about 100, 160 levels
-/// of noise 6000; the network simplex 1500 for noise on 25 000 cells.
+/// Steps a node and term after which the network simplex takes over from the primal-dual method.
+/// Broken curves need about 100, 160 levels of noise 6000; the network simplex 1500 for noise on 25
+/// 000 cells.
 const PATIENCE: u64 = 2000;
 /// The largest relative gap, excess of flow or violation of a limit that is accepted.
 const ACCEPTED_GAP: f64 = 1e-6;
 
-/// Finds potentials of least total cost `sum of weight * |jump|` such that all boxed jumps lie within their limits, with a proof.
+/// Finds potentials of least total cost `sum of weight * |jump|` such that all boxed jumps lie
+/// within their limits, with a proof.
 ///
-/// `terms` may repeat, join a node to itself, and leave the graph in any number of components. A free term of weight 0 costs and
-/// binds nothing.
+/// `terms` may repeat, join a node to itself, and leave the graph in any number of components. A
+/// free term of weight 0 costs and binds nothing.
 ///
 /// # Which method
-/// Unless `options.method` says so: the primal-dual method if the jumps of the start have at most 64 different sizes, else the
-/// network simplex. Should the former need more than 2000 steps a node and term, the latter takes over. The rule counts, it does
-/// not clock: the same input always takes the same way.
+/// Unless `options.method` says so: the primal-dual method if the jumps of the start have at most
+/// 64 different sizes, else the network simplex. Should the former need more than 2000 steps a node
+/// and term, the latter takes over. The rule counts, it does not clock: the same input always takes
+/// the same way.
 ///
-/// The start makes jumps on boxed terms and straight across the gaps between them, so their sizes are the periods of the curves: few on a
-/// surface of small genus (4 to 11 levels were needed), as many as terms where every shift is noisy.
+/// The start makes jumps on boxed terms and straight across the gaps between them, so their sizes
+/// are the periods of the curves: few on a surface of small genus (4 to 11 levels were needed), as
+/// many as terms where every shift is noisy.
 ///
 /// # Errors
-/// A [`FlowError`] that names the term: indices out of range, numbers that are not finite, negative weights, limits that are not
-/// positive; [`FlowError::Infeasible`] with cycles of terms whose limits contradict each other; [`FlowError::WorkLimit`] if
-/// `options.work_limit` does not suffice.
+/// A [`FlowError`] that names the term: indices out of range, numbers that are not finite, negative
+/// weights, limits that are not positive; [`FlowError::Infeasible`] with cycles of terms whose
+/// limits contradict each other; [`FlowError::WorkLimit`] if `options.work_limit` does not suffice.
 ///
 /// # Cost
 /// On graphs dual to a triangulated torus, one thread of a shared machine (`examples/jumps.rs`):
@@ -161,15 +171,18 @@ const ACCEPTED_GAP: f64 = 1e-6;
 /// | noise on every term | 200 000 | 300 000 | 182 094 pivots | 69 |
 ///
 /// # Reference
-/// The program is that of Feng, Gillespie and Crane, *Winding Numbers on Discrete Surfaces* (2023), eq. 11. Network simplex: Cunningham,
-/// *A network simplex method* (1976); primal-dual: Ford and Fulkerson, *Flows in Networks* (1962), ch. III; in both the duality of
-/// Rockafellar, *Network Flows and Monotropic Optimization* (1984).
+/// The program is that of Feng, Gillespie and Crane, *Winding Numbers on Discrete Surfaces* (2023),
+/// eq. 11. Network simplex: Cunningham, *A network simplex method* (1976); primal-dual: Ford and
+/// Fulkerson, *Flows in Networks* (1962), ch. III; in both the duality of Rockafellar, *Network
+/// Flows and Monotropic Optimization* (1984).
 ///
 /// # Example
 /// ```
 /// use eikona_numeric::{JumpOptions, JumpTerm, minimise_jumps};
-/// // Three rooms in a ring; going around once, 1 must be climbed. It is done where it is cheapest, but there by 0.25 at most.
-/// let door = |from, to, shift, weight, limit| JumpTerm { from, to, shift, weight, limit, key: from as u64 };
+/// // Three nodes in a cycle whose shifts add up to 1. The cheapest term takes 0.25, its limit.
+/// let door = |from, to, shift, weight, limit| {
+///     JumpTerm { from, to, shift, weight, limit, key: from as u64 }
+/// };
 /// let terms =
 ///     [door(0, 1, 1.0, 3.0, None), door(1, 2, 0.0, 1.0, Some(0.25)), door(2, 0, 0.0, 2.0, None)];
 /// let solution = minimise_jumps(3, &terms, &JumpOptions::default())?;
@@ -249,8 +262,9 @@ pub fn minimise_jumps(
     })
 }
 
-/// Below this a jump is none. The forest takes all but the periods of the shifts away, so what jumps at the start says how large
-/// jumps are; limits may be far larger, and count by their rounding only.
+/// Below this a jump is none. The forest takes all but the periods of the shifts away, so what
+/// jumps at the start says how large jumps are; limits may be far larger, and count by their
+/// rounding only.
 fn tolerance(network: &Network, start: &[f64]) -> f64 {
     let jumps = network.arcs.iter().map(|arc| arc.jump(start).abs()).fold(0.0, f64::max);
     let numbers = start.iter().fold(network.scale, |m, p| m.max(p.abs()));
@@ -287,7 +301,8 @@ fn check(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Result<(), 
     Ok(())
 }
 
-/// Boxed terms that join a node to itself, so that their jump is their shift, and this is outside of their limits.
+/// Boxed terms that join a node to itself, so that their jump is their shift, and this is outside
+/// of their limits.
 fn contradicting_loops(terms: &[JumpTerm]) -> Vec<Contradiction> {
     let outside = |(e, term): (usize, &JumpTerm)| {
         let limit = term.limit.filter(|_| term.from == term.to)?;

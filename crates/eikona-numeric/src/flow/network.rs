@@ -1,11 +1,13 @@
-//! The network that both methods work on: terms that matter, nodes numbered along a spanning forest.
+//! The network that both methods work on: terms that matter, nodes numbered along a spanning
+//! forest.
 
 use super::JumpTerm;
 
 /// No node, no arc.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// A term between two different nodes. What flows along it from `from` to `to` is the multiplier of its jump.
+/// A term between two different nodes. What flows along it from `from` to `to` is the multiplier of
+/// its jump.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
     pub(super) from: u32,
@@ -32,8 +34,9 @@ impl Arc {
     }
 }
 
-/// Terms that bind two nodes, with a spanning forest of them. Nodes are numbered in preorder of the forest, so that parents come before
-/// their children and subtrees lie together in memory, however the caller numbered them.
+/// Terms that bind two nodes, with a spanning forest of them. Nodes are numbered in preorder of the
+/// forest, so that parents come before their children and subtrees lie together in memory, however
+/// the caller numbered them.
 pub(super) struct Network {
     pub(super) arcs: Vec<Arc>,
     /// Term of each arc.
@@ -47,8 +50,8 @@ pub(super) struct Network {
 }
 
 impl Network {
-    /// `weights[e]` replaces the weight of term `e`. Terms without weight and limit bind nothing, nor do those that join a node
-    /// to itself: they are left out.
+    /// `weights[e]` replaces the weight of term `e`. Terms without weight and limit bind nothing,
+    /// nor do those that join a node to itself: they are left out.
     pub(super) fn new(nodes: usize, terms: &[JumpTerm], weights: &[f64]) -> Network {
         let mut scale = 0.0f64;
         let mut arcs = Vec::with_capacity(terms.len());
@@ -114,7 +117,8 @@ impl Network {
         potentials
     }
 
-    /// Sends what is left over at the nodes (rounding, in a flow that is meant to be a circulation) along the forest to its roots.
+    /// Sends what is left over at the nodes (rounding, in a flow that is meant to be a circulation)
+    /// along the forest to its roots.
     pub(super) fn balance(&self, flow: &mut [f64]) {
         let mut surplus = vec![0.0; self.nodes()];
         for (arc, y) in self.arcs.iter().zip(flow.iter()) {
@@ -132,7 +136,8 @@ impl Network {
     }
 }
 
-/// Things sorted by their node, in their order at each: where those of each node start, and the things.
+/// Things sorted by their node, in their order at each: where those of each node start, and the
+/// things.
 fn by_node(nodes: usize, things: impl Iterator<Item = (u32, u32)> + Clone) -> (Vec<u32>, Vec<u32>) {
     let mut start = vec![0u32; nodes + 1];
     for (v, _) in things.clone() {
@@ -170,9 +175,10 @@ impl Incidence {
 
 /// Nodes in the order in which a forest reaches them, with the arc over which each was reached.
 ///
-/// The forest is flooded from the nodes farthest from boxed terms towards these, and crosses them last. Its branches then meet where
-/// they are: jumps of the start lie on boxed terms, where they are cheap, or on a valley of the distance between two of
-/// them, which for a broken curve is the straight way across the gap.
+/// The forest is flooded from the nodes farthest from boxed terms towards these, and crosses them
+/// last. Its branches then meet where they are: jumps of the start lie on boxed terms, where they
+/// are cheap, or on a valley of the distance between two of them, which for a broken curve is the
+/// straight way across the gap.
 fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
     let incidence = Incidence::of(nodes, arcs.iter().enumerate().map(|(a, arc)| (a as u32, arc)));
     let distance = distance_to_boxed(nodes, arcs, &incidence);

@@ -1,9 +1,10 @@
 //! The network simplex method, with bounds on the flow and no artificial arcs.
 //!
-//! It starts with no flow at all: the forest is a basis on which no jump is, and whose arcs have room in both directions, so that
-//! the first steps are not degenerate. All other arcs lie at flow 0 between their bounds ("superbasic"); only those on which there
-//! is a jump may enter. The leaving arc is the last that blocks, seen from the apex along the cycle (Cunningham 1976): the forest
-//! stays strongly feasible and no basis occurs twice.
+//! It starts with no flow at all: the forest is a basis on which no jump is, and whose arcs have
+//! room in both directions, so that the first steps are not degenerate. All other arcs lie at flow
+//! 0 between their bounds ("superbasic"); only those on which there is a jump may enter. The
+//! leaving arc is the last that blocks, seen from the apex along the cycle (Cunningham 1976): the
+//! forest stays strongly feasible and no basis occurs twice.
 
 use super::error::{Contradiction, FlowError};
 use super::network::{NONE, Network};
@@ -39,8 +40,8 @@ const CANDIDATES: usize = 400;
 
 /// Solves by the network simplex method. `None` when `work` steps do not suffice.
 ///
-/// A boxed term is two arcs: one that carries any flow up to its weight, at cost -shift, and one for what exceeds the weight, at
-/// cost limit - shift.
+/// A boxed term is two arcs: one that carries any flow up to its weight, at cost -shift, and one
+/// for what exceeds the weight, at cost limit - shift.
 pub(super) fn solve(
     network: &Network,
     tolerance: f64,
@@ -135,7 +136,8 @@ impl<'a> Simplex<'a> {
         self.arcs.iter().filter(|arc| self.gain(arc) > 0.0).count()
     }
 
-    /// The candidate with the largest jump. When half of the candidates are used up, a sweep over the arcs collects more.
+    /// The candidate with the largest jump. When half of the candidates are used up, a sweep over
+    /// the arcs collects more.
     fn price(&mut self, work: &mut u64) -> Option<usize> {
         let mut best = None;
         let mut best_gain = 0.0;
@@ -170,7 +172,8 @@ impl<'a> Simplex<'a> {
         best
     }
 
-    /// Sends as much flow as fits around the cycle that an arc closes, and exchanges it for the arc that blocks.
+    /// Sends as much flow as fits around the cycle that an arc closes, and exchanges it for the arc
+    /// that blocks.
     fn pivot(&mut self, entering: usize, work: &mut u64) -> Result<(), Contradiction> {
         let arc = self.arcs[entering];
         let jump = arc.shift + self.tree.potential(arc.from) - self.tree.potential(arc.to);
@@ -207,7 +210,8 @@ impl<'a> Simplex<'a> {
             *work += 1;
         }
         if step == f64::INFINITY {
-            // The limits contradict each other by more than the check of the boxes lets pass, but hardly more.
+            // The limits contradict each other by more than the check of the boxes lets pass, but
+            // hardly more.
             return Err(self.contradiction(entering, tail, head, apex, jump.abs()));
         }
         let step = step.max(0.0);

@@ -2,13 +2,14 @@
 
 use super::network::{NONE, Network};
 
-/// Nodes of the forest in preorder: a doubly linked ring for each component, so that a subtree and its complement are stretches of
-/// the ring and either can be walked.
+/// Nodes of the forest in preorder: a doubly linked ring for each component, so that a subtree and
+/// its complement are stretches of the ring and either can be walked.
 pub(super) struct Tree {
     nodes: Vec<Node>,
     /// The root of each node's component. Roots never change.
     root: Vec<u32>,
-    /// The path that is turned over by `rehang`; with each node what follows its subtree in the ring.
+    /// The path that is turned over by `rehang`; with each node what follows its subtree in the
+    /// ring.
     stem: Vec<(u32, u32)>,
 }
 
@@ -125,8 +126,9 @@ impl Tree {
         })
     }
 
-    /// Adds to the potentials of the subtree of `top`, or subtracts from all others of its component if these are fewer, which changes
-    /// the differences alike. Returns how many nodes were touched.
+    /// Adds to the potentials of the subtree of `top`, or subtracts from all others of its
+    /// component if these are fewer, which changes the differences alike. Returns how many nodes
+    /// were touched.
     pub(super) fn raise(&mut self, top: u32, change: f64) -> u32 {
         let node = self.nodes[top as usize];
         let others = self.size(self.root(top)) - node.size;
@@ -142,8 +144,9 @@ impl Tree {
         count
     }
 
-    /// Cuts off the subtree of `top` and hangs it, turned over so that its node `inner` is its root, below `outer` by an arc; `down`
-    /// tells that the arc leads from `outer` to `inner`. `apex` is a common ancestor of both.
+    /// Cuts off the subtree of `top` and hangs it, turned over so that its node `inner` is its
+    /// root, below `outer` by an arc; `down` tells that the arc leads from `outer` to `inner`.
+    /// `apex` is a common ancestor of both.
     pub(super) fn rehang(&mut self, top: u32, inner: u32, outer: u32, apex: u32, arc: u32, down: bool) {
         let Node { size: total, last: top_last, previous: before, parent: old_parent, .. } =
             self.nodes[top as usize];
@@ -160,8 +163,8 @@ impl Tree {
             self.nodes[v as usize].size -= total;
             v = self.parent(v);
         }
-        // The stem from `inner` to `top` is turned over: in preorder the block of each of its nodes, less the block of the one before
-        // it, follows the block of that.
+        // The stem from `inner` to `top` is turned over: in preorder the block of each of its
+        // nodes, less the block of the one before it, follows the block of that.
         let mut stem = std::mem::take(&mut self.stem);
         stem.clear();
         let mut v = inner;
@@ -189,7 +192,8 @@ impl Tree {
             }
         }
         self.join(tail, successor);
-        // Parents, links and sizes along the stem; the last of it first, since each takes what its successor had.
+        // Parents, links and sizes along the stem; the last of it first, since each takes what its
+        // successor had.
         for i in (1..stem.len()).rev() {
             let child = self.nodes[stem[i - 1].0 as usize];
             let node = &mut self.nodes[stem[i].0 as usize];

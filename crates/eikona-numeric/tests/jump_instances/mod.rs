@@ -29,7 +29,8 @@ pub type Instance = (usize, Vec<JumpTerm>);
 /// What a curve does to the edges it runs along.
 #[derive(Clone, Copy)]
 pub struct Curves {
-    /// The jump across a meridian and across a longitude: 1 for closed curves, less for broken ones, which jump by their periods.
+    /// The jump across a meridian and across a longitude: 1 for closed curves, less for broken
+    /// ones, which jump by their periods.
     pub periods: [f64; 2],
     /// Share of the curves' edges that is missing.
     pub broken: f64,
@@ -37,8 +38,9 @@ pub struct Curves {
     pub epsilon: f64,
 }
 
-/// The graph dual to a jittered `nu` by `nv` torus grid with random diagonals, edge lengths as weights, with a meridian, a longitude and
-/// a disk as curves. Face `2 c` of cell `c` touches its lower edge, face `2 c + 1` its upper one.
+/// The graph dual to a jittered `nu` by `nv` torus grid with random diagonals, edge lengths as
+/// weights, with a meridian, a longitude and a disk as curves. Face `2 c` of cell `c` touches its
+/// lower edge, face `2 c + 1` its upper one.
 pub fn torus(nu: usize, nv: usize, curves: Curves, seed: u64) -> Instance {
     let mut noise = Noise(seed);
     let tau = std::f64::consts::TAU;
@@ -55,7 +57,8 @@ pub fn torus(nu: usize, nv: usize, curves: Curves, seed: u64) -> Instance {
         let d: f64 = (0..3).map(|k| (places[a][k] - places[b][k]).powi(2)).sum();
         d.sqrt()
     };
-    // The diagonal leads up (from the corner i, j) or down; the face left of it and the face right of it.
+    // The diagonal leads up (from the corner i, j) or down; the face left of it and the face right
+    // of it.
     let up: Vec<bool> = (0..nu * nv).map(|_| noise.next() < 0.5).collect();
     let cell = |i: usize, j: usize| (i % nu) * nv + j % nv;
     let left = |c: usize| 2 * c as u32 + u32::from(up[c]);

@@ -20,7 +20,8 @@ pub enum Damage {
     WithOffset(f64, f64),
     /// The same, with offsets to both sides.
     WithOffsets(f64, f64),
-    /// The walk along edges around the inside, and around the inside grown by so many strips of triangles; half missing of both.
+    /// The walk along edges around the inside, and around the inside grown by so many strips of
+    /// triangles; half missing of both.
     WalkAndStrips(f64, usize),
     /// Halved, with noise.
     HalvedNoise(f64, f64),
@@ -30,8 +31,8 @@ pub enum Damage {
     Nested(f64, f64),
     /// The same, whole.
     NestedWhole(f64),
-    /// The curve and a closed curve around a point of it, whole: the outlines of two regions that overlap. The radius is this
-    /// share of the distance range.
+    /// The curve and a closed curve around a point of it, whole: the outlines of two regions that
+    /// overlap. The radius is this share of the distance range.
     Crossing(f64),
     /// A single gap of this share of each loop.
     OneGap(f64),
@@ -65,7 +66,8 @@ impl Whole<'_> {
         self.mesh.positions().iter().map(|p| off(p) - radius).collect()
     }
 
-    /// Negative at the vertices on the left of what `damaged` makes of the curve, where that is closed.
+    /// Negative at the vertices on the left of what `damaged` makes of the curve, where that is
+    /// closed.
     pub fn side(&self, damage: Damage, random: &mut Random) -> Option<Vec<f64>> {
         match damage {
             Damage::None => Some(self.distance.to_vec()),
@@ -162,7 +164,8 @@ impl Whole<'_> {
         arc
     }
 
-    /// Pieces of random length, about `piece` edges, between gaps of random length that take as much together.
+    /// Pieces of random length, about `piece` edges, between gaps of random length that take as
+    /// much together.
     fn intervals(&self, length: f64, piece: f64, random: &mut Random) -> Vec<[f64; 2]> {
         let count = ((length / self.edge / (2.0 * piece)).round() as usize).max(1);
         let mut lengths = || -> Vec<f64> {
@@ -209,7 +212,8 @@ impl Whole<'_> {
         self.between(&curve, &arc, [0.0, (1.0 - share) * arc[arc.len() - 1]])
     }
 
-    /// Halved, every piece replaced by the part of the level set at its own offset (in edges) that lies nearest to it.
+    /// Halved, every piece replaced by the part of the level set at its own offset (in edges) that
+    /// lies nearest to it.
     fn displaced(
         &self,
         piece: f64,

@@ -1,16 +1,18 @@
-//! Signed distance to broken curves with known truth, by the defaults and by explicit choices: the table from which the rules
-//! of `LevelSets::Automatic` and `DiffusionTime::Automatic` come (SHM section 9.5.3).
+//! Signed distance to broken curves with known truth, by the defaults and by explicit choices: the
+//! table from which the rules of `LevelSets::Automatic` and `DiffusionTime::Automatic` come (SHM
+//! section 9.5.3).
 //!
 //! ```sh
 //! cargo run -p eikona --example broken_curves                    # five functions on each surface
 //! cargo run -p eikona --example broken_curves -- 2 1000          # two functions, another seed
-//! cargo run -p eikona --example broken_curves -- 5 1 torus       # only surfaces with this word in their name
+//! cargo run -p eikona --example broken_curves -- 5 1 torus       # surfaces named "..torus.."
 //! ```
 //!
-//! A curve is a level set of a slowly varying function at a random level. The truth is the exact distance to the curve that is left
-//! whole, or to the given curve itself where that is closed, and to the outline of the union where closed curves cross. For nested
-//! curves it is meant up to a constant, since each of them is as good a zero. Numbers are in percent: of the range of the truth, and
-//! of the area.
+//! A curve is a level set of a slowly varying function at a random level. The truth is the exact
+//! distance to the curve that is left whole, or to the given curve itself where that is closed, and
+//! to the outline of the union where closed curves cross. For nested curves it is meant up to a
+//! constant, since each of them is as good a zero. Numbers are in percent: of the range of the
+//! truth, and of the area.
 
 mod breaking;
 mod surfaces;
@@ -151,7 +153,8 @@ fn measure(mesh: &TriangleMesh, functions: usize, seed: u64, table: &mut Table) 
     }
 }
 
-/// The error of the truth where there is a closed formula: a circle of latitude on the unit sphere, in the same measure.
+/// The error of the truth where there is a closed formula: a circle of latitude on the unit sphere,
+/// in the same measure.
 fn error_of_truth(sphere: &TriangleMesh) -> f64 {
     let height: Vec<f64> = sphere.positions().iter().map(|p| p[2]).collect();
     let found = Fine::new(sphere).distance(&height, 0.3 + 1e-9);

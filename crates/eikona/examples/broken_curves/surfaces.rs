@@ -37,8 +37,9 @@ pub fn surfaces() -> Vec<(String, TriangleMesh)> {
     surfaces
 }
 
-/// The `count` lowest eigenfunctions of the Laplacian after the constant with their eigenvalues, by inverse iteration. Functions
-/// whose eigenvalues nearly agree come out mixed, which is no harm here: every mixture varies as slowly.
+/// The `count` lowest eigenfunctions of the Laplacian after the constant with their eigenvalues, by
+/// inverse iteration. Functions whose eigenvalues nearly agree come out mixed, which is no harm
+/// here: every mixture varies as slowly.
 pub fn eigenfunctions(mesh: &TriangleMesh, count: usize) -> Vec<(f64, Vec<f64>)> {
     let n = mesh.vertex_count();
     let triangles = lay_out(mesh);

@@ -1,4 +1,5 @@
-//! Exact distances for the study: the distance along the surface to a whole curve, and how far an answer is from it.
+//! Exact distances for the study: the distance along the surface to a whole curve, and how far an
+//! answer is from it.
 
 use eikona::contour::isolines;
 use eikona::geometry::{fast_marching, lay_out};
@@ -8,7 +9,8 @@ use std::collections::HashMap;
 /// Sides of the triangles that a face is cut into for the distance.
 const REFINEMENT: usize = 5;
 
-/// A mesh with its faces cut into similar triangles. Nothing is bent: distances along both surfaces are the same.
+/// A mesh with its faces cut into similar triangles. Nothing is bent: distances along both surfaces
+/// are the same.
 pub struct Fine {
     mesh: TriangleMesh,
     /// The vertices of the coarse mesh that each fine vertex lies between, with weights.
@@ -18,7 +20,8 @@ pub struct Fine {
 impl Fine {
     pub fn new(mesh: &TriangleMesh) -> Fine {
         let n = REFINEMENT as u32;
-        // A fine vertex by its weights over the corners of its face; the same from both sides of an edge.
+        // A fine vertex by its weights over the corners of its face; the same from both sides of an
+        // edge.
         let mut numbers: HashMap<Vec<(u32, u32)>, u32> = HashMap::new();
         let (mut positions, mut weights, mut faces) = (Vec::new(), Vec::new(), Vec::new());
         for v in mesh.vertices() {
@@ -63,7 +66,8 @@ impl Fine {
         side: &[f64],
     ) -> Vec<f64> {
         let mut seeds = Vec::new();
-        // The fine vertices in each coarse face: their numbers are those of its fine faces' corners.
+        // The fine vertices in each coarse face: their numbers are those of its fine faces'
+        // corners.
         let per_face = REFINEMENT * REFINEMENT;
         for segment in curves.segments(coarse).unwrap() {
             let [a, b] = segment.ends.map(|p| p.position(coarse));
@@ -85,10 +89,12 @@ impl Fine {
         side.iter().zip(distance).map(|(x, d)| if *x < 0.0 { -d } else { d }).collect()
     }
 
-    /// The distance from the vertices of the coarse mesh to the level set of a function, negative where the function is below it.
+    /// The distance from the vertices of the coarse mesh to the level set of a function, negative
+    /// where the function is below it.
     ///
-    /// By fast marching over faces a fifth as long, from exact distances next to the curve: off by about 1e-3 of the largest
-    /// distance at most, see `main.rs` for a comparison with a closed formula.
+    /// By fast marching over faces a fifth as long, from exact distances next to the curve: off by
+    /// about 1e-3 of the largest distance at most, see `main.rs` for a comparison with a closed
+    /// formula.
     pub fn distance(&self, coarse_values: &[f64], level: f64) -> Vec<f64> {
         let values: Vec<f64> = self
             .weights

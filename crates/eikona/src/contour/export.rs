@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 /// A polyline in space. A closed one repeats its first point at the end.
 pub type Polyline = Vec<[f64; 3]>;
 
-/// Lines are flat, so that SVG can hold them, if their z differs by at most this share of their larger side in x or y.
+/// Lines are flat, so that SVG can hold them, if their z differs by at most this share of their
+/// larger side in x or y.
 pub const FLAT: f64 = 1e-9;
 
 /// Where the nodes of each curve lie in space.
@@ -72,7 +73,8 @@ pub fn ply_edges(lines: &[Polyline]) -> Result<String, FileError> {
 /// An SVG file with one path a polyline, y upwards as on the mesh, lengths in the mesh's own unit.
 ///
 /// # Errors
-/// [`FileError::Unsupported`] if the points do not all have the same z (up to [`FLAT`]), or are not finite.
+/// [`FileError::Unsupported`] if the points do not all have the same z (up to [`FLAT`]), or are not
+/// finite.
 pub fn svg_paths(lines: &[Polyline]) -> Result<String, FileError> {
     let lines = checked(lines)?;
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);

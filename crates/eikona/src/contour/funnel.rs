@@ -1,4 +1,5 @@
-//! The shortest path through a strip of faces: unfold the strip into the plane and pull a string through it.
+//! The shortest path through a strip of faces: unfold the strip into the plane and pull a string
+//! through it.
 
 use super::straighten::{Leg, path_length};
 use crate::geometry::vector::{cross, dot, norm, sub};
@@ -26,8 +27,8 @@ fn turn(a: Point, b: Point, c: Point) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The corners and legs of the shortest path from `from`, in the first face, to `to`, in the last. `None` if the strip is
-/// not one.
+/// The corners and legs of the shortest path from `from`, in the first face, to `to`, in the last.
+/// `None` if the strip is not one.
 pub(super) fn shortest_in_strip(
     mesh: &TriangleMesh,
     from: Located,
@@ -75,7 +76,8 @@ fn unfold(
     let mut unfolded = Vec::with_capacity(gates.len());
     for (&gate, &next) in gates.iter().zip(faces.get(1..)?) {
         let ends = mesh.edge_vertices(gate);
-        // The corners are in counterclockwise order, so the way out has the side's second corner on its left.
+        // The corners are in counterclockwise order, so the way out has the side's second corner on
+        // its left.
         let k = (0..3).find(|&k| ends.contains(&corners[k].0) && ends.contains(&corners[(k + 1) % 3].0))?;
         let (right, left) = (corners[k], corners[(k + 1) % 3]);
         unfolded.push(Gate { left, right });
@@ -113,8 +115,9 @@ fn place(mesh: &TriangleMesh, at: Located, face: Face, corners: &[(Vertex, Point
     Some(point)
 }
 
-/// The bends of the shortest string through the gates. The funnel from the last bend (`apex`) to the sides seen so far is
-/// narrowed gate by gate; where one side crosses the other, the string bends.
+/// The bends of the shortest string through the gates. The funnel from the last bend (`apex`) to
+/// the sides seen so far is narrowed gate by gate; where one side crosses the other, the string
+/// bends.
 fn pull(gates: &[Gate], start: Point, end: Point) -> Vec<Bend> {
     let mut bends = Vec::new();
     let mut apex = start;
@@ -141,7 +144,8 @@ fn pull(gates: &[Gate], start: Point, end: Point) -> Vec<Bend> {
                 bend = Some((right, false));
             }
         }
-        // A side at number 0 is the start, and past the last gate the end: there is nothing to bend about.
+        // A side at number 0 is the start, and past the last gate the end: there is nothing to bend
+        // about.
         if let Some(((point, passed), on_left)) = bend
             && let Some(gate) = passed.checked_sub(1).and_then(|g| gates.get(g))
         {
@@ -155,8 +159,8 @@ fn pull(gates: &[Gate], start: Point, end: Point) -> Vec<Bend> {
     bends
 }
 
-/// Where the string passes a gate from one bend to the next, from 0 at the left to 1 at the right. `None` for gates at
-/// whose end, or along which, it bends.
+/// Where the string passes a gate from one bend to the next, from 0 at the left to 1 at the right.
+/// `None` for gates at whose end, or along which, it bends.
 fn passage(a: Bend, b: Bend, edge: Edge, gate: &Gate) -> Option<f64> {
     for place in [a.place, b.place] {
         match place {
@@ -170,8 +174,8 @@ fn passage(a: Bend, b: Bend, edge: Edge, gate: &Gate) -> Option<f64> {
     Some(if t.is_nan() { 0.5 } else { t.clamp(0.0, 1.0) })
 }
 
-/// A straight piece may pass exactly through a vertex. It becomes a bend, since on a curved surface its other side may be
-/// the shorter one.
+/// A straight piece may pass exactly through a vertex. It becomes a bend, since on a curved surface
+/// its other side may be the shorter one.
 fn bend_at_passed_vertices(edges: &[Edge], gates: &[Gate], bends: &[Bend]) -> Vec<Bend> {
     let mut all = Vec::with_capacity(bends.len());
     for pair in bends.windows(2) {

@@ -1,5 +1,5 @@
-//! What there is to know about a set of curves before it is used as a source: lengths, gaps, crossings, doubled pieces,
-//! segments across faces, closed curves without two sides.
+//! What there is to know about a set of curves before it is used as a source: lengths, gaps,
+//! crossings, doubled pieces, segments across faces, closed curves without two sides.
 
 use super::meeting::{self, Hosted};
 use super::nearest_end::nearest_others;
@@ -33,7 +33,8 @@ pub struct CurveFacts {
     pub across_faces: Vec<usize>,
     /// First nodes of segments of length zero.
     pub zero_length: Vec<usize>,
-    /// Whether it is closed and its left side becomes its right on the way round: it then has no sides to tell apart.
+    /// Whether it is closed and its left side becomes its right on the way round: it then has no
+    /// sides to tell apart.
     pub one_sided: bool,
 }
 
@@ -46,7 +47,8 @@ pub struct OpenEnd {
     pub last: bool,
     /// Where it lies.
     pub position: [f64; 3],
-    /// The nearest other open end as an index into [`CurveReport::open_ends`], and the distance in space.
+    /// The nearest other open end as an index into [`CurveReport::open_ends`], and the distance in
+    /// space.
     pub nearest: Option<(usize, f64)>,
 }
 
@@ -105,7 +107,8 @@ impl CurveReport {
     /// [`CurveError`] for a node that is not on the mesh. All else that is wrong is in the report.
     ///
     /// # Cost
-    /// O(n log n) in the number of segments, as long as no face holds many of them; the tests within the faces are bounded.
+    /// O(n log n) in the number of segments, as long as no face holds many of them; the tests
+    /// within the faces are bounded.
     pub fn of(mesh: &TriangleMesh, curves: &SurfaceCurves) -> Result<CurveReport, CurveError> {
         let mut report = CurveReport::default();
         let mut hosted = Vec::new();

@@ -1,9 +1,10 @@
 //! Isolines of a function that is linear in each face.
 //!
-//! A vertex value that equals the level counts as above it. Under this rule a face is crossed by one segment or none, and
-//! the segments of neighbouring faces meet in a point of their common edge: no curve is ever torn, and no vertex or face
-//! on the level needs a case of its own. Nodes are then moved onto vertices where they lie there, which merges the nodes
-//! of all edges at that vertex.
+//! A vertex value that equals the level counts as above it. Under this rule a face is crossed by
+//! one segment or none, and the segments of neighbouring faces meet in a point of their common
+//! edge: no curve is ever torn, and no vertex or face on the level needs a case of its own. Nodes
+//! are then moved onto vertices where they lie there, which merges the nodes of all edges at that
+//! vertex.
 
 use super::ContourError;
 use crate::geometry::vector::{cross, normalize, scale, sub};
@@ -16,7 +17,8 @@ use eikona_mesh::{
 pub struct LevelSet {
     /// The level.
     pub level: f64,
-    /// Its curves, signed, with the smaller values on the left. Closed ones repeat their first node at the end.
+    /// Its curves, signed, with the smaller values on the left. Closed ones repeat their first node
+    /// at the end.
     pub curves: Vec<Curve>,
     /// Faces without isolines because the field is not finite at a corner.
     pub undefined_faces: usize,
@@ -24,12 +26,13 @@ pub struct LevelSet {
 
 /// The isolines of a vertex field, level by level.
 ///
-/// Each curve runs with the smaller values on its left, so an isoline of a distance that is negative on the left of its
-/// source can serve as a source again. Curves end at the boundary, at nonmanifold edges and at faces with a value that is
-/// not finite. A region exactly on the level counts as above it. Where the field touches the level from below there is no
-/// curve; only a ridge on the level from rim to rim gives two, which run against each other. On faces that are oriented
-/// against each other a curve goes on with the smaller values on the same side, and its `up` says which side of the
-/// surface that is seen from.
+/// Each curve runs with the smaller values on its left, so an isoline of a distance that is
+/// negative on the left of its source can serve as a source again. Curves end at the boundary, at
+/// nonmanifold edges and at faces with a value that is not finite. A region exactly on the level
+/// counts as above it. Where the field touches the level from below there is no curve; only a ridge
+/// on the level from rim to rim gives two, which run against each other. On faces that are oriented
+/// against each other a curve goes on with the smaller values on the same side, and its `up` says
+/// which side of the surface that is seen from.
 ///
 /// ```
 /// use eikona::contour::{isolines, polylines};
@@ -37,7 +40,8 @@ pub struct LevelSet {
 /// let mesh = TriangleMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], vec![[0, 1, 2]])?;
 /// let x = vec![0.0, 1.0, 0.0].into();
 /// let points = polylines(&mesh, &isolines(&mesh, &x, &[0.25])?[0].curves)?;
-/// assert_eq!(points, [[[0.25, 0.0, 0.0], [0.25, 0.75, 0.0]]]); // upwards: the smaller x on the left
+/// // Upwards, so that smaller values are on the left.
+/// assert_eq!(points, [[[0.25, 0.0, 0.0], [0.25, 0.75, 0.0]]]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -62,7 +66,8 @@ fn level_set(mesh: &TriangleMesh, values: &[f64], level: f64) -> Result<LevelSet
         return Err(ContourError::Parameter { name: "level", value: level, bound: "it must be finite" });
     }
     let mut undefined_faces = 0;
-    // The crossed sides of each crossed face: where a walk around the face goes up through the level, and where down.
+    // The crossed sides of each crossed face: where a walk around the face goes up through the
+    // level, and where down.
     let mut crossing: Vec<Option<[u8; 2]>> = Vec::with_capacity(mesh.face_count());
     for face in mesh.triangles() {
         let v = face.map(|i| values[i as usize]);
@@ -83,7 +88,8 @@ fn level_set(mesh: &TriangleMesh, values: &[f64], level: f64) -> Result<LevelSet
             continue;
         }
         visited[seed.index()] = true;
-        // From the seed face forward, out of its falling side; unless that closes the curve, also backward.
+        // From the seed face forward, out of its falling side; unless that closes the curve, also
+        // backward.
         let forward = follow(mesh, &crossing, &mut visited, seed, down);
         let mut edges = vec![mesh.face_edges(seed)[up as usize]];
         let mut turned = forward.turned;
@@ -166,7 +172,8 @@ fn node_on_edge(mesh: &TriangleMesh, values: &[f64], level: f64, edge: Edge) -> 
     }
 }
 
-/// Leaves out repeated nodes, and pieces that run out and straight back: there the field touches the level.
+/// Leaves out repeated nodes, and pieces that run out and straight back: there the field touches
+/// the level.
 fn merge_nodes(nodes: impl Iterator<Item = Located>) -> Vec<Located> {
     let mut merged: Vec<Located> = Vec::new();
     for node in nodes {

@@ -5,7 +5,8 @@ use super::ContourError;
 /// The most levels that a spacing may give.
 pub const MAX_LEVELS: usize = 10_000;
 
-/// All multiples of `spacing` within the range of the values, in increasing order. Values that are not finite do not count.
+/// All multiples of `spacing` within the range of the values, in increasing order. Values that are
+/// not finite do not count.
 ///
 /// ```
 /// use eikona::contour::spaced_levels;
@@ -14,8 +15,8 @@ pub const MAX_LEVELS: usize = 10_000;
 /// ```
 ///
 /// # Errors
-/// [`ContourError::Parameter`] when the spacing is not above 0 and finite, or so small that there are more than
-/// [`MAX_LEVELS`] levels.
+/// [`ContourError::Parameter`] when the spacing is not above 0 and finite, or so small that there
+/// are more than [`MAX_LEVELS`] levels.
 pub fn spaced_levels(values: &[f64], spacing: f64) -> Result<Vec<f64>, ContourError> {
     let refuse = |bound| Err(ContourError::Parameter { name: "spacing", value: spacing, bound });
     if !(spacing > 0.0 && spacing.is_finite()) {
@@ -32,7 +33,8 @@ pub fn spaced_levels(values: &[f64], spacing: f64) -> Result<Vec<f64>, ContourEr
     Ok((0..count).map(|k| (first + k as f64) * spacing + 0.0).collect())
 }
 
-/// About `count` levels within the range of the values, at multiples of 1, 2 or 5 times a power of ten.
+/// About `count` levels within the range of the values, at multiples of 1, 2 or 5 times a power of
+/// ten.
 ///
 /// ```
 /// use eikona::contour::round_levels;

@@ -1,8 +1,10 @@
-//! Curves over a mesh: polylines traced across its faces, shortest paths, plane cuts, isolines of a vertex field, what is
-//! wrong with a set of curves, meshes cut along curves, and the export of curves.
+//! Curves over a mesh: polylines traced across its faces, shortest paths, plane cuts, isolines of a
+//! vertex field, what is wrong with a set of curves, meshes cut along curves, and the export of
+//! curves.
 //!
-//! Every curve made here has each segment in one closed face, so that it goes straight into the methods as a source.
-//! Isolines run with the smaller values on their left, as a signed distance on a surface has it.
+//! Every curve made here has each segment in one closed face, so that it goes straight into the
+//! methods as a source. Isolines run with the smaller values on their left, as a signed distance on
+//! a surface has it.
 
 mod embed;
 mod error;

@@ -2,9 +2,11 @@
 
 use crate::geometry::vector::distance;
 
-/// The index of the nearest other point and its distance; `None` if there is no other. Ties go to the lower index.
+/// The index of the nearest other point and its distance; `None` if there is no other. Ties go to
+/// the lower index.
 ///
-/// O(n log n) for points in general position: a k-d tree, kept as a permutation whose middle entries split.
+/// O(n log n) for points in general position: a k-d tree, kept as a permutation whose middle
+/// entries split.
 pub(crate) fn nearest_others(points: &[[f64; 3]]) -> Vec<Option<(usize, f64)>> {
     let mut order: Vec<usize> = (0..points.len()).collect();
     split(points, &mut order, 0);

@@ -5,11 +5,12 @@ use super::isolines::isolines;
 use crate::geometry::vector::{Vec3, cross, dot, normalize, sub};
 use eikona_mesh::{Curve, TriangleMesh};
 
-/// The curves in which a plane cuts the mesh: signed, closed or ending at the boundary, one segment a face.
+/// The curves in which a plane cuts the mesh: signed, closed or ending at the boundary, one segment
+/// a face.
 ///
-/// The side of the plane to which `normal` points is on the right of each curve, the other on the left. Vertices exactly
-/// on the plane count as lying on the normal's side, so the cut of faces that lie in the plane is their rim towards the
-/// other side.
+/// The side of the plane to which `normal` points is on the right of each curve, the other on the
+/// left. Vertices exactly on the plane count as lying on the normal's side, so the cut of faces
+/// that lie in the plane is their rim towards the other side.
 ///
 /// # Errors
 /// [`ContourError::BadPlane`] if the point or the normal is not finite, or the normal zero.
@@ -30,8 +31,8 @@ pub struct Wave {
     pub count: u32,
 }
 
-/// As [`plane_cut`], with a surface that rises and falls about the plane by `amplitude` sin(`count` angle), where the angle
-/// turns about the normal through the point.
+/// As [`plane_cut`], with a surface that rises and falls about the plane by `amplitude` sin(`count`
+/// angle), where the angle turns about the normal through the point.
 ///
 /// # Errors
 /// As [`plane_cut`]; [`ContourError::Parameter`] when the amplitude is not finite.
@@ -46,7 +47,8 @@ pub fn wavy_plane_cut(
         let bound = "it must be finite";
         return Err(ContourError::Parameter { name: "amplitude", value: wave.amplitude, bound });
     }
-    // Any two directions that span the plane will do: take the axis that is farthest from the normal.
+    // Any two directions that span the plane will do: take the axis that is farthest from the
+    // normal.
     let farthest = (0..3).fold(0, |a, b| if unit[b].abs() < unit[a].abs() { b } else { a });
     let axis: Vec3 = [0, 1, 2].map(|k| if k == farthest { 1.0 } else { 0.0 });
     let across =

@@ -1,4 +1,5 @@
-//! Which side of a curve is left: faces wound alike, and segments that see which way the face beside them is wound.
+//! Which side of a curve is left: faces wound alike, and segments that see which way the face
+//! beside them is wound.
 
 use crate::geometry::vector::{cross, dot, normalize, sub};
 use crate::geometry::winding_is_consistent;
@@ -9,7 +10,8 @@ use eikona_mesh::{
 };
 use std::collections::{HashMap, VecDeque};
 
-/// For each segment a face that it touches, and +1 or -1: whether left is left in the winding of that face.
+/// For each segment a face that it touches, and +1 or -1: whether left is left in the winding of
+/// that face.
 pub(crate) struct SideOfSegments {
     sides: Vec<Side>,
 }
@@ -24,9 +26,10 @@ struct Side {
 }
 
 impl SideOfSegments {
-    /// On a mesh of `consistent` winding left is left. Else carries the side from the first segment of each curve to its last,
-    /// from face to face around the nodes; along edges of three or more faces, and on from there, by normals. Left stays left where two
-    /// consecutive segments see no chain of faces between them. A warning tells of a closed curve that comes back reversed.
+    /// On a mesh of `consistent` winding left is left. Else carries the side from the first segment
+    /// of each curve to its last, from face to face around the nodes; along edges of three or more
+    /// faces, and on from there, by normals. Left stays left where two consecutive segments see no
+    /// chain of faces between them. A warning tells of a closed curve that comes back reversed.
     pub fn of(
         mesh: &TriangleMesh,
         consistent: bool,
@@ -65,7 +68,8 @@ impl SideOfSegments {
         (self.sides[i].face, self.sides[i].upside)
     }
 
-    /// +1 if the face of a halfedge is on the left of a segment along its edge, which has three or more faces, else -1.
+    /// +1 if the face of a halfedge is on the left of a segment along its edge, which has three or
+    /// more faces, else -1.
     pub fn of_sheet(&self, mesh: &TriangleMesh, i: usize, segment: &Segment, h: Halfedge) -> f64 {
         let up = self.sides[i].up.expect("the segment runs along an edge of three or more faces");
         Seam::of(mesh, mesh.edge(h), segment).side(h, up)
@@ -132,8 +136,8 @@ impl Seam<'_> {
         [0, 1, 2].map(|k| a[k] - part * self.along[k])
     }
 
-    /// A sheet is on the left if it goes there, seen from the tip of `up`; of those that go neither left nor right, the ones that rise
-    /// towards `up` count as left.
+    /// A sheet is on the left if it goes there, seen from the tip of `up`; of those that go neither
+    /// left nor right, the ones that rise towards `up` count as left.
     fn side(&self, h: Halfedge, up: [f64; 3]) -> f64 {
         let into = self.into(h);
         let left = dot(into, cross(up, self.along));
@@ -141,8 +145,9 @@ impl Seam<'_> {
         if decisive < 0.0 { -1.0 } else { 1.0 }
     }
 
-    /// The normal at right angles to the seam that is nearest to a given one; if there is none, that of the two sheets that lie most
-    /// nearly in one plane, as the first of them is wound. Tells whether the other one is wound alike.
+    /// The normal at right angles to the seam that is nearest to a given one; if there is none,
+    /// that of the two sheets that lie most nearly in one plane, as the first of them is wound.
+    /// Tells whether the other one is wound alike.
     fn up(&self, wanted: [f64; 3]) -> ([f64; 3], bool) {
         let up = unit(self.across(wanted));
         if dot(up, wanted) > SQUARE * dot(wanted, wanted).sqrt() {
@@ -163,7 +168,8 @@ impl Seam<'_> {
         (unit(cross(self.along, to_left)), first != second)
     }
 
-    /// The same side, seen from the middle of the sheets that lie on it: so that the normal follows them as the seam winds.
+    /// The same side, seen from the middle of the sheets that lie on it: so that the normal follows
+    /// them as the seam winds.
     fn settled(&self, up: [f64; 3]) -> [f64; 3] {
         let mut left = [0.0; 3];
         for &h in self.mesh.edge_halfedges(self.edge) {
@@ -183,8 +189,8 @@ pub(crate) struct Fans<'a> {
     mesh: &'a TriangleMesh,
     /// All are.
     consistent: bool,
-    /// The faces around vertices that were asked for, in increasing order: each with its fan and whether it is wound as the first face
-    /// of that.
+    /// The faces around vertices that were asked for, in increasing order: each with its fan and
+    /// whether it is wound as the first face of that.
     around: HashMap<Vertex, Vec<(Face, u32, bool)>>,
 }
 
@@ -193,8 +199,8 @@ impl<'a> Fans<'a> {
         Fans { mesh, consistent, around: HashMap::new() }
     }
 
-    /// +1 when two faces at a place have the same winding, -1 when opposite, `None` when no chain of faces around it joins them (and the
-    /// winding of the mesh is not consistent).
+    /// +1 when two faces at a place have the same winding, -1 when opposite, `None` when no chain
+    /// of faces around it joins them (and the winding of the mesh is not consistent).
     ///
     /// # Cost
     /// O(d log d) for the first pair at a vertex of d faces, then O(log d).
@@ -285,7 +291,8 @@ fn fans_around(mesh: &TriangleMesh, v: Vertex) -> Vec<(Face, u32, bool)> {
     faces
 }
 
-/// The mesh itself if its winding is consistent; else with the smaller part of each orientable patch turned over.
+/// The mesh itself if its winding is consistent; else with the smaller part of each orientable
+/// patch turned over.
 pub(crate) fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> TriangleMesh {
     if winding_is_consistent(mesh) {
         return mesh.clone();

@@ -1,9 +1,10 @@
 //! Shortening a path over the faces until it is locally shortest.
 //!
-//! The path is kept as corners and legs; a leg is a strip of faces through which it runs straight from corner to corner. At
-//! a vertex the faces on either side of the path join the two legs to one strip. If they span less than pi there, the
-//! shortest path through the joined strip ([`super::funnel`]) is shorter than the two legs and takes their place. This is
-//! repeated, every second corner at a time so that strips grow by doubling, until no corner can be improved.
+//! The path is kept as corners and legs; a leg is a strip of faces through which it runs straight
+//! from corner to corner. At a vertex the faces on either side of the path join the two legs to one
+//! strip. If they span less than pi there, the shortest path through the joined strip
+//! ([`super::funnel`]) is shorter than the two legs and takes their place. This is repeated, every
+//! second corner at a time so that strips grow by doubling, until no corner can be improved.
 
 use super::ContourError;
 use super::funnel::shortest_in_strip;
@@ -11,8 +12,9 @@ use crate::geometry::vector::{angle, distance, sub};
 use eikona_mesh::{Curve, Edge, Face, Located, Neighbour, SegmentHost, TriangleMesh, Vertex, segment_host};
 use std::f64::consts::PI;
 
-/// Passes over the path, at most. Each one that goes on has made the path shorter. A shortest edge path needs 5 to 20; a long
-/// detour that is pulled over the surface moves past about one vertex a pass.
+/// Passes over the path, at most. Each one that goes on has made the path shorter. A shortest edge
+/// path needs 5 to 20; a long detour that is pulled over the surface moves past about one vertex a
+/// pass.
 const PASSES: usize = 10_000;
 
 /// A side that spans this much less than pi can be shortened, one nearer to it only by rounding.
@@ -29,30 +31,33 @@ pub(super) struct Leg {
     pub length: f64,
 }
 
-/// A curve made locally shortest, with its ends fixed (a closed curve stays fixed at its first node).
+/// A curve made locally shortest, with its ends fixed (a closed curve stays fixed at its first
+/// node).
 ///
-/// Each segment must lie in one face, as after tracing or for a path along edges. The result has that property too, is
-/// never longer than the input, and where it turns at a vertex, no side spans less than pi, so that small moves do not
-/// shorten it. Curves pass boundary vertices and nonmanifold edges only where the input does.
+/// Each segment must lie in one face, as after tracing or for a path along edges. The result has
+/// that property too, is never longer than the input, and where it turns at a vertex, no side spans
+/// less than pi, so that small moves do not shorten it. Curves pass boundary vertices and
+/// nonmanifold edges only where the input does.
 ///
 /// ```
 /// use eikona::contour::{polylines, shortest_vertex_path, straighten_curve};
 /// use eikona_mesh::{Curve, TriangleMesh, Vertex};
 /// let corners = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 /// let mesh = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;
-/// let path = Curve::signed(shortest_vertex_path(&mesh, &[Vertex(1), Vertex(3)])?); // round a corner
+/// // Around a corner of the square.
+/// let path = Curve::signed(shortest_vertex_path(&mesh, &[Vertex(1), Vertex(3)])?);
 /// let straight = straighten_curve(&mesh, &path)?;
 /// assert_eq!(polylines(&mesh, [&straight])?, [[[1., 0., 0.], [0.5, 0.5, 0.], [0., 1., 0.]]]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
-/// [`ContourError::Curve`] for a node that is not on the mesh, [`ContourError::TooFewPoints`], and a segment that lies in no
-/// single face (trace the curve first).
+/// [`ContourError::Curve`] for a node that is not on the mesh, [`ContourError::TooFewPoints`], and
+/// a segment that lies in no single face (trace the curve first).
 ///
 /// # Cost
-/// About O(n log n) in the number of faces along a path that is nearly shortest; a detour costs one pass over the path for
-/// each vertex that it is pulled past, and no more than 10,000 passes.
+/// About O(n log n) in the number of faces along a path that is nearly shortest; a detour costs one
+/// pass over the path for each vertex that it is pulled past, and no more than 10,000 passes.
 pub fn straighten_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Curve, ContourError> {
     if curve.nodes.len() < 2 {
         return Err(ContourError::TooFewPoints { points: curve.nodes.len() });
@@ -73,19 +78,22 @@ pub fn straighten_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Curve, Con
     Ok(Curve { nodes, ..curve.clone() })
 }
 
-/// [`straighten_curve`] for places that have been looked up. A path with a segment in no single face is given back as it is.
+/// [`straighten_curve`] for places that have been looked up. A path with a segment in no single
+/// face is given back as it is.
 pub(super) fn straighten(mesh: &TriangleMesh, path: &[Located]) -> Vec<Located> {
     straighten_around(mesh, path, &|_| false)
 }
 
-/// The shortest path in the homotopy class relative to some fixed vertices: a path that comes upon one of them keeps to it.
+/// The shortest path in the homotopy class relative to some fixed vertices: a path that comes upon
+/// one of them keeps to it.
 pub(crate) fn straighten_around(
     mesh: &TriangleMesh,
     path: &[Located],
     is_fixed: &dyn Fn(Vertex) -> bool,
 ) -> Vec<Located> {
     let Some((mut corners, mut legs)) = legs_of(mesh, path) else { return path.to_vec() };
-    // Zero-area faces let corners wander between vertices at one place; a pass must gain something on the whole path.
+    // Zero-area faces let corners wander between vertices at one place; a pass must gain something
+    // on the whole path.
     let state = |corners: &[Located], legs: &[Leg]| {
         let loose = corners.iter().filter(|c| !matches!(c, Located::Vertex(_))).count();
         (legs.iter().map(|l| l.length).sum::<f64>(), loose)
@@ -117,8 +125,9 @@ pub(crate) fn straighten_around(
 /// Rounds of moving the base of a closed path, at most. On smooth surfaces about 10 are made.
 const LOOP_ROUNDS: usize = 100;
 
-/// A closed path (its last place is its first) made locally shortest everywhere: the place that is held fixed while the rest
-/// is straightened moves on to the opposite side, until nothing is gained. A path that can be contracted ends as one place.
+/// A closed path (its last place is its first) made locally shortest everywhere: the place that is
+/// held fixed while the rest is straightened moves on to the opposite side, until nothing is
+/// gained. A path that can be contracted ends as one place.
 pub(crate) fn straighten_loop(
     mesh: &TriangleMesh,
     path: &[Located],
@@ -163,7 +172,8 @@ fn legs_of(mesh: &TriangleMesh, path: &[Located]) -> Option<(Vec<Located>, Vec<L
     (!legs.is_empty()).then_some((corners, legs))
 }
 
-/// Tries to improve each corner whose legs have not been changed in this pass. Whether there was any improvement.
+/// Tries to improve each corner whose legs have not been changed in this pass. Whether there was
+/// any improvement.
 fn pass(
     mesh: &TriangleMesh,
     corners: &mut Vec<Located>,
@@ -199,8 +209,8 @@ fn pass(
     improved
 }
 
-/// The shorter legs (and the corners between them) that take the place of two legs, if there are any. No legs if the two lead
-/// back to where they began and can be contracted.
+/// The shorter legs (and the corners between them) that take the place of two legs, if there are
+/// any. No legs if the two lead back to where they began and can be contracted.
 fn join(
     mesh: &TriangleMesh,
     corners: &[Located],
@@ -237,7 +247,8 @@ fn join(
 
 type Strip = (Vec<Face>, Vec<Edge>);
 
-/// The strip without its excursions through a gate and straight back through it: a string can not be pulled through those.
+/// The strip without its excursions through a gate and straight back through it: a string can not
+/// be pulled through those.
 fn without_turning_back((faces, gates): Strip) -> Strip {
     let mut strip: Strip = (faces.first().copied().into_iter().collect(), Vec::new());
     for (&gate, &face) in gates.iter().zip(faces.iter().skip(1)) {

@@ -115,8 +115,10 @@ impl Traced {
 /// let corners = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 /// let mesh = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;
 /// let line = [[0.5, 0.0, 3.0], [0.0, 0.5, 3.0]];
-/// let traced = trace_polyline(&mesh, &Bvh::new(&mesh), &line, false, CurveKind::Signed, DEFAULT_TOLERANCE)?;
-/// assert_eq!((traced.curve.nodes.len(), traced.largest_projection_distance), (3, 3.0)); // it crosses the diagonal
+/// let (bvh, kind) = (Bvh::new(&mesh), CurveKind::Signed);
+/// let traced = trace_polyline(&mesh, &bvh, &line, false, kind, DEFAULT_TOLERANCE)?;
+/// assert_eq!(traced.curve.nodes.len(), 3, "it crosses the diagonal");
+/// assert_eq!(traced.largest_projection_distance, 3.0);
 /// assert_eq!(SurfaceCurves::from_curve(traced.curve).segments(&mesh)?.len(), 2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -6,12 +6,12 @@ use eikona_mesh::{TriangleMesh, Vertex};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
-/// The shortest path along edges through all these vertices in order, both ends included. A vertex that is given twice in a
-/// row counts once.
+/// The shortest path along edges through all these vertices in order, both ends included. A vertex
+/// that is given twice in a row counts once.
 ///
 /// # Errors
-/// [`ContourError::VertexOutOfRange`]; [`ContourError::NotConnected`] with the places in `through` of two vertices that no
-/// edges join.
+/// [`ContourError::VertexOutOfRange`]; [`ContourError::NotConnected`] with the places in `through`
+/// of two vertices that no edges join.
 ///
 /// # Cost
 /// One search (Dijkstra) a pair, each over the vertices that are nearer than the goal.

@@ -6,9 +6,10 @@ use eikona_mesh::{TriangleMesh, Vertex};
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
-/// First-order distance at every vertex from seeds given with their starting values; infinite where no seed reaches.
-/// Each vertex is settled once, in order of distance, from the front edges of its faces (Kimmel and Sethian 1998), or along
-/// a mesh edge where the front comes in from outside the face.
+/// First-order distance at every vertex from seeds given with their starting values; infinite where
+/// no seed reaches. Each vertex is settled once, in order of distance, from the front edges of its
+/// faces (Kimmel and Sethian 1998), or along a mesh edge where the front comes in from outside the
+/// face.
 ///
 /// # Cost
 /// O(V log V).
@@ -33,7 +34,8 @@ pub fn fast_marching(mesh: &TriangleMesh, triangles: &[Triangle], seeds: &[(Vert
             let t = &triangles[face.index()];
             let corners = mesh.triangles()[face.index()];
             for (i, other) in [((k + 1) % 3, (k + 2) % 3), ((k + 2) % 3, (k + 1) % 3)] {
-                // The candidate is corner i; its second support is the other corner, if that is settled.
+                // The candidate is corner i; its second support is the other corner, if that is
+                // settled.
                 let u = corners[i] as usize;
                 if settled[u] {
                     continue;
@@ -57,13 +59,14 @@ pub fn fast_marching(mesh: &TriangleMesh, triangles: &[Triangle], seeds: &[(Vert
     distance
 }
 
-/// Arrival at the corner between sides `a` and `b` (of angle cosine `cos`) of the straight front that reaches their other ends
-/// at `da` and `db`; `None` if it does not come through the triangle.
+/// Arrival at the corner between sides `a` and `b` (of angle cosine `cos`) of the straight front
+/// that reaches their other ends at `da` and `db`; `None` if it does not come through the triangle.
 fn plane_front(da: f64, db: f64, a: f64, b: f64, cos: f64) -> Option<f64> {
     // Products of four lengths are taken below.
     let unit = power_of_two_near(a.max(b));
     let [da, db, a, b] = [da, db, a, b].map(|x| x / unit);
-    // Gradient g with |g| = 1, g.A = d - da, g.B = d - db for the vectors A, B from the ends to the corner.
+    // Gradient g with |g| = 1, g.A = d - da, g.B = d - db for the vectors A, B from the ends to the
+    // corner.
     let gram = [a * a, a * b * cos, b * b];
     let det = gram[0] * gram[2] - gram[1] * gram[1];
     if det <= 0.0 {
@@ -81,7 +84,8 @@ fn plane_front(da: f64, db: f64, a: f64, b: f64, cos: f64) -> Option<f64> {
     }
     let d = (q + discriminant.sqrt()) / p;
     let rise = [d - da, d - db];
-    // g is a combination of A and B with these coefficients; it must point out of the cone between them.
+    // g is a combination of A and B with these coefficients; it must point out of the cone between
+    // them.
     let coefficients =
         [inverse[0] * rise[0] + inverse[1] * rise[1], inverse[1] * rise[0] + inverse[2] * rise[1]];
     (coefficients[0] >= 0.0 && coefficients[1] >= 0.0).then_some(d * unit)

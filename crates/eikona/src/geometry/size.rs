@@ -3,11 +3,12 @@
 use crate::geometry::triangle::{Triangle, lay_out, power_of_two_near};
 use eikona_mesh::{Face, TriangleMesh};
 
-/// Coordinates from here to the inverse are taken as they are: areas, and products of those, stay far from the ends of the range.
+/// Coordinates from here to the inverse are taken as they are: areas, and products of those, stay
+/// far from the ends of the range.
 const SMALL: f64 = 1e-60;
 
-/// A power of two that brings the mesh into the middle of the range of doubles when all lengths are divided by it; 1 if it is there.
-/// For methods whose results do not depend on size.
+/// A power of two that brings the mesh into the middle of the range of doubles when all lengths are
+/// divided by it; 1 if it is there. For methods whose results do not depend on size.
 pub(crate) fn unit_of(mesh: &TriangleMesh) -> f64 {
     unit_near(mesh.positions().iter().flatten().fold(0.0f64, |m, x| m.max(x.abs())))
 }

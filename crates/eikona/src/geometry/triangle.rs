@@ -4,13 +4,14 @@ use crate::geometry::vector::{cross, distance, dot, norm, sub};
 use eikona_mesh::{Face, TriangleMesh};
 use eikona_numeric::Complex;
 
-/// A triangle in the plane of complex numbers, counter-clockwise: corner 0 at the origin, corner 1 on the positive real axis.
-/// It depends on edge lengths only, so it is the same for every way in which the surface may be bent; where corners are known,
-/// they give more digits of it.
+/// A triangle in the plane of complex numbers, counter-clockwise: corner 0 at the origin, corner 1
+/// on the positive real axis. It depends on edge lengths only, so it is the same for every way in
+/// which the surface may be bent; where corners are known, they give more digits of it.
 ///
-/// A flat triangle (of a height below 1e-8 of its longest side) is mollified: no side is left shorter than 1e-7 of the longest,
-/// and all are made longer by 1e-14 of it, so that it has angles while no length changes by more than 1e-7 of the longest side.
-/// (After Sharp and Crane 2020, section 4.5, who use one amount for the whole mesh.)
+/// A flat triangle (of a height below 1e-8 of its longest side) is mollified: no side is left
+/// shorter than 1e-7 of the longest, and all are made longer by 1e-14 of it, so that it has angles
+/// while no length changes by more than 1e-7 of the longest side. (After Sharp and Crane 2020,
+/// section 4.5, who use one amount for the whole mesh.)
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle {
     /// Length of each side, side `k` from corner `k` to corner `k + 1`.
@@ -25,7 +26,8 @@ pub struct Triangle {
 
 /// Triangles of a smaller height, in units of the longest side, are mollified.
 const FLAT: f64 = 1e-8;
-/// What the sides of a flat triangle are at least, and what is added to them, in units of the longest side.
+/// What the sides of a flat triangle are at least, and what is added to them, in units of the
+/// longest side.
 const SHORTEST_SIDE: f64 = 1e-7;
 const SLACK: f64 = 1e-14;
 
@@ -35,8 +37,8 @@ impl Triangle {
         Triangle::of_corners(mesh.face_positions(face))
     }
 
-    /// Angles come from products of edge vectors: those of a face of height `h` (relative to its longest side) are off by
-    /// 1e-16 / h, those found from lengths by 1e-16 / h^2.
+    /// Angles come from products of edge vectors: those of a face of height `h` (relative to its
+    /// longest side) are off by 1e-16 / h, those found from lengths by 1e-16 / h^2.
     pub(crate) fn of_corners([a, b, c]: [[f64; 3]; 3]) -> Triangle {
         let lengths = [distance(a, b), distance(b, c), distance(c, a)];
         let longest = (0..3).fold(0, |l, k| if lengths[k] > lengths[l] { k } else { l });
@@ -52,7 +54,8 @@ impl Triangle {
         Triangle { lengths, angles, area, mollified: false }
     }
 
-    /// The triangle with these side lengths. Lengths that violate the triangle inequality are mollified.
+    /// The triangle with these side lengths. Lengths that violate the triangle inequality are
+    /// mollified.
     pub fn from_lengths(lengths: [f64; 3]) -> Triangle {
         let area = area_from_lengths(lengths);
         if is_solid(&lengths, area) {
@@ -108,7 +111,8 @@ pub fn lay_out(mesh: &TriangleMesh) -> Vec<Triangle> {
     mesh.faces().map(|f| Triangle::of_face(mesh, f)).collect()
 }
 
-/// The mean length of the edges of a mesh, each counted once, from the layouts of its faces; zero without edges.
+/// The mean length of the edges of a mesh, each counted once, from the layouts of its faces; zero
+/// without edges.
 pub fn mean_edge_length(mesh: &TriangleMesh, triangles: &[Triangle]) -> f64 {
     let length = |e| {
         let h = mesh.edge_halfedges(e)[0];
@@ -147,7 +151,8 @@ fn area_from_lengths(lengths: [f64; 3]) -> f64 {
     0.25 * product.max(0.0).sqrt() * unit * unit
 }
 
-/// The power of two at or below a positive length, by which lengths can be divided without rounding; 1 where there is none.
+/// The power of two at or below a positive length, by which lengths can be divided without
+/// rounding; 1 where there is none.
 pub(crate) fn power_of_two_near(length: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
     let power = f64::from_bits(length.to_bits() & EXPONENT);

@@ -54,7 +54,8 @@ pub fn normalize(a: Vec3) -> Option<Vec3> {
     let length = norm(b);
     length.is_finite().then(|| b.map(|x| x / length))
 }
-/// The angle between two vectors, in [0, pi]; 0 if one of them is zero. Exact to rounding also near 0 and pi.
+/// The angle between two vectors, in [0, pi]; 0 if one of them is zero. Exact to rounding also near
+/// 0 and pi.
 pub fn angle(a: Vec3, b: Vec3) -> f64 {
     norm(cross(a, b)).atan2(dot(a, b))
 }

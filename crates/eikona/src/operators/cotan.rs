@@ -4,8 +4,9 @@ use crate::geometry::Triangle;
 use eikona_mesh::TriangleMesh;
 use eikona_numeric::{Complex, Graph, SymmetricMatrix};
 
-/// The cotan Laplacian `C` (SHM eq. 10): real, positive semidefinite, one null vector a connected component, boundary
-/// condition natural (no flux). Defined on every mesh, nonmanifold ones included: it is the sum of the faces' own matrices.
+/// The cotan Laplacian `C` (SHM eq. 10): real, positive semidefinite, one null vector a connected
+/// component, boundary condition natural (no flux). Defined on every mesh, nonmanifold ones
+/// included: it is the sum of the faces' own matrices.
 #[derive(Debug)]
 pub struct CotanLaplacian {
     /// Which vertices meet: three pairs a face, side by side.
@@ -44,12 +45,13 @@ impl CotanLaplacian {
     }
 }
 
-/// The integrated divergence at each vertex of a tangent vector a face (given in the layout of the face), so that the function
-/// whose gradient is nearest to the field solves `C phi = -divergence`. Boundary vertices get no extra term: it cancels
-/// against the natural boundary condition.
+/// The integrated divergence at each vertex of a tangent vector a face (given in the layout of the
+/// face), so that the function whose gradient is nearest to the field solves `C phi = -divergence`.
+/// Boundary vertices get no extra term: it cancels against the natural boundary condition.
 ///
-/// Deviation: SHM section 5.5 and algorithm 8 print `e_ki` in the second term; both edges must leave vertex `i`. Eq. 13 prints
-/// `C phi = div`; with C positive semidefinite the sign is minus. (Test `gradient_of_linear_function_is_recovered`.)
+/// Deviation: SHM section 5.5 and algorithm 8 print `e_ki` in the second term; both edges must
+/// leave vertex `i`. Eq. 13 prints `C phi = div`; with C positive semidefinite the sign is minus.
+/// (Test `gradient_of_linear_function_is_recovered`.)
 pub fn divergence(mesh: &TriangleMesh, triangles: &[Triangle], field: &[Complex]) -> Vec<f64> {
     let mut result = vec![0.0; mesh.vertex_count()];
     for ((corners, t), y) in mesh.triangles().iter().zip(triangles).zip(field) {

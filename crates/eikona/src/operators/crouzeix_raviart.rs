@@ -7,9 +7,10 @@ use std::ops::Range;
 
 /// How the faces at an edge share the vector that lives there.
 ///
-/// Seen from a halfedge `h`, a tangent vector is a complex number: its real part runs along `h`, its imaginary part into the
-/// face of `h`. What is stored is fewer numbers than one a halfedge: see [`ComplexFrames`] and [`RealFrames`]. A field is a
-/// vector of [`Value`](EdgeFrames::Value)s, one an unknown, so that a field of the one kind can not be read by the other.
+/// Seen from a halfedge `h`, a tangent vector is a complex number: its real part runs along `h`,
+/// its imaginary part into the face of `h`. What is stored is fewer numbers than one a halfedge:
+/// see [`ComplexFrames`] and [`RealFrames`]. A field is a vector of [`Value`](EdgeFrames::Value)s,
+/// one an unknown, so that a field of the one kind can not be read by the other.
 pub trait EdgeFrames {
     /// What an unknown is.
     type Value: Scalar;
@@ -19,7 +20,8 @@ pub trait EdgeFrames {
     fn unknowns(&self) -> usize;
     /// The vector at a halfedge's edge, seen from the halfedge.
     fn read(&self, mesh: &TriangleMesh, x: &[Self::Value], h: Halfedge) -> Complex;
-    /// Adds a vector seen from a halfedge to the unknowns of its edge (the transpose of [`read`](Self::read)).
+    /// Adds a vector seen from a halfedge to the unknowns of its edge (the transpose of
+    /// [`read`](Self::read)).
     fn add(&self, mesh: &TriangleMesh, x: &mut [Self::Value], h: Halfedge, value: Complex);
     /// Assembles mass and connection Laplacian on these unknowns.
     fn connection_laplacian(
@@ -38,15 +40,16 @@ pub trait EdgeFrames {
     }
 }
 
-/// One complex unknown an edge (SHM section 5.2): `z_h = z_e` for the halfedge that follows the edge, `-z_e` for the other.
+/// One complex unknown an edge (SHM section 5.2): `z_h = z_e` for the halfedge that follows the
+/// edge, `-z_e` for the other.
 #[derive(Clone, Debug)]
 pub struct ComplexFrames {
     edges: usize,
 }
 
 impl ComplexFrames {
-    /// The frames of a mesh of consistent winding; `None` for one where some edge has more than two faces, or two that run
-    /// along it in the same direction.
+    /// The frames of a mesh of consistent winding; `None` for one where some edge has more than two
+    /// faces, or two that run along it in the same direction.
     pub fn of(mesh: &TriangleMesh) -> Option<ComplexFrames> {
         winding_is_consistent(mesh).then(|| ComplexFrames { edges: mesh.edge_count() })
     }
@@ -91,7 +94,8 @@ impl EdgeFrames for ComplexFrames {
                 let weight = 2.0 * t.cotangent(next);
                 matrix.diagonal[a.index()] += weight;
                 matrix.diagonal[b.index()] += weight;
-                // z_b = r z_a with r = -s_a s_b exp(i angle) (eq. 8); entry (a, b) is -weight conj(r).
+                // z_b = r z_a with r = -s_a s_b exp(i angle) (eq. 8); entry (a, b) is -weight
+                // conj(r).
                 let sign = if follows[k] == follows[next] { weight } else { -weight };
                 graph.pairs.push([a.0, b.0]);
                 matrix.off_diagonal.push(t.angles[next].conj() * sign);
@@ -101,12 +105,14 @@ impl EdgeFrames for ComplexFrames {
     }
 }
 
-/// Real unknowns, as many as needed, for every mesh: one along the edge, shared by all faces, and for the part across the edge
-/// one at a boundary, one at an edge of two faces (what leaves one face enters the other, whatever their winding), and
-/// `k - 1` at an edge of `k > 2` faces, whose parts into the faces add up to zero.
+/// Real unknowns, as many as needed, for every mesh: one along the edge, shared by all faces, and
+/// for the part across the edge one at a boundary, one at an edge of two faces (what leaves one
+/// face enters the other, whatever their winding), and `k - 1` at an edge of `k > 2` faces, whose
+/// parts into the faces add up to zero.
 ///
-/// Deviation: the paper's complex form (and its public code) silently needs consistent winding; this one needs none, and treats
-/// all faces at a nonmanifold edge alike (tests `flipped_faces_change_nothing`, `fin_on_a_strip`).
+/// Deviation: the paper's complex form (and its public code) silently needs consistent winding;
+/// this one needs none, and treats all faces at a nonmanifold edge alike (tests
+/// `flipped_faces_change_nothing`, `fin_on_a_strip`).
 #[derive(Clone, Debug)]
 pub struct RealFrames {
     /// First unknown of each edge, and the number of all at the end.
@@ -138,8 +144,9 @@ impl RealFrames {
         RealFrames { first }
     }
 
-    /// Assembles mass and connection Laplacian of some faces, whose edges have unknowns. (At an edge of more than two faces not
-    /// all of which are among these, an unknown may be in no equation: mass and diagonal are zero then.)
+    /// Assembles mass and connection Laplacian of some faces, whose edges have unknowns. (At an
+    /// edge of more than two faces not all of which are among these, an unknown may be in no
+    /// equation: mass and diagonal are zero then.)
     pub fn connection_laplacian_of(
         &self,
         mesh: &TriangleMesh,
@@ -219,10 +226,11 @@ fn visit_real(mesh: &TriangleMesh, first: &[u32], h: Halfedge, mut visit: impl F
             visit(start + 1, Complex { re: 0.0, im: if a == h { 1.0 } else { -1.0 } });
         }
         halfedges => {
-            // Haar's orthonormal basis of the vectors whose entries add up to zero: the faces are halved again and again,
-            // and each cut has a vector that is positive on one half and negative on the other. A face meets only the
-            // log k cuts that it lies in. Cuts are numbered after those of their halves, and the unknown along the edge comes
-            // last, since unknowns of an edge are eliminated in this order: so nothing fills in.
+            // Haar's orthonormal basis of the vectors whose entries add up to zero: the faces are
+            // halved again and again, and each cut has a vector that is positive on one half and
+            // negative on the other. A face meets only the log k cuts that it lies in. Cuts are
+            // numbered after those of their halves, and the unknown along the edge comes last,
+            // since unknowns of an edge are eliminated in this order: so nothing fills in.
             let (place, k) = (halfedges.partition_point(|x| *x < h), halfedges.len());
             let (mut low, mut high, mut number) = (0, k, start);
             while high - low > 1 {
@@ -246,16 +254,19 @@ fn visit_real(mesh: &TriangleMesh, first: &[u32], h: Halfedge, mut visit: impl F
     }
 }
 
-/// Mass matrix `M` (SHM eq. 7) and connection Laplacian `L` (eq. 9) on the unknowns of [`EdgeFrames`].
+/// Mass matrix `M` (SHM eq. 7) and connection Laplacian `L` (eq. 9) on the unknowns of
+/// [`EdgeFrames`].
 ///
-/// `L` is the Hessian of the Dirichlet energy of the vector field that is linear in each face, hence Hermitian (symmetric) and
-/// positive semidefinite for triangles of any shape; its null space are the parallel fields.
+/// `L` is the Hessian of the Dirichlet energy of the vector field that is linear in each face,
+/// hence Hermitian (symmetric) and positive semidefinite for triangles of any shape; its null space
+/// are the parallel fields.
 #[derive(Debug)]
 pub struct ConnectionLaplacian<T> {
     /// Which unknowns meet.
     pub graph: Graph,
-    /// Diagonal of the mass matrix: a third of the area of the faces at the edge. (At a nonmanifold edge the parts across
-    /// it are coupled by differences of these areas; that coupling is left out, as in any lumped mass matrix.)
+    /// Diagonal of the mass matrix: a third of the area of the faces at the edge. (At a nonmanifold
+    /// edge the parts across it are coupled by differences of these areas; that coupling is left
+    /// out, as in any lumped mass matrix.)
     pub mass: Vec<f64>,
     /// The entries of `L`.
     pub matrix: SymmetricMatrix<T>,

@@ -1,18 +1,21 @@
 //! The choice of level sets for a source ([`LevelSets::Automatic`]).
 //!
-//! Closed curves bound a region, so zero along them is part of their exact distance, unless the free fit shows them at levels that are
-//! far apart and that are costly to join (see `other_hold`). For curves with gaps it is an assumption, and
-//! the fit itself tells what it costs. The free fit disagrees with zero along the curves by a root mean square `sigma`; holding the
-//! curves raises the energy of the fit by `Delta E`. Per length `L` of curve and unit of disagreement that is a *cost*
+//! Closed curves bound a region, so zero along them is part of their exact distance, unless the
+//! free fit shows them at levels that are far apart and that are costly to join (see `other_hold`).
+//! For curves with gaps it is an assumption, and the fit itself tells what it costs. The free fit
+//! disagrees with zero along the curves by a root mean square `sigma`; holding the curves raises
+//! the energy of the fit by `Delta E`. Per length `L` of curve and unit of disagreement that is a
+//! *cost*
 //!
 //! `2 Delta E / (L sigma)`,
 //!
-//! a number without unit: the share of the unit slope next to the curves that holding them takes away. It is near 0 where pieces
-//! of one curve have drifted apart across gaps, which the fit corrects at little expense, and near 1 where they run beside
-//! each other, so that holding them would press flat what lies between. In the second case a curve is not held
-//! at all costs: the fit minimises `E + lambda L rms(phi)`, with the root mean square along the curve itself instead of its
-//! square, under which the force on the curve never exceeds the share `lambda` of the unit slope. Its stationary point is that of
-//! a quadratic penalty of weight `lambda / rms`.
+//! a number without unit: the share of the unit slope next to the curves that holding them takes
+//! away. It is near 0 where pieces of one curve have drifted apart across gaps, which the fit
+//! corrects at little expense, and near 1 where they run beside each other, so that holding them
+//! would press flat what lies between. In the second case a curve is not held at all costs: the fit
+//! minimises `E + lambda L rms(phi)`, with the root mean square along the curve itself instead of
+//! its square, under which the force on the curve never exceeds the share `lambda` of the unit
+//! slope. Its stationary point is that of a quadratic penalty of weight `lambda / rms`.
 //!
 //! The thresholds are measured by `examples/broken_curves`, which prints the table.
 
@@ -30,7 +33,8 @@ const AFFORDABLE: f64 = 0.75;
 const COST_OF_LEVELS: f64 = 0.5;
 /// Levels differ when pieces of curve are apart by so many mean edges, as a root mean square, ...
 const LEVELS_APART_EDGES: f64 = 3.0;
-/// ... and by this share of the size of the surface (square root of the component's area). Less is noise.
+/// ... and by this share of the size of the surface (square root of the component's area). Less is
+/// noise.
 const LEVELS_APART_SIZE: f64 = 0.03;
 /// `lambda` above.
 const LARGEST_FORCE: f64 = 0.15;
@@ -40,8 +44,8 @@ const FIRM: f64 = 10.0;
 /// The level sets of a solve, and the reason for them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChosenLevelSets {
-    /// The constraint that was imposed. Where [`LevelSets::Automatic`] treats components of the mesh differently, that of the one with
-    /// the longest curves.
+    /// The constraint that was imposed. Where [`LevelSets::Automatic`] treats components of the
+    /// mesh differently, that of the one with the longest curves.
     pub level_sets: LevelSets,
     /// Why, in a sentence.
     pub reason: String,
@@ -67,14 +71,16 @@ struct Disagreement {
 }
 
 impl Disagreement {
-    /// How to hold curves that should not be held at zero. `apart`: from which spread on the levels of broken curves differ.
+    /// How to hold curves that should not be held at zero. `apart`: from which spread on the levels
+    /// of broken curves differ.
     fn other_hold(&self, broken: bool, edge: f64, apart: f64) -> Option<Hold> {
         // Closed curves are not displaced by noise: an edge between their levels is meant.
         let (apart, affordable) = if broken { (apart, AFFORDABLE) } else { (edge, COST_OF_LEVELS) };
         if self.between_pieces > apart && self.cost > affordable {
             Some(Hold::OwnLevels)
         } else if broken && self.cost > AFFORDABLE {
-            // The weight at which the force is lambda, if the spread falls with the weight as that of one mode does.
+            // The weight at which the force is lambda, if the spread falls with the weight as that
+            // of one mode does.
             Some(Hold::Softly(LARGEST_FORCE / (self.spread * (1.0 - LARGEST_FORCE / self.cost))))
         } else {
             None
@@ -104,8 +110,9 @@ impl Integration {
         let (along, pieces) =
             self.rows(mesh, triangles, source, &vec![Hold::Softly(1.0); self.component_count]);
         let crossed = self.crossed_components(mesh, source);
-        // One whole piece of curve can contradict nothing. Nor can whole curves that cross: near each crossing the unit field turns
-        // between their normals, and the free fit shows levels that are none.
+        // One whole piece of curve can contradict nothing. Nor can whole curves that cross: near
+        // each crossing the unit field turns between their normals, and the free fit shows levels
+        // that are none.
         let judged: Vec<bool> = self
             .pieces_of_components(&along, pieces)
             .into_iter()
@@ -158,7 +165,8 @@ impl Integration {
         ChosenLevelSets { level_sets, reason: format!("automatic: {reason}{elsewhere}") }
     }
 
-    /// For each component, whether a curve has an end inside the surface that no other segment meets.
+    /// For each component, whether a curve has an end inside the surface that no other segment
+    /// meets.
     fn broken_components(&self, mesh: &TriangleMesh, source: &Source) -> Vec<bool> {
         let mut broken = vec![false; self.component_count];
         for end in source.open_ends(mesh) {
@@ -225,7 +233,8 @@ impl Integration {
         for (c, length, sum) in of_piece.into_iter().filter(|(_, length, _)| *length > 0.0) {
             result[c].between_pieces += length * (sum / length - mean[c]).powi(2);
         }
-        // 2 Delta E = (b - C held) . (free - held), the forces that hold the curves times what they move.
+        // 2 Delta E = (b - C held) . (free - held), the forces that hold the curves times what they
+        // move.
         let applied = self.applied(held);
         let mut work = vec![0.0; self.component_count];
         for (v, component) in self.component_of_vertex.iter().enumerate() {

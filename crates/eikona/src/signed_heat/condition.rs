@@ -16,12 +16,14 @@ pub(super) enum Condition {
     BrokenAndRough,
 }
 
-/// Curves count as rough above this [`roughness`]. Measured: isolines of slowly varying functions have up to 0.05, with noise of
-/// a third of an edge 0.07 or more, walks along edges 0.13 or more unless they follow straight rows of edges.
+/// Curves count as rough above this [`roughness`]. Measured: isolines of slowly varying functions
+/// have up to 0.05, with noise of a third of an edge 0.07 or more, walks along edges 0.13 or more
+/// unless they follow straight rows of edges.
 const ROUGH: f64 = 0.06;
 
-/// Gaps that make up less than this share of the curves change nothing: measured, coefficients above the paper's 1 pay where about
-/// half is missing, and cost a tenth of the accuracy where a tenth is.
+/// Gaps that make up less than this share of the curves change nothing: measured, coefficients
+/// above the paper's 1 pay where about half is missing, and cost a tenth of the accuracy where a
+/// tenth is.
 const LITTLE: f64 = 0.25;
 
 pub(super) fn condition(mesh: &TriangleMesh, source: &SurfaceCurves) -> Condition {
@@ -44,8 +46,9 @@ pub(super) fn condition(mesh: &TriangleMesh, source: &SurfaceCurves) -> Conditio
     }
 }
 
-/// The places inside the surface that only one of the segments meets: the ends of gaps. Not among them are ends at the boundary
-/// of the surface and places where one curve begins or ends on another.
+/// The places inside the surface that only one of the segments meets: the ends of gaps. Not among
+/// them are ends at the boundary of the surface and places where one curve begins or ends on
+/// another.
 pub(super) fn open_ends<'a>(
     mesh: &TriangleMesh,
     segments: impl Iterator<Item = &'a Segment>,
@@ -58,7 +61,8 @@ pub(super) fn open_ends<'a>(
     single.filter(|place| !on_boundary(mesh, *place)).collect()
 }
 
-/// About how much is missing between open ends: half the distance in space from each to the nearest other one.
+/// About how much is missing between open ends: half the distance in space from each to the nearest
+/// other one.
 fn missing_length(mesh: &TriangleMesh, ends: &[Located]) -> f64 {
     let positions: Vec<[f64; 3]> = ends.iter().map(|end| end.position(mesh)).collect();
     let nearest = nearest_others(&positions);
@@ -76,8 +80,8 @@ fn on_boundary(mesh: &TriangleMesh, place: Located) -> bool {
 /// Length over which roughness is measured, in mean edges: zigzags along edges are shorter.
 const WINDOW: f64 = 3.0;
 
-/// By which share the signed curves are longer than their chords over [`WINDOW`]: about `(window / radius)^2 / 24` for smooth curves,
-/// and 0.1 for zigzags along edges.
+/// By which share the signed curves are longer than their chords over [`WINDOW`]: about `(window /
+/// radius)^2 / 24` for smooth curves, and 0.1 for zigzags along edges.
 pub(super) fn roughness(mesh: &TriangleMesh, source: &SurfaceCurves) -> f64 {
     let lengths = mesh.edges().map(|e| {
         let [a, b] = mesh.edge_vertices(e).map(|v| mesh.position(v));

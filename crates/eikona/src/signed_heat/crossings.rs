@@ -3,8 +3,9 @@
 use eikona_mesh::{Edge, Face, Located, Segment, SegmentHost};
 use std::collections::{BTreeMap, HashMap};
 
-/// Pairs of segments that meet inside a face or on an edge, by index. Meetings in common nodes are not listed, nor are all pairs that
-/// meet in one place along an edge: each node there is paired with the segments that cover it.
+/// Pairs of segments that meet inside a face or on an edge, by index. Meetings in common nodes are
+/// not listed, nor are all pairs that meet in one place along an edge: each node there is paired
+/// with the segments that cover it.
 ///
 /// # Cost
 /// Segments of a face are sorted and swept, so `k log k` for `k` of them unless many overlap.

@@ -1,4 +1,5 @@
-//! Steps I and II: diffuse the normals (SHM eq. 12) and make them unit vectors a face, as far from the source as the mesh goes.
+//! Steps I and II: diffuse the normals (SHM eq. 12) and make them unit vectors a face, as far from
+//! the source as the mesh goes.
 
 use crate::geometry::Triangle;
 use crate::operators::{ComplexFrames, ConnectionLaplacian, EdgeFrames, RealFrames};
@@ -154,11 +155,13 @@ impl<F: EdgeFrames + Clone> DiffusionOn<F> {
     }
 }
 
-/// An order of elimination for unknowns on edges from one for vertices: by the end that comes first, then by the other.
+/// An order of elimination for unknowns on edges from one for vertices: by the end that comes
+/// first, then by the other.
 ///
-/// If a set of vertices separates two parts of the mesh, the edges between these vertices separate the edges of the parts: a
-/// face has no corners in both parts, so two of its edges in different parts can not meet. So the separators of nested
-/// dissection carry over, no larger than before, at a third of the cost of dissecting the edges.
+/// If a set of vertices separates two parts of the mesh, the edges between these vertices separate
+/// the edges of the parts: a face has no corners in both parts, so two of its edges in different
+/// parts can not meet. So the separators of nested dissection carry over, no larger than before, at
+/// a third of the cost of dissecting the edges.
 fn induced_order(mesh: &TriangleMesh, edge_of_unknown: &[Edge], vertex_order: &[u32]) -> Vec<u32> {
     let mut place = vec![0u32; vertex_order.len()];
     for (p, &v) in vertex_order.iter().enumerate() {
@@ -220,24 +223,27 @@ pub(crate) struct UnitField {
     pub vectors: Vec<Complex>,
     /// Which faces a source reaches.
     pub reached: Vec<bool>,
-    /// For each face, length of the sum of its three edges' vectors over the sum of their lengths: 1 where they agree.
+    /// For each face, length of the sum of its three edges' vectors over the sum of their lengths:
+    /// 1 where they agree.
     pub agreement: Vec<f64>,
     /// Faces whose vectors were so short that what lies beyond them may not be reached yet.
     frontier: Vec<Face>,
     /// Number of solves.
     pub stages: usize,
-    /// Largest relative residual of the solves over the whole mesh; later stages use the same factor.
+    /// Largest relative residual of the solves over the whole mesh; later stages use the same
+    /// factor.
     pub residual: f64,
     /// If the normals of the source were to be kept.
     pub kept_normals: Option<KeptNormals>,
 }
 
-/// Vectors shorter than this share of the longest have lost their relative accuracy, or are about to: the factor leaves out
-/// fill-in below 1e-150.
+/// Vectors shorter than this share of the longest have lost their relative accuracy, or are about
+/// to: the factor leaves out fill-in below 1e-150.
 const SHORTEST: f64 = 1e-130;
 
-/// The next stage starts from faces whose vectors are at most this many times longer than the shortest. What it leaves out is
-/// smaller than what it takes by this factor wherever it matters, far below rounding.
+/// The next stage starts from faces whose vectors are at most this many times longer than the
+/// shortest. What it leaves out is smaller than what it takes by this factor wherever it matters,
+/// far below rounding.
 const FRONTIER: f64 = 1e25;
 
 impl<F: EdgeFrames> DiffusionOn<F> {
@@ -277,12 +283,14 @@ impl<F: EdgeFrames> DiffusionOn<F> {
 
     /// Steps I and II, in stages.
     ///
-    /// The diffused vectors shrink by about a factor 7 an edge (at coefficient 1) and vanish in double precision a few hundred
-    /// edges away. So after each solve the faces that got a vector are known for good, and the unit vectors of the farthest of
-    /// them are the source of the next solve, with the same factor, which reaches as far again. Later solves read and
-    /// normalise only what lies beyond; of the rest they clear a vector and skip what is not wanted.
+    /// The diffused vectors shrink by about a factor 7 an edge (at coefficient 1) and vanish in
+    /// double precision a few hundred edges away. So after each solve the faces that got a vector
+    /// are known for good, and the unit vectors of the farthest of them are the source of the next
+    /// solve, with the same factor, which reaches as far again. Later solves read and normalise
+    /// only what lies beyond; of the rest they clear a vector and skip what is not wanted.
     ///
-    /// Deviation: the paper solves once, and is silently flat beyond (test `strip_of_20000_columns`).
+    /// Deviation: the paper solves once, and is silently flat beyond (test
+    /// `strip_of_20000_columns`).
     fn unit_field(
         &self,
         mesh: &TriangleMesh,
@@ -310,8 +318,8 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         Ok(field)
     }
 
-    /// Extends a field into sheets that are not reached yet, from where distance enters them. No two sheets share an edge, so that
-    /// one solve serves any number of them.
+    /// Extends a field into sheets that are not reached yet, from where distance enters them. No
+    /// two sheets share an edge, so that one solve serves any number of them.
     fn continue_from(
         &self,
         mesh: &TriangleMesh,
@@ -367,7 +375,8 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         }
     }
 
-    /// Averages the vectors at a face's edges and makes them a unit vector, if they are long enough to be told from zero.
+    /// Averages the vectors at a face's edges and makes them a unit vector, if they are long enough
+    /// to be told from zero.
     fn read_face(
         &self,
         mesh: &TriangleMesh,

@@ -1,5 +1,5 @@
-//! Step III: the function whose gradient is nearest to the unit field (SHM eq. 13), and its shift. With level set constraints it
-//! is found in `level_sets.rs`.
+//! Step III: the function whose gradient is nearest to the unit field (SHM eq. 13), and its shift.
+//! With level set constraints it is found in `level_sets.rs`.
 
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
@@ -20,8 +20,9 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(crate) struct Integration {
     pub(super) laplacian: CotanLaplacian,
-    /// One vertex a component, where a term is added to the diagonal. For a right-hand side that sums to zero over the
-    /// component, which a divergence does, this pins the vertex to zero exactly and changes nothing else.
+    /// One vertex a component, where a term is added to the diagonal. For a right-hand side that
+    /// sums to zero over the component, which a divergence does, this pins the vertex to zero
+    /// exactly and changes nothing else.
     pub(super) grounded: Vec<Ground>,
     pub(super) factor: Cholesky<f64>,
     /// The order in which vertices are eliminated.
@@ -54,8 +55,8 @@ impl Memory {
     }
 }
 
-/// Weight of the faces of hanging sheets in a fit: what they pull at the others drowns in rounding, while they themselves fit
-/// their own field as closely as the values at their joints allow.
+/// Weight of the faces of hanging sheets in a fit: what they pull at the others drowns in rounding,
+/// while they themselves fit their own field as closely as the values at their joints allow.
 const HANGING: f64 = 1e-12;
 
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +79,8 @@ pub(crate) struct Integrated {
     pub values: Vec<f64>,
     /// Largest relative residual of the solves.
     pub residual: f64,
-    /// Largest deviation of a value on the curves from its level, in the unit of length; `None` if none is asked for.
+    /// Largest deviation of a value on the curves from its level, in the unit of length; `None` if
+    /// none is asked for.
     pub constraint_violation: Option<f64>,
     /// For the user: level sets that could not be held, and digits lost on slivers.
     pub warnings: Vec<String>,
@@ -197,8 +199,9 @@ pub(super) fn at_vertex(fault: NumericError) -> SignedHeatError {
 }
 
 impl Integration {
-    /// The fit for sheets that hang on the others by vertices. In one system with weights and not in two, so that it goes with
-    /// every kind of level set; since a factor does not depend on the scale of its rows, it loses no digits by that.
+    /// The fit for sheets that hang on the others by vertices. In one system with weights and not
+    /// in two, so that it goes with every kind of level set; since a factor does not depend on the
+    /// scale of its rows, it loses no digits by that.
     ///
     /// # Cost
     /// One factorisation; the analysis is shared.
@@ -327,8 +330,8 @@ impl Integration {
         Ok(Fit { values, residual, warning })
     }
 
-    /// The Laplacian of vertex values, from their differences. Those have all digits where values of vertices close to each
-    /// other nearly agree; a product with the diagonal does not.
+    /// The Laplacian of vertex values, from their differences. Those have all digits where values
+    /// of vertices close to each other nearly agree; a product with the diagonal does not.
     pub(super) fn applied(&self, x: &[f64]) -> Vec<f64> {
         let c = &self.laplacian;
         let mut product = vec![0.0; x.len()];
@@ -353,8 +356,8 @@ impl Integration {
         })
     }
 
-    /// For each component the mean of a function along its curves, by length, if there are signed ones; else its minimum, so
-    /// that unsigned distances start at zero. Zero without a source.
+    /// For each component the mean of a function along its curves, by length, if there are signed
+    /// ones; else its minimum, so that unsigned distances start at zero. Zero without a source.
     pub fn mean_at_source(&self, mesh: &TriangleMesh, phi: &[f64], source: &Source) -> Vec<f64> {
         let n = self.component_count;
         let (mut sum, mut length, mut sourced) = (vec![0.0; n], vec![0.0; n], vec![false; n]);
@@ -413,9 +416,11 @@ impl Integration {
         signed
     }
 
-    /// In components with unsigned sources only, values below zero are errors of discretisation: they become zero.
+    /// In components with unsigned sources only, values below zero are errors of discretisation:
+    /// they become zero.
     ///
-    /// Deviation: the paper leaves them, and shifts the whole surface at once, where here each component is shifted for itself.
+    /// Deviation: the paper leaves them, and shifts the whole surface at once, where here each
+    /// component is shifted for itself.
     pub(super) fn clamp_unsigned(&self, mesh: &TriangleMesh, source: &Source, values: &mut [f64]) {
         let signed = self.has_signed(mesh, source);
         for (value, component) in values.iter_mut().zip(&self.component_of_vertex) {
@@ -426,7 +431,8 @@ impl Integration {
     }
 }
 
-/// The largest difference between the two sides of an equation, relative to the right one (absolute where that is zero).
+/// The largest difference between the two sides of an equation, relative to the right one (absolute
+/// where that is zero).
 pub(super) fn relative_miss(left: &[f64], right: &[f64]) -> f64 {
     let scale = largest(right);
     let worst = left.iter().zip(right).fold(0.0f64, |m, (l, r)| m.max((l - r).abs()));

@@ -1,11 +1,14 @@
-//! Level set constraints (SHM section 7.1): fits that are zero or constant along the curves, or nearly so by weight.
+//! Level set constraints (SHM section 7.1): fits that are zero or constant along the curves, or
+//! nearly so by weight.
 //!
-//! Each of them factors the Laplacian once more, with terms at the curves: 65 ms of 140 ms a solve on 100,820 faces. Why not
-//! conjugate gradients with the factor of the free fit inside, which every source could share: one of its back-substitutions
-//! takes 9.7 ms, so that the error would have to fall to 1e-9 within six iterations, which by the usual bound takes a condition
-//! number below 1.12. Measured with that factor alone: 14 iterations for a weight of 100 on a closed circle; for 1e6, as good as
-//! exact, 3e-6 after 400, and 2e-3 when the curve is in 200 pieces. A scaling along the curves on top was not tried: it would
-//! have to be nearly exact, at the ends of open curves too.
+//! Each of them factors the Laplacian once more, with terms at the curves: 65 ms of 140 ms a solve
+//! on 100,820 faces. Why not conjugate gradients with the factor of the free fit inside, which
+//! every source could share: one of its back-substitutions takes 9.7 ms, so that the error would
+//! have to fall to 1e-9 within six iterations, which by the usual bound takes a condition number
+//! below 1.12. Measured with that factor alone: 14 iterations for a weight of 100 on a closed
+//! circle; for 1e6, as good as exact, 3e-6 after 400, and 2e-3 when the curve is in 200 pieces. A
+//! scaling along the curves on top was not tried: it would have to be nearly exact, at the ends of
+//! open curves too.
 
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
@@ -30,23 +33,28 @@ const POINT_LENGTH: f64 = 0.01;
 /// How the curves and points of one connected component of the mesh are held.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Hold {
-    /// At zero: exactly at vertices and isolated points, along curves inside edges and faces to the square of the edge length.
+    /// At zero: exactly at vertices and isolated points, along curves inside edges and faces to the
+    /// square of the edge length.
     Zero,
-    /// The same, but each connected piece of the curves at a level of its own, which comes out of the fit.
+    /// The same, but each connected piece of the curves at a level of its own, which comes out of
+    /// the fit.
     OwnLevels,
-    /// Near zero: the penalty is half this weight times the integral of the square along the curves. One over length.
+    /// Near zero: the penalty is half this weight times the integral of the square along the
+    /// curves. One over length.
     Softly(f64),
 }
 
 /// A place whose value is constrained: a combination of vertex values.
 ///
-/// Vertices and isolated points are held exactly, at the weight of the penalty and with a multiplier. Curves inside edges and
-/// faces are held by weight only: [`ALONG_CURVES`] times the integral of the square along the curve, over the size of the edge or face.
+/// Vertices and isolated points are held exactly, at the weight of the penalty and with a
+/// multiplier. Curves inside edges and faces are held by weight only: [`ALONG_CURVES`] times the
+/// integral of the square along the curve, over the size of the edge or face.
 ///
-/// Deviation: section 7.1 holds all nodes exactly. A curve that crosses `n` edges touches only about `n` vertices, so that
-/// exact rows leave the function no freedom there: unless the curve happens to be an isoline of a function that is linear in
-/// every face, the distance is flat along the whole strip of crossed faces, and off by the width of the strip
-/// (test `zero_does_not_lock_on_a_polyline`).
+/// Deviation: section 7.1 holds all nodes exactly. A curve that crosses `n` edges touches only
+/// about `n` vertices, so that exact rows leave the function no freedom there: unless the curve
+/// happens to be an isoline of a function that is linear in every face, the distance is flat along
+/// the whole strip of crossed faces, and off by the width of the strip (test
+/// `zero_does_not_lock_on_a_polyline`).
 pub(super) struct Row {
     pub place: Place,
     pub weight: f64,
@@ -98,11 +106,11 @@ impl Place {
     }
 }
 
-/// The penalty of the augmented Lagrangian. Rows and operator have no unit and entries of order 1. Larger values need fewer
-/// iterations and lose as many of the sixteen digits.
+/// The penalty of the augmented Lagrangian. Rows and operator have no unit and entries of order 1.
+/// Larger values need fewer iterations and lose as many of the sixteen digits.
 const PENALTY: f64 = 1e6;
-/// How strongly curves inside edges and faces are held, without unit: the fit then leaves the curve by the square of the edge
-/// length, as interpolation does. Measured: 3 to 30 give the same errors.
+/// How strongly curves inside edges and faces are held, without unit: the fit then leaves the curve
+/// by the square of the edge length, as interpolation does. Measured: 3 to 30 give the same errors.
 const ALONG_CURVES: f64 = 10.0;
 /// Constrained values count as equal below this share of the largest value.
 const CONSTRAINT_TOLERANCE: f64 = 1e-10;
@@ -114,10 +122,12 @@ const CONSTRAINT_MISSED: f64 = 1e-8;
 const CONSTRAINT_ROUNDING: f64 = 1e-14;
 
 impl Integration {
-    /// The same way to hold for all components; `None` for [`LevelSets::Free`] and [`LevelSets::Automatic`].
+    /// The same way to hold for all components; `None` for [`LevelSets::Free`] and
+    /// [`LevelSets::Automatic`].
     ///
-    /// Deviation: the penalty of section 7.1 is an integral along the curves here, so that resolution does not matter; and
-    /// the text prints `C - lambda A^T A`, but the penalty must be added.
+    /// Deviation: the penalty of section 7.1 is an integral along the curves here, so that
+    /// resolution does not matter; and the text prints `C - lambda A^T A`, but the penalty must be
+    /// added.
     pub fn holds(&self, level_sets: LevelSets) -> Option<Vec<Hold>> {
         let all = |hold| Some(vec![hold; self.component_count]);
         match level_sets {
@@ -132,12 +142,13 @@ impl Integration {
 
     /// The fit with the curves of each component held in its own way.
     ///
-    /// Augmented Lagrangian: the rows `A` of the constraints touch only vertices of one face each, so `C + A^T W A` has the
-    /// pattern of `C`; its factor costs one numeric factorisation with the kept analysis, needs no grounding where there is a
-    /// row, and does not mind rows that depend on each other (several nodes in one face, doubled curves), which make the
-    /// saddle system of eq. 14 singular. The multipliers are found by conjugate gradients: with the penalty inside, all but the
-    /// nearly dependent rows have eigenvalues close to `1 / w`, so a handful of iterations suffices. A free level is one more
-    /// unknown, see [`held`](Integration::held).
+    /// Augmented Lagrangian: the rows `A` of the constraints touch only vertices of one face each,
+    /// so `C + A^T W A` has the pattern of `C`; its factor costs one numeric factorisation with the
+    /// kept analysis, needs no grounding where there is a row, and does not mind rows that depend
+    /// on each other (several nodes in one face, doubled curves), which make the saddle system of
+    /// eq. 14 singular. The multipliers are found by conjugate gradients: with the penalty inside,
+    /// all but the nearly dependent rows have eigenvalues close to `1 / w`, so a handful of
+    /// iterations suffices. A free level is one more unknown, see [`held`](Integration::held).
     pub fn constrained(
         &self,
         mesh: &TriangleMesh,
@@ -199,7 +210,8 @@ impl Integration {
         let violation = Some(largest_miss(&rows, &x));
         let residual = self.multiplier_residual(&x, b, &rows, &multipliers);
         let missed = largest(&misses_of(&x));
-        // Where all values are held at zero there is nothing to compare with but the surface's size.
+        // Where all values are held at zero there is nothing to compare with but the surface's
+        // size.
         let allowed =
             (CONSTRAINT_MISSED * largest(&x)).max(CONSTRAINT_ROUNDING * largest(&self.size_of_component));
         let not_held = (missed > allowed).then(|| {
@@ -224,22 +236,26 @@ impl Integration {
         Ok(result)
     }
 
-    /// The Laplacian with the penalties of the rows, and its analysis; with free levels, which follow the vertices as unknowns.
+    /// The Laplacian with the penalties of the rows, and its analysis; with free levels, which
+    /// follow the vertices as unknowns.
     ///
-    /// A level meets every vertex that its piece of curve touches. Taking its turn right behind the last of these, it adds one
-    /// row to each front between there and the piece, as one more vertex of a separator would: many small pieces cost next to
-    /// nothing, and a long one what its length does. The order is the kept one but for these insertions; its analysis is made anew
-    /// for each source.
+    /// A level meets every vertex that its piece of curve touches. Taking its turn right behind the
+    /// last of these, it adds one row to each front between there and the piece, as one more vertex
+    /// of a separator would: many small pieces cost next to nothing, and a long one what its length
+    /// does. The order is the kept one but for these insertions; its analysis is made anew for each
+    /// source.
     ///
-    /// Why not the other ways to find the levels. On 100,820 faces with 21, 212 and 2,136 pieces: all of the integration, which takes
-    /// 0.09 s without levels, and the process's peak of memory, which is 208 MB. The first and the last are measured, the others
-    /// reckoned from their back-substitutions.
-    /// * Vertices first, then the levels: a response (one back-substitution, one full vector) for each piece, and a dense system,
-    ///   factored again in each fit: 0.23 s, 1.5 s and 20 s, up to 1,146 MB.
-    /// * The same, keeping of the responses only what the rows read of them: needs no memory, but the back-substitutions of 8 ms
-    ///   a piece stay, 17 s for 2,136.
-    /// * Conjugate gradients on the levels, with the factor without levels inside: 8 ms each, so ten would cost as much as all
-    ///   of the present way.
+    /// Why not the other ways to find the levels. On 100,820 faces with 21, 212 and 2,136 pieces:
+    /// all of the integration, which takes 0.09 s without levels, and the process's peak of memory,
+    /// which is 208 MB. The first and the last are measured, the others reckoned from their
+    /// back-substitutions.
+    /// * Vertices first, then the levels: a response (one back-substitution, one full vector) for
+    ///   each piece, and a dense system, factored again in each fit: 0.23 s, 1.5 s and 20 s, up to
+    ///   1,146 MB.
+    /// * The same, keeping of the responses only what the rows read of them: needs no memory, but
+    ///   the back-substitutions of 8 ms a piece stay, 17 s for 2,136.
+    /// * Conjugate gradients on the levels, with the factor without levels inside: 8 ms each, so
+    ///   ten would cost as much as all of the present way.
     /// * This: 0.13 s, 0.14 s and 0.18 s, up to 224 MB.
     fn held(
         &self,
@@ -273,8 +289,9 @@ impl Integration {
         Ok((symbolic, matrix))
     }
 
-    /// Subtracts from a fit its mean over the rows, by weight, in each component that weights alone hold at zero. The mean is
-    /// zero but for rounding, since the right-hand side sums to zero there; a small weight would leave the constant to that.
+    /// Subtracts from a fit its mean over the rows, by weight, in each component that weights alone
+    /// hold at zero. The mean is zero but for rounding, since the right-hand side sums to zero
+    /// there; a small weight would leave the constant to that.
     fn subtract_mean(&self, rows: &[Row], holds: &[Hold], values: &mut [f64]) {
         let mut sums = vec![[0.0; 2]; self.component_count];
         let mut exact: Vec<bool> = holds.iter().map(|hold| *hold == Hold::OwnLevels).collect();
@@ -296,7 +313,8 @@ impl Integration {
         self.component_of_vertex[row.place.some_vertex()].map(|c| c as usize)
     }
 
-    /// The order of elimination of the vertices with each level behind the last vertex that it meets.
+    /// The order of elimination of the vertices with each level behind the last vertex that it
+    /// meets.
     fn order_with_levels(&self, meetings: &[[u32; 2]], levels: usize) -> Vec<u32> {
         let vertices = self.vertex_order.len();
         let mut turn = vec![0u32; vertices];
@@ -321,9 +339,10 @@ impl Integration {
         order
     }
 
-    /// Gives the rows of each group a level in the components where pieces have their own; of these, rows that are alone in their group
-    /// are dropped, since at a level of their own they say nothing. The first group in each component stays at zero, since only
-    /// differences are determined. Returns the number of levels; their unknowns follow those of the vertices.
+    /// Gives the rows of each group a level in the components where pieces have their own; of
+    /// these, rows that are alone in their group are dropped, since at a level of their own they
+    /// say nothing. The first group in each component stays at zero, since only differences are
+    /// determined. Returns the number of levels; their unknowns follow those of the vertices.
     fn free_levels(&self, rows: &mut Vec<Row>, groups: usize, holds: &[Hold]) -> usize {
         let mut size = vec![0usize; groups];
         rows.iter().for_each(|row| size[row.group as usize] += 1);
@@ -366,7 +385,8 @@ impl Integration {
         relative_miss(&error, b)
     }
 
-    /// One row for each node of the curves and each point, with the connected piece that it belongs to.
+    /// One row for each node of the curves and each point, with the connected piece that it belongs
+    /// to.
     pub(super) fn rows(
         &self,
         mesh: &TriangleMesh,
@@ -410,8 +430,8 @@ impl Integration {
             .zip(exact.iter().zip(&group))
             .map(|(&place, (&exact, &group))| row(place, exact, if exact { PENALTY } else { 0.0 }, group))
             .collect();
-        // Simpson's rule, exact for the square of a linear function, so that cutting a segment in two changes nothing; and
-        // every segment once, so that doubling it does not either.
+        // Simpson's rule, exact for the square of a linear function, so that cutting a segment in
+        // two changes nothing; and every segment once, so that doubling it does not either.
         let mut seen = HashSet::new();
         for (segment, &[a, b]) in source.segments.iter().zip(&links) {
             if (exact[a as usize] && exact[b as usize]) || !seen.insert((a.min(b), a.max(b))) {
@@ -491,7 +511,8 @@ fn middle(mesh: &TriangleMesh, segment: &Segment) -> Located {
     }
 }
 
-/// Adds `weight a a^T` for the row `a` of a place; its vertices lie in one face: every entry is in the pattern already.
+/// Adds `weight a a^T` for the row `a` of a place; its vertices lie in one face: every entry is in
+/// the pattern already.
 fn add_outer_product(
     matrix: &mut SymmetricMatrix<f64>,
     laplacian: &CotanLaplacian,
@@ -509,7 +530,8 @@ fn add_outer_product(
     }
 }
 
-/// A number for each of the pieces that links between items make, counted from 0 in the order of their first items.
+/// A number for each of the pieces that links between items make, counted from 0 in the order of
+/// their first items.
 fn connected_pieces(items: usize, links: &[[u32; 2]]) -> Vec<u32> {
     let mut pieces = DisjointSets::new(items);
     links.iter().for_each(|&[a, b]| pieces.join(a, b));

@@ -1,10 +1,12 @@
-//! Signed distance along a surface to curves that may be broken: the signed heat method on triangle meshes.
+//! Signed distance along a surface to curves that may be broken: the signed heat method on triangle
+//! meshes.
 //!
-//! **Problem.** Curves with gaps, noise and crossings bound no region, so "how far, and on which side" has no exact answer.
-//! **Idea.** (I) Diffuse the *normals* of the curves for a short time: far from the curve they point along the gradient of
-//! its distance, and across gaps they average. (II) Make them unit vectors. (III) Take the function whose gradient is nearest
-//! to them. Two sparse linear systems, factored once for all curves; to hold curves to level sets the second, small one is factored
-//! again.
+//! **Problem.** Curves with gaps, noise and crossings bound no region, so "how far, and on which
+//! side" has no exact answer. **Idea.** (I) Diffuse the *normals* of the curves for a short time:
+//! far from the curve they point along the gradient of its distance, and across gaps they average.
+//! (II) Make them unit vectors. (III) Take the function whose gradient is nearest to them. Two
+//! sparse linear systems, factored once for all curves; to hold curves to level sets the second,
+//! small one is factored again.
 //!
 //! | paper | here | shape, unit | equation |
 //! |---|---|---|---|
@@ -16,19 +18,24 @@
 //! | `phi` | [`Solution::distance`] | V, length | 13, 14 |
 //! | `A` | [`LevelSets`], `level_sets.rs` | rows of constraints | 14, sec 7.1 |
 //!
-//! **Sign.** Negative on the left of an oriented curve (the paper and geometry-central have it positive there; see
-//! [`SignConvention`]). Isolated points and unsigned curves give distances that are positive on all sides.
+//! **Sign.** Negative on the left of an oriented curve (the paper and geometry-central have it
+//! positive there; see [`SignConvention`]). Isolated points and unsigned curves give distances that
+//! are positive on all sides.
 //!
-//! **Any triangle mesh.** With boundary, in several components (each with its own shift; NaN and a warning where no source
-//! reaches), nonmanifold (of sheets at an edge with a curve along it [`Curve::up`](eikona_mesh::Curve::up) tells which are left),
-//! inconsistently oriented (faces are turned over where that helps, and otherwise it does not matter), nonorientable (the side is carried along the curve; [`Curve::up`](eikona_mesh::Curve::up) chooses it), with
-//! zero-area faces (given angles, see [`Triangle`](crate::geometry::Triangle)).
+//! **Any triangle mesh.** With boundary, in several components (each with its own shift; NaN and a
+//! warning where no source reaches), nonmanifold (of sheets at an edge with a curve along it
+//! [`Curve::up`](eikona_mesh::Curve::up) tells which are left), inconsistently oriented (faces are
+//! turned over where that helps, and otherwise it does not matter), nonorientable (the side is
+//! carried along the curve; [`Curve::up`](eikona_mesh::Curve::up) chooses it), with zero-area faces
+//! (given angles, see [`Triangle`](crate::geometry::Triangle)).
 //!
-//! **Limits.** First order in the edge length near corners and gaps of curves, better on smooth ones with
-//! [`DiffusionTime::Automatic`]. What a gap is filled with is an extrapolation: ask for [`Confidence`]. Where curves bound no
-//! region the fit of section 7.1 is smooth across the jump that the distance would have; the L1 form (7.2) is not in this version.
+//! **Limits.** First order in the edge length near corners and gaps of curves, better on smooth
+//! ones with [`DiffusionTime::Automatic`]. What a gap is filled with is an extrapolation: ask for
+//! [`Confidence`]. Where curves bound no region the fit of section 7.1 is smooth across the jump
+//! that the distance would have; the L1 form (7.2) is not in this version.
 //!
-//! **Reference.** Nicole Feng and Keenan Crane, *A Heat Method for Generalized Signed Distance*, ACM Trans. Graph. 43 (4), 2024.
+//! **Reference.** Nicole Feng and Keenan Crane, *A Heat Method for Generalized Signed Distance*,
+//! ACM Trans. Graph. 43 (4), 2024.
 //!
 //! ```
 //! use eikona::mesh::{Curve, SurfaceCurves, shapes};
@@ -36,7 +43,9 @@
 //! // A flat disk; its innermost ring of vertices (1 to 6), counter-clockwise, is the curve.
 //! let disk = shapes::disk(20, 6, 20.0)?;
 //! let ring = Curve::signed([1, 2, 3, 4, 5, 6, 1].map(eikona::mesh::Vertex));
-//! let solution = signed_distance(&disk, &SurfaceCurves::from_curve(ring), &SolverOptions::default(), &SolveOptions::default())?;
+//! let source = SurfaceCurves::from_curve(ring);
+//! let (solver, solve) = (SolverOptions::default(), SolveOptions::default());
+//! let solution = signed_distance(&disk, &source, &solver, &solve)?;
 //! let distance = solution.distance.as_slice();
 //! assert!(distance[0] < 0.0, "the centre is on the left of the curve");
 //! assert!((distance[disk.vertex_count() - 1] - 19.0).abs() < 0.3, "the rim is 19 from the ring");
@@ -81,8 +90,8 @@ use eikona_mesh::{SurfaceCurves, TriangleMesh};
 /// Those of [`Solver::new`] and [`Solver::solve`].
 ///
 /// # Cost
-/// Two sparse factorisations, and one more of the smaller system for [`LevelSets`] other than `Free`. For several sources on one
-/// mesh keep the [`Solver`].
+/// Two sparse factorisations, and one more of the smaller system for [`LevelSets`] other than
+/// `Free`. For several sources on one mesh keep the [`Solver`].
 pub fn signed_distance(
     mesh: &TriangleMesh,
     source: &SurfaceCurves,

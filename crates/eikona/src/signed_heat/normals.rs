@@ -1,5 +1,5 @@
-//! Keeping the diffused vectors normal to the curves ("preserve source normals" in the public code): the solution of step I among
-//! the fields that have no part along the curves.
+//! Keeping the diffused vectors normal to the curves ("preserve source normals" in the public
+//! code): the solution of step I among the fields that have no part along the curves.
 
 use crate::geometry::Triangle;
 use crate::geometry::vector::lerp;
@@ -15,14 +15,16 @@ use eikona_numeric::{Cholesky, Complex, NumericError, Ordering, Scalar, Symbolic
 const TOLERANCE: f64 = 1e-9;
 /// Rings of faces around those that the curves touch.
 const RINGS: usize = 3;
-/// `e` below, as a share of what the rows meet in the diagonal of the inverse: 1e-3 to 1e-8 give the same iterations.
+/// `e` below, as a share of what the rows meet in the diagonal of the inverse: 1e-3 to 1e-8 give
+/// the same iterations.
 const SOFTNESS: f64 = 1e-5;
 /// Each costs a back-substitution. A handful is usual.
 const ITERATIONS: usize = 100;
 
 impl<F: EdgeFrames> DiffusionOn<F> {
-    /// The minimum of the energy that diffusion minimises among the fields with no part along the curves: the multipliers `m`
-    /// of the rows `T` solve `T (M + t L)^-1 T^T m = T x` by conjugate gradients, with [`Strip`] before them.
+    /// The minimum of the energy that diffusion minimises among the fields with no part along the
+    /// curves: the multipliers `m` of the rows `T` solve `T (M + t L)^-1 T^T m = T x` by conjugate
+    /// gradients, with [`Strip`] before them.
     pub(super) fn preserve_normals(
         &self,
         mesh: &TriangleMesh,
@@ -39,7 +41,8 @@ impl<F: EdgeFrames> DiffusionOn<F> {
             kept.residual = if size > 0.0 { norm(&residual) / size } else { 0.0 };
             return Ok((free, kept));
         }
-        // On faces so thin that the strip can not be factored there is nothing before the iterations: they are more, not wrong.
+        // On faces so thin that the strip can not be factored there is nothing before the
+        // iterations: they are more, not wrong.
         let strip = Strip::new(mesh, triangles, &rows, self.time).ok();
         let precondition = |residual: &[f64]| match &strip {
             Some(strip) => strip.precondition(residual),
@@ -84,10 +87,12 @@ fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// One row for each passage of a signed curve through a face or along an edge: the mean part of the field along it.
+/// One row for each passage of a signed curve through a face or along an edge: the mean part of the
+/// field along it.
 ///
-/// Deviation: the public code has a row for each segment. Those of a fine polyline ask more of a face than its three vectors
-/// can give, and push the field to zero along the whole curve. In this form cutting a segment in two changes nothing.
+/// Deviation: the public code has a row for each segment. Those of a fine polyline ask more of a
+/// face than its three vectors can give, and push the field to zero along the whole curve. In this
+/// form cutting a segment in two changes nothing.
 struct TangentRows {
     /// Halfedges with coefficients `c`: the row is the sum of `Re(conj(c) z_h)`.
     rows: Vec<Vec<(Halfedge, Complex)>>,
@@ -154,7 +159,8 @@ fn same_host(a: &Segment, b: &Segment) -> bool {
     }
 }
 
-/// Adds the integral along a segment of the part along it to a row, which is empty or of the same host. Returns the length.
+/// Adds the integral along a segment of the part along it to a row, which is empty or of the same
+/// host. Returns the length.
 fn add_integral(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
@@ -177,7 +183,8 @@ fn add_integral(
             let vector = t.point(to) - t.point(from);
             let directions = t.directions();
             for k in 0..3 {
-                // The Crouzeix-Raviart function of side k at the middle of the segment: exact, as it is linear.
+                // The Crouzeix-Raviart function of side k at the middle of the segment: exact, as
+                // it is linear.
                 let opposite = (k + 2) % 3;
                 let value = 1.0 - (from[opposite] + to[opposite]);
                 add(k, face.halfedge(k), directions[k].conj() * vector.scale(value));
@@ -189,13 +196,15 @@ fn add_integral(
 
 /// The same problem on a strip of faces around the curves, factored: the preconditioner.
 ///
-/// With `K` and `T` those of the strip, `(e + T K^-1 T^T)^-1 = (1 - T (e K + T^T T)^-1 T^T) / e`: positive definite whether or not
-/// rows depend on each other (several segments in a face). Diffusion is local, so that the strip knows nearly all of what the
-/// surface answers; unlike scalings along the curve it also knows which segments share a face, and needs no order of them.
+/// With `K` and `T` those of the strip, `(e + T K^-1 T^T)^-1 = (1 - T (e K + T^T T)^-1 T^T) / e`:
+/// positive definite whether or not rows depend on each other (several segments in a face).
+/// Diffusion is local, so that the strip knows nearly all of what the surface answers; unlike
+/// scalings along the curve it also knows which segments share a face, and needs no order of them.
 ///
-/// Measured on 100,820 faces with a circle, step I altogether (0.05 s if nothing is kept): 67 iterations and 2.1 s without it, 2
-/// iterations and 0.17 s with it, of which the strip takes 0.04 s. At 73 and 1,000 times the diffusion time of the paper, 8 and 9
-/// iterations with 2 rings, 6 and 7 with 4, 4 and 5 with 8.
+/// Measured on 100,820 faces with a circle, step I altogether (0.05 s if nothing is kept): 67
+/// iterations and 2.1 s without it, 2 iterations and 0.17 s with it, of which the strip takes 0.04
+/// s. At 73 and 1,000 times the diffusion time of the paper, 8 and 9 iterations with 2 rings, 6 and
+/// 7 with 4, 4 and 5 with 8.
 struct Strip<'a> {
     mesh: &'a TriangleMesh,
     rows: &'a TangentRows,

@@ -1,14 +1,17 @@
-//! Iterative refinement of fits on meshes with slivers, whose assembled Laplacian has lost digits (see `slivers.rs`).
+//! Iterative refinement of fits on meshes with slivers, whose assembled Laplacian has lost digits
+//! (see `slivers.rs`).
 //!
-//! The factor of the inexact matrix `A'` still solves nearly the right system. Each correction `A'^-1 (b - A x)`, with the product
-//! `A x` taken from differences of values, shrinks the error by the share that `A'` is off. Measured on strips of up to 400 by 100
-//! cells: errors of 1e-7 to 0.02 fall below 1e-14 in three to nine corrections, down to heights of 2e-8.
+//! The factor of the inexact matrix `A'` still solves nearly the right system. Each correction
+//! `A'^-1 (b - A x)`, with the product `A x` taken from differences of values, shrinks the error by
+//! the share that `A'` is off. Measured on strips of up to 400 by 100 cells: errors of 1e-7 to 0.02
+//! fall below 1e-14 in three to nine corrections, down to heights of 2e-8.
 
 use eikona_numeric::{Cholesky, NumericError};
 
 /// Corrections at most.
 const CORRECTIONS: usize = 20;
-/// Each must be smaller than this share of the one before; else rounding is all that is left of them.
+/// Each must be smaller than this share of the one before; else rounding is all that is left of
+/// them.
 const SHRINKS: f64 = 0.5;
 
 /// A refined solution.

@@ -38,13 +38,15 @@ pub struct Report {
     pub integration_residual: f64,
     /// The level sets and why.
     pub level_sets: ChosenLevelSets,
-    /// Largest deviation of the distance from its level at nodes of the curves, middles of segments inside edges and faces, and
-    /// points, in the unit of length: zero to rounding where values are held exactly; elsewhere, and for
-    /// [`LevelSets::Soft`](super::LevelSets::Soft) (whose level is zero), what the weight leaves. `None` for
-    /// [`LevelSets::Free`](super::LevelSets::Free), which asks for nothing.
+    /// Largest deviation of the distance from its level at nodes of the curves, middles of segments
+    /// inside edges and faces, and points, in the unit of length: zero to rounding where values are
+    /// held exactly; elsewhere, and for [`LevelSets::Soft`](super::LevelSets::Soft) (whose level is
+    /// zero), what the weight leaves. `None` for [`LevelSets::Free`](super::LevelSets::Free), which
+    /// asks for nothing.
     pub constraint_violation: Option<f64>,
     /// The mean distance along each curve of the source, in their order: its level, for
-    /// [`LevelSets::PerComponent`](super::LevelSets::PerComponent). NaN for curves without length or distance.
+    /// [`LevelSets::PerComponent`](super::LevelSets::PerComponent). NaN for curves without length
+    /// or distance.
     pub levels: Vec<f64>,
     /// Segments of all curves, zero-length ones left out.
     pub source_segments: usize,
@@ -60,8 +62,8 @@ pub struct Report {
 pub struct KeptNormals {
     /// Conjugate gradient iterations, of one back-substitution each.
     pub iterations: usize,
-    /// What is left of the parts along the curves, as a share of the length of the vectors there (roots of the sums of squares,
-    /// one a passage through a face or along an edge).
+    /// What is left of the parts along the curves, as a share of the length of the vectors there
+    /// (roots of the sums of squares, one a passage through a face or along an edge).
     pub residual: f64,
     /// The share at which they count as gone; above it there is a warning.
     pub tolerance: f64,

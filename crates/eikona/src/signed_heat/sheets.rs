@@ -1,5 +1,6 @@
-//! Sheets of faces that hang on the rest of the surface by single vertices only: diffusion across edges does not enter them, so
-//! distance goes on through such a vertex as from a point. Deviation: the paper has no such surfaces.
+//! Sheets of faces that hang on the rest of the surface by single vertices only: diffusion across
+//! edges does not enter them, so distance goes on through such a vertex as from a point. Deviation:
+//! the paper has no such surfaces.
 
 use crate::geometry::Triangle;
 use eikona_mesh::{Corner, Face, TriangleMesh, Vertex};
@@ -14,7 +15,8 @@ pub(crate) struct Sheets {
     joints: Vec<Vertex>,
 }
 
-/// Where distance enters a sheet: away from a vertex where it is positive, towards it where it is negative.
+/// Where distance enters a sheet: away from a vertex where it is positive, towards it where it is
+/// negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Entrance {
     pub vertex: Vertex,
@@ -77,10 +79,11 @@ impl Sheets {
         self.joints.iter().copied().filter(is_front).collect()
     }
 
-    /// Where distance enters the `hanging` sheets, from its values at the front: along the shortest ways through these sheets, a
-    /// vertex is an entrance of each sheet around it but the one that the way to it ends in. So a sheet is not entered where it
-    /// would be reached sooner, or at the same time, from another of its joints. Sorted by vertex, then by sheet; all
-    /// entrances at a vertex have one sign, that of the distance where its way began.
+    /// Where distance enters the `hanging` sheets, from its values at the front: along the shortest
+    /// ways through these sheets, a vertex is an entrance of each sheet around it but the one that
+    /// the way to it ends in. So a sheet is not entered where it would be reached sooner, or at the
+    /// same time, from another of its joints. Sorted by vertex, then by sheet; all entrances at a
+    /// vertex have one sign, that of the distance where its way began.
     ///
     /// # Cost
     /// Each vertex of the hanging sheets is visited once: O(n log n).
@@ -127,7 +130,8 @@ impl Sheets {
     }
 }
 
-/// Ways along edges are longer than straight ones: at worst by 1 / 0.92 on squares cut along both diagonals.
+/// Ways along edges are longer than straight ones: at worst by 1 / 0.92 on squares cut along both
+/// diagonals.
 const AS_STRAIGHT: f64 = 0.92;
 
 /// A way from the front; the shortest is the greatest, so that a heap gives it first.

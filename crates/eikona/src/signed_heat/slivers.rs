@@ -4,11 +4,12 @@ use crate::geometry::Triangle;
 use crate::wording::counted;
 use eikona_mesh::{DisjointSets, Face, TriangleMesh};
 
-/// Edges of at least this cotangent weight hold their ends together: their faces are lower than about 1e-3 of their longest side.
+/// Edges of at least this cotangent weight hold their ends together: their faces are lower than
+/// about 1e-3 of their longest side.
 const STIFF: f64 = 1e3;
 
-/// Share of the rounding unit by which the sum of a vertex's weights is off. Measured on strips of 40 columns and one or two rows;
-/// with many rows the errors are up to a thousand times as large.
+/// Share of the rounding unit by which the sum of a vertex's weights is off. Measured on strips of
+/// 40 columns and one or two rows; with many rows the errors are up to a thousand times as large.
 const ROUNDING: f64 = 0.1 * f64::EPSILON;
 
 /// Estimated errors below this share of the extent need no refinement.
@@ -50,10 +51,11 @@ impl Slivers {
 
     /// The regions of slivers of a mesh; `None` where no digits are lost.
     ///
-    /// The diagonal of the Laplacian is rounded relative to the sum of all weights at a vertex. Vertices that stiff edges hold together
-    /// move as one, and what moves them are the weights of the other edges at them, so the rounding counts relative to those. A few
-    /// slivers in a good mesh lose as many digits as their weights have; a region of slivers of height `h` loses `h^-2`, since the
-    /// other weights are as small as `h`.
+    /// The diagonal of the Laplacian is rounded relative to the sum of all weights at a vertex.
+    /// Vertices that stiff edges hold together move as one, and what moves them are the weights of
+    /// the other edges at them, so the rounding counts relative to those. A few slivers in a good
+    /// mesh lose as many digits as their weights have; a region of slivers of height `h` loses
+    /// `h^-2`, since the other weights are as small as `h`.
     pub fn of(mesh: &TriangleMesh, triangles: &[Triangle]) -> Option<Slivers> {
         let weight = |e| {
             let halfedges = mesh.edge_halfedges(e).iter();

@@ -43,7 +43,8 @@ pub struct Solver {
     mesh: TriangleMesh,
     triangles: Vec<Triangle>,
     diffusion: AtTime,
-    /// With [`DiffusionTime::Automatic`]: for sources with gaps, smooth and rough ones, made when the first of them comes.
+    /// With [`DiffusionTime::Automatic`]: for sources with gaps, smooth and rough ones, made when
+    /// the first of them comes.
     for_gaps: Option<[OnceLock<AtTime>; 2]>,
     integration: Integration,
     preparation: Preparation,
@@ -62,8 +63,9 @@ impl Solver {
     ///
     /// # Errors
     /// [`SignedHeatError::NoFaces`], [`SignedHeatError::NoArea`], [`SignedHeatError::Option`],
-    /// [`SignedHeatError::MemoryLimit`] before anything large is allocated, [`SignedHeatError::Scale`], and the failures of the
-    /// factorisations with the edge or vertex at which they happened.
+    /// [`SignedHeatError::MemoryLimit`] before anything large is allocated,
+    /// [`SignedHeatError::Scale`], and the failures of the factorisations with the edge or vertex
+    /// at which they happened.
     ///
     /// # Cost
     /// Two sparse factorisations: O(n^1.5) time, O(n log n) memory.
@@ -134,16 +136,20 @@ impl Solver {
     /// The distance to curves and points.
     ///
     /// # Errors
-    /// [`SignedHeatError::Curve`] with the curve and node that is not on the mesh, out of range, or across faces;
-    /// [`SignedHeatError::Option`]; failures of the solves; [`SignedHeatError::MemoryLimit`] when a second diffusion time
-    /// or the factor that level sets or hanging sheets take would exceed it.
+    /// [`SignedHeatError::Curve`] with the curve and node that is not on the mesh, out of range, or
+    /// across faces; [`SignedHeatError::Option`]; failures of the solves;
+    /// [`SignedHeatError::MemoryLimit`] when a second diffusion time or the factor that level sets
+    /// or hanging sheets take would exceed it.
     ///
     /// # Cost
-    /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more with constraints, and its
-    /// analysis too for [`LevelSets::PerComponent`], whatever the number of pieces; up to two for [`LevelSets::Automatic`]. A source that is hundreds of edges away from parts of the mesh costs one more back-substitution for each such distance.
-    /// On a surface with sheets that hang on the reached ones by vertices only, one more factorisation of the vertex system.
-    /// With [`DiffusionTime::Automatic`] the first source with gaps costs one factorisation of the diffusion at the time for gaps,
-    /// and its memory; [`DiffusionTime::for_source`] chooses that time from the start.
+    /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more
+    /// with constraints, and its analysis too for [`LevelSets::PerComponent`], whatever the number
+    /// of pieces; up to two for [`LevelSets::Automatic`]. A source that is hundreds of edges away
+    /// from parts of the mesh costs one more back-substitution for each such distance. On a surface
+    /// with sheets that hang on the reached ones by vertices only, one more factorisation of the
+    /// vertex system. With [`DiffusionTime::Automatic`] the first source with gaps costs one
+    /// factorisation of the diffusion at the time for gaps, and its memory;
+    /// [`DiffusionTime::for_source`] chooses that time from the start.
     pub fn solve(&self, source: &SurfaceCurves, options: &SolveOptions) -> Result<Solution, SignedHeatError> {
         let mut phases = Phases::start();
         if let LevelSets::Soft(weight) = options.level_sets
@@ -224,8 +230,8 @@ impl Solver {
         &self.mesh
     }
 
-    /// The diffusion time with the reason for it. With [`DiffusionTime::Automatic`], that for sources without gaps; the
-    /// [`Report`] has the one used.
+    /// The diffusion time with the reason for it. With [`DiffusionTime::Automatic`], that for
+    /// sources without gaps; the [`Report`] has the one used.
     pub fn time(&self) -> &ChosenTime {
         &self.diffusion.time
     }
@@ -250,7 +256,8 @@ impl Solver {
         Ok(for_gaps.get_or_init(|| AtTime { time, diffusion }))
     }
 
-    /// The sheets, with the faces of those that hang on the reached ones by vertices only, if there are any.
+    /// The sheets, with the faces of those that hang on the reached ones by vertices only, if there
+    /// are any.
     fn hanging_faces(&self, field: &UnitField) -> Option<(Sheets, Vec<bool>)> {
         if field.reached.iter().all(|r| *r) {
             return None;
@@ -260,8 +267,8 @@ impl Solver {
         (!sheets.front(&self.mesh, &hanging).is_empty()).then_some((sheets, hanging))
     }
 
-    /// Goes on into the hanging sheets: one fit for the distance at the vertices that they hang on, and one more run of the
-    /// diffusion, in which no sheet knows of another.
+    /// Goes on into the hanging sheets: one fit for the distance at the vertices that they hang on,
+    /// and one more run of the diffusion, in which no sheet knows of another.
     fn bridge_vertices(
         &self,
         diffusion: &Diffusion,

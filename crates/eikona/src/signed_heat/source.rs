@@ -1,4 +1,5 @@
-//! Step I, right-hand side: what curves and points put on the edges (SHM section 5.6 and appendix A).
+//! Step I, right-hand side: what curves and points put on the edges (SHM section 5.6 and appendix
+//! A).
 
 use crate::contour::side::SideOfSegments;
 use crate::geometry::Triangle;
@@ -41,7 +42,8 @@ impl Source {
         Ok(Source { segments, points, kinds, crossings, warnings, sides })
     }
 
-    /// The places inside the surface where a signed curve ends and no other segment begins: the ends of gaps.
+    /// The places inside the surface where a signed curve ends and no other segment begins: the
+    /// ends of gaps.
     pub fn open_ends(&self, mesh: &TriangleMesh) -> Vec<Located> {
         open_ends(
             mesh,
@@ -73,7 +75,8 @@ impl Source {
         time: f64,
     ) -> Vec<F::Value> {
         let mut deposit = Deposit::new(mesh, frames, triangles);
-        // A gradient of height 1 / sqrt(t) balances the normal of a signed curve: both leave the same field on flat ground.
+        // A gradient of height 1 / sqrt(t) balances the normal of a signed curve: both leave the
+        // same field on flat ground.
         let spread = time.sqrt();
         for (i, (segment, kind)) in self.segments.iter().zip(&self.kinds).enumerate() {
             match kind {
@@ -99,13 +102,15 @@ pub(crate) struct Deposit<'a, F: EdgeFrames> {
     values: Vec<F::Value>,
     /// The largest single contribution to each edge.
     largest: Vec<f64>,
-    /// How much points outward from each vertex. Summed first: a hub of a curve is visited once, not once a segment.
+    /// How much points outward from each vertex. Summed first: a hub of a curve is visited once,
+    /// not once a segment.
     outward: BTreeMap<Vertex, f64>,
 }
 
 const I: Complex = Complex { re: 0.0, im: 1.0 };
 
-/// Sums below this share of the largest contribution to their edge are what rounding leaves of normals that cancel.
+/// Sums below this share of the largest contribution to their edge are what rounding leaves of
+/// normals that cancel.
 const CANCELLED: f64 = 1e-13;
 
 impl<'a, F: EdgeFrames> Deposit<'a, F> {
@@ -145,7 +150,8 @@ impl<'a, F: EdgeFrames> Deposit<'a, F> {
         self.values
     }
 
-    /// The normal of an oriented segment (eq. 11, without the factor phi_e(m), as the paper advises), the `i`-th one.
+    /// The normal of an oriented segment (eq. 11, without the factor phi_e(m), as the paper
+    /// advises), the `i`-th one.
     fn signed_segment(&mut self, segment: &Segment, i: usize, sides: &SideOfSegments, sign: SignConvention) {
         let (reference, upside) = sides.of_segment(i);
         // The gradient points away from the negative side.
@@ -171,8 +177,8 @@ impl<'a, F: EdgeFrames> Deposit<'a, F> {
                     self.add_seen_from(*h, I * (along * length(h) * to_left * upside));
                     return;
                 }
-                // Of more faces each has a vector for itself, into it or out of it. Deviation: the paper does not say which sheets are
-                // left; see `Seam::side`.
+                // Of more faces each has a vector for itself, into it or out of it. Deviation: the
+                // paper does not say which sheets are left; see `Seam::side`.
                 for h in halfedges {
                     let into = (to - from).abs() * length(h) * sides.of_sheet(self.mesh, i, segment, *h);
                     self.add_seen_from(*h, I * (into * to_left));
@@ -181,15 +187,18 @@ impl<'a, F: EdgeFrames> Deposit<'a, F> {
         }
     }
 
-    /// The directions away from a point on all sides: minus the gradient of a unit mass there, spread by barycentric weights to
-    /// the corners of its face as multiples of their hat functions, and tested with the fields of the sides after integrating by
-    /// parts face by face: inside by their divergence, and along the boundary of the surface.
+    /// The directions away from a point on all sides: minus the gradient of a unit mass there,
+    /// spread by barycentric weights to the corners of its face as multiples of their hat
+    /// functions, and tested with the fields of the sides after integrating by parts face by face:
+    /// inside by their divergence, and along the boundary of the surface.
     ///
-    /// Diffusion of a gradient is the gradient of diffusion (on flat ground), so the field is that of the unsigned heat method.
+    /// Diffusion of a gradient is the gradient of diffusion (on flat ground), so the field is that
+    /// of the unsigned heat method.
     ///
-    /// Deviation: eq. 19 and appendix A.2 integrate unit normals over small circles and offset curves. Their first moments are
-    /// not isotropic on a given mesh, and the distances they lead to do not converge (tests `points_anywhere`,
-    /// `unsigned_segment_across_faces`); and they need vertices and edges as sources.
+    /// Deviation: eq. 19 and appendix A.2 integrate unit normals over small circles and offset
+    /// curves. Their first moments are not isotropic on a given mesh, and the distances they lead
+    /// to do not converge (tests `points_anywhere`, `unsigned_segment_across_faces`); and they need
+    /// vertices and edges as sources.
     fn outward(&mut self, point: Located, weight: f64) {
         for (v, share) in point.weights(self.mesh) {
             *self.outward.entry(v).or_default() += weight * share;
@@ -204,8 +213,8 @@ impl<'a, F: EdgeFrames> Deposit<'a, F> {
     }
 }
 
-/// Minus the gradient of the hat function of a vertex, of this integral: calls back with halfedges of the faces around it (those that `wanted` lets
-/// through) and vectors seen from them.
+/// Minus the gradient of the hat function of a vertex, of this integral: calls back with halfedges
+/// of the faces around it (those that `wanted` lets through) and vectors seen from them.
 fn outward_at_vertex(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
@@ -221,10 +230,12 @@ fn outward_at_vertex(
         let t = &triangles[face.index()];
         let share = weight / mass;
         for side in 0..3 {
-            // The divergence of the side's field is its outward normal (-i seen from it) times length / area.
+            // The divergence of the side's field is its outward normal (-i seen from it) times
+            // length / area.
             add(face.halfedge(side), Complex { re: 0.0, im: -share / 3.0 * t.lengths[side] });
         }
-        // What would leave the surface through its boundary stays: the integral of the two functions along it.
+        // What would leave the surface through its boundary stays: the integral of the two
+        // functions along it.
         let directions = t.directions();
         for boundary in [k, (k + 2) % 3] {
             if mesh.neighbour(face.halfedge(boundary)) != Neighbour::Boundary {

@@ -18,8 +18,8 @@ pub struct ChosenTime {
     pub reason: String,
 }
 
-/// The coefficients that [`DiffusionTime::Coefficient`] allows. Below, nothing leaves the edges of the source; above, the mass
-/// matrix drowns in the rounding of the Laplacian.
+/// The coefficients that [`DiffusionTime::Coefficient`] allows. Below, nothing leaves the edges of
+/// the source; above, the mass matrix drowns in the rounding of the Laplacian.
 pub const TIME_COEFFICIENTS: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
 pub(crate) fn choose_time(
@@ -56,9 +56,9 @@ pub(crate) fn choose_time(
 const GAPS_COEFFICIENT: f64 = 1.5;
 const ROUGH_GAPS_COEFFICIENT: f64 = 5.0;
 
-/// Shares of the size of the surface in the time. On circles errors fall with larger shares, but on curves in general the
-/// distance has ridges, which diffusion rounds: with 0.1 the errors of the whole curves of `examples/broken_curves` are twice as
-/// large.
+/// Shares of the size of the surface in the time. On circles errors fall with larger shares, but on
+/// curves in general the distance has ridges, which diffusion rounds: with 0.1 the errors of the
+/// whole curves of `examples/broken_curves` are twice as large.
 const SHARE_OF_SIZE: f64 = 0.005;
 const SHARE_FOR_SMOOTH_CURVES: f64 = 0.1;
 

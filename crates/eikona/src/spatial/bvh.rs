@@ -6,7 +6,8 @@ use eikona_mesh::{Face, TriangleMesh};
 /// Faces in a leaf, at most. Four triangles cost about as much as one more level of boxes.
 const LEAF_FACES: usize = 4;
 
-/// A tree of boxes over the triangles of a mesh. It keeps its own copy of the corners, so the mesh need not stay alive.
+/// A tree of boxes over the triangles of a mesh. It keeps its own copy of the corners, so the mesh
+/// need not stay alive.
 ///
 /// ```
 /// use eikona::spatial::Bvh;
@@ -35,8 +36,8 @@ struct Node {
     count: u32,
 }
 
-/// Centre of a face's box, as shares of the mesh's box, and the face. Where to split needs no more digits, and the small
-/// record halves the time of building.
+/// Centre of a face's box, as shares of the mesh's box, and the face. Where to split needs no more
+/// digits, and the small record halves the time of building.
 type Centre = ([f32; 3], u32);
 
 impl Bvh {
@@ -80,7 +81,8 @@ impl Bvh {
         if !p.iter().all(|x| x.is_finite()) {
             return None;
         }
-        // Boxes that rounding alone keeps out must be looked into, or a tie would not go to the lowest id.
+        // Boxes that rounding alone keeps out must be looked into, or a tie would not go to the
+        // lowest id.
         let largest = |x: &[f64; 3]| x.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let slack = 8.0 * f64::EPSILON * (largest(&p) + largest(&root.low).max(largest(&root.high)));
         let mut best: Option<ClosestPoint> = None;
@@ -134,8 +136,8 @@ fn bounds(points: impl Iterator<Item = [f64; 3]>) -> ([f64; 3], [f64; 3]) {
     })
 }
 
-/// Appends the tree over these faces, which begin at place `first` of the leaf order. Halving by number bounds the depth by
-/// log2 F.
+/// Appends the tree over these faces, which begin at place `first` of the leaf order. Halving by
+/// number bounds the depth by log2 F.
 fn build(mesh: &TriangleMesh, extent: [f64; 3], centres: &mut [Centre], first: usize, nodes: &mut Vec<Node>) {
     let here = nodes.len();
     nodes.push(Node { low: [0.0; 3], high: [0.0; 3], index: first as u32, count: centres.len() as u32 });

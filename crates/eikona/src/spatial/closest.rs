@@ -8,7 +8,8 @@ use eikona_mesh::{Face, Located, TriangleMesh};
 pub struct ClosestPoint {
     /// The face it lies in; of several equally near ones, that with the lowest id.
     pub face: Face,
-    /// Barycentric weights of the face's corners, in the face's own order: none negative, with sum 1.
+    /// Barycentric weights of the face's corners, in the face's own order: none negative, with sum
+    /// 1.
     pub weights: [f64; 3],
     /// Where it lies in space.
     pub position: [f64; 3],
@@ -23,10 +24,12 @@ impl ClosestPoint {
     }
 }
 
-/// A triangle whose doubled area is below this share of its longest side squared has an unreliable plane: its sides are asked too.
+/// A triangle whose doubled area is below this share of its longest side squared has an unreliable
+/// plane: its sides are asked too.
 const SLIVER: f64 = 1e-6;
 
-/// Weights of the point of a triangle (of any shape, also of area zero) nearest to `p`, that point, and its squared distance.
+/// Weights of the point of a triangle (of any shape, also of area zero) nearest to `p`, that point,
+/// and its squared distance.
 pub fn closest_point_of_triangle(p: [f64; 3], triangle: [[f64; 3]; 3]) -> ([f64; 3], [f64; 3], f64) {
     let [a, b, c] = triangle;
     let (ab, ac, ap) = (sub(b, a), sub(c, a), sub(p, a));

@@ -1,4 +1,5 @@
-//! Queries in space: a tree of boxes over the triangles of a mesh, and the point of the mesh nearest to a given one.
+//! Queries in space: a tree of boxes over the triangles of a mesh, and the point of the mesh
+//! nearest to a given one.
 
 mod bvh;
 mod closest;

@@ -4,9 +4,9 @@ use crate::contour::side::SideOfSegments;
 use crate::winding::error::WindingError;
 use eikona_mesh::{Edge, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex};
 
-/// A dual 1-chain: for every edge of two faces the value in the face of its first halfedge minus the value in the face of its
-/// second. All steps of the method work on such chains, so that left and right, and with them the orientation of the
-/// surface, matter only where a curve is read.
+/// A dual 1-chain: for every edge of two faces the value in the face of its first halfedge minus
+/// the value in the face of its second. All steps of the method work on such chains, so that left
+/// and right, and with them the orientation of the surface, matter only where a curve is read.
 #[derive(Clone, Debug)]
 pub(crate) struct Chain {
     /// The jump at each edge; 0 at edges that have one face, or more than two.
@@ -60,7 +60,8 @@ impl Chain {
                 steps.push(step(0));
                 continue;
             };
-            // The side is that of the face of the first halfedge, which has it on its left if both run the same way.
+            // The side is that of the face of the first halfedge, which has it on its left if both
+            // run the same way.
             let (face, side) = sides.of_segment(i);
             debug_assert_eq!(face, first.face());
             let along = if mesh.follows_edge(first) == forward { 1 } else { -1 };
@@ -89,5 +90,6 @@ pub(crate) fn along_edge(segment: &Segment) -> Option<(Edge, bool)> {
     }
 }
 
-/// A curve that walks an edge more often is refused: labels are small integers, and more is a mistake of the input.
+/// A curve that walks an edge more often is refused: labels are small integers, and more is a
+/// mistake of the input.
 const MOST_COPIES: i32 = 1_000_000;

@@ -6,14 +6,17 @@ use eikona_mesh::{TriangleMesh, Vertex};
 /// What jumps mean around each vertex.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Coordinates {
-    /// Value at each corner relative to the vertex's first one (*reduced coordinates*, section 2.3.1).
+    /// Value at each corner relative to the vertex's first one (*reduced coordinates*, section
+    /// 2.3.1).
     pub corner: Vec<f64>,
-    /// Vertices around which the jumps do not add up: the curve ends there. They have no coordinates.
+    /// Vertices around which the jumps do not add up: the curve ends there. They have no
+    /// coordinates.
     pub endpoints: Vec<Vertex>,
     /// Vertices with jumps whose faces are not one fan. They have no coordinates either.
     ///
-    /// Deviation: the public program takes the curve for absent there, so that the jumps at both ends of an edge differ and the
-    /// derivative is no form any more. (Tests `a_fin_is_warned_of_and_changes_little_elsewhere`,
+    /// Deviation: the public program takes the curve for absent there, so that the jumps at both
+    /// ends of an edge differ and the derivative is no form any more. (Tests
+    /// `a_fin_is_warned_of_and_changes_little_elsewhere`,
     /// `a_completed_loop_through_a_pinched_vertex_keeps_its_jumps`.)
     pub not_fans: Vec<Vertex>,
 }
@@ -29,8 +32,8 @@ impl Coordinates {
         Coordinates { corner: vec![0.0; 3 * mesh.face_count()], ..Coordinates::default() }
     }
 
-    /// Walks around every vertex at an edge with a jump. Around an inner vertex jumps that add up to more than `tolerance` make it
-    /// an endpoint.
+    /// Walks around every vertex at an edge with a jump. Around an inner vertex jumps that add up
+    /// to more than `tolerance` make it an endpoint.
     pub fn of(mesh: &TriangleMesh, jump: &[f64], tolerance: f64) -> Coordinates {
         let mut result = Coordinates::none(mesh);
         result.walk_around(mesh, jump, vertices_at_jumps(mesh, jump), tolerance);

@@ -14,12 +14,14 @@ pub enum Part {
     Bounding,
     /// Loops that bound nothing.
     Nonbounding,
-    /// Nothing: the step runs along the boundary of the surface or an edge of three faces, or cancels with another.
+    /// Nothing: the step runs along the boundary of the surface or an edge of three faces, or
+    /// cancels with another.
     LeftOut,
 }
 
-/// For every step of the input its part. Of the steps along an edge as many count as its jump has copies, in the direction of the
-/// jump; and of these as many are nonbounding as the nonbounding jump has copies.
+/// For every step of the input its part. Of the steps along an edge as many count as its jump has
+/// copies, in the direction of the jump; and of these as many are nonbounding as the nonbounding
+/// jump has copies.
 pub(crate) fn parts_of(steps: &[Step], jump: &[i32], nonbounding: &[f64]) -> Vec<Part> {
     // Copies that are left to be told, of both kinds.
     let mut left: BTreeMap<Edge, [i32; 2]> = BTreeMap::new();

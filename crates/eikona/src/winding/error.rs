@@ -36,7 +36,8 @@ pub enum WindingError {
     Multiplicity {
         /// The edge. Of the mesh cut along the curve, if it had to be cut.
         edge: Edge,
-        /// Its vertices. Those of the input keep their numbers when the mesh is cut; higher numbers are of vertices that the cut made.
+        /// Its vertices. Those of the input keep their numbers when the mesh is cut; higher numbers
+        /// are of vertices that the cut made.
         vertices: [Vertex; 2],
         /// The largest multiplicity that is accepted.
         most: i32,
@@ -66,7 +67,8 @@ pub enum WindingError {
 pub struct UnsolvedProgram {
     /// In words, and what may help. Of many edges it names a few.
     pub reason: String,
-    /// The edges concerned, if it is some of them, by their vertices; numbered as in [`WindingError::Multiplicity`].
+    /// The edges concerned, if it is some of them, by their vertices; numbered as in
+    /// [`WindingError::Multiplicity`].
     pub edges: Vec<[Vertex; 2]>,
 }
 

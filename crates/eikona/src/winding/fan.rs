@@ -24,14 +24,15 @@ impl Crossing {
 pub(crate) struct Fan {
     /// Indices of corners (3 f + k).
     pub corners: Vec<usize>,
-    /// `crossings[i]` lies between corner `i` and the next; in a closed fan the last one leads back to the first.
+    /// `crossings[i]` lies between corner `i` and the next; in a closed fan the last one leads back
+    /// to the first.
     pub crossings: Vec<Crossing>,
     pub closed: bool,
 }
 
 impl Fan {
-    /// Walks around a vertex, from one boundary edge to the other if there are such. `false` if its faces are more than one fan,
-    /// or meet at an edge of three faces, or if it has no faces.
+    /// Walks around a vertex, from one boundary edge to the other if there are such. `false` if its
+    /// faces are more than one fan, or meet at an edge of three faces, or if it has no faces.
     pub fn walk(&mut self, mesh: &TriangleMesh, v: Vertex) -> bool {
         self.corners.clear();
         self.crossings.clear();

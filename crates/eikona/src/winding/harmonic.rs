@@ -20,8 +20,8 @@ pub(crate) struct Hodge {
 }
 
 impl Hodge {
-    /// The surface is cut open along edges of three or more faces. Closed orientable patches have the constants as kernel: their
-    /// first face is held at zero.
+    /// The surface is cut open along edges of three or more faces. Closed orientable patches have
+    /// the constants as kernel: their first face is held at zero.
     pub fn new(mesh: &TriangleMesh, triangulation: &Triangulation) -> Result<Hodge, NumericError> {
         let halfedges = triangulation.weight.len();
         let inverse_star: Vec<f64> = (0..halfedges).map(|h| 1.0 / triangulation.star(h)).collect();
@@ -51,7 +51,8 @@ impl Hodge {
         Ok(Hodge { factor: Cholesky::new(symbolic.into(), &matrix)?, inverse_star })
     }
 
-    /// The harmonic part (section 3.3) of a co-closed form along halfedges, with the relative residual of the solve.
+    /// The harmonic part (section 3.3) of a co-closed form along halfedges, with the relative
+    /// residual of the solve.
     pub fn harmonic_part(
         &self,
         triangulation: &Triangulation,
@@ -89,8 +90,8 @@ pub(crate) fn integrated_in_faces(form: &[f64]) -> Vec<f64> {
     form.chunks_exact(3).flat_map(|sides| [0.0, sides[0], sides[0] + sides[1]]).collect()
 }
 
-/// For each edge of two faces the value in the first face minus that in the second, at the origin of the first halfedge; 0 at
-/// other edges.
+/// For each edge of two faces the value in the first face minus that in the second, at the origin
+/// of the first halfedge; 0 at other edges.
 pub(crate) fn jumps_of(mesh: &TriangleMesh, values: &[f64]) -> Vec<f64> {
     mesh.edges()
         .map(|e| match mesh.edge_halfedges(e) {
@@ -112,7 +113,8 @@ mod tests {
     use crate::winding::operators::Operators;
     use eikona_mesh::{Vertex, damage, shapes};
 
-    /// A form that is closed in every triangle and co-closed at every vertex inside, also at the curve's ends.
+    /// A form that is closed in every triangle and co-closed at every vertex inside, also at the
+    /// curve's ends.
     fn is_harmonic(mesh: &TriangleMesh, on: &Operators, arc: &[u32]) {
         let mut jump = vec![0.0; mesh.edge_count()];
         for ends in arc.windows(2) {

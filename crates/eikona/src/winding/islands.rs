@@ -5,15 +5,16 @@ use crate::winding::triangulation::Triangulation;
 use eikona_mesh::{Face, Neighbour, TriangleMesh};
 use std::collections::{BTreeMap, VecDeque};
 
-/// What hangs together through vertices that have values: as a rule a connected component of the surface. (Surfaces that touch in a
-/// vertex where a curve ends are two.)
+/// What hangs together through vertices that have values: as a rule a connected component of the
+/// surface. (Surfaces that touch in a vertex where a curve ends are two.)
 #[derive(Clone, Debug)]
 pub(crate) struct Islands {
     /// Island of each face.
     pub of_face: Vec<u32>,
     pub count: usize,
-    /// Faces whose corners all have no value, each with a face that has one, by the fewest faces between: they are of its island. `None`
-    /// if there is none; such a face is an island of its own.
+    /// Faces whose corners all have no value, each with a face that has one, by the fewest faces
+    /// between: they are of its island. `None` if there is none; such a face is an island of its
+    /// own.
     pub without_value: Vec<(Face, Option<Face>)>,
 }
 

@@ -21,9 +21,10 @@ impl JumpLaplace {
         Ok(JumpLaplace { symbolic: Symbolic::new(&graph, Ordering::Given(&order))?.into() })
     }
 
-    /// Factors the operator without the vertices that are excluded. Of every connected part that is left the first vertex is
-    /// held at zero; the part is singular otherwise, and its right-hand sides add up to zero. Deviation: the public program adds 1e-8 to the
-    /// whole diagonal, here and in the Hodge system, which moves its figures by 1e-6.
+    /// Factors the operator without the vertices that are excluded. Of every connected part that is
+    /// left the first vertex is held at zero; the part is singular otherwise, and its right-hand
+    /// sides add up to zero. Deviation: the public program adds 1e-8 to the whole diagonal, here
+    /// and in the Hodge system, which moves its figures by 1e-6.
     pub fn factor(
         &self,
         triangulation: &Triangulation,
@@ -57,8 +58,9 @@ fn included<'a>(
     halfedges.filter(|(_, [i, j])| !excluded[*i] && !excluded[*j])
 }
 
-/// The part of each vertex, named by its first vertex: what is connected through edges between vertices that are not excluded.
-/// Excluded vertices are parts of their own. The function of each part is known up to a constant.
+/// The part of each vertex, named by its first vertex: what is connected through edges between
+/// vertices that are not excluded. Excluded vertices are parts of their own. The function of each
+/// part is known up to a constant.
 pub(crate) fn parts(triangulation: &Triangulation, excluded: &[bool]) -> Vec<u32> {
     let mut parts = DisjointSets::new(excluded.len());
     for (_, [i, j]) in included(triangulation, excluded) {
@@ -67,8 +69,8 @@ pub(crate) fn parts(triangulation: &Triangulation, excluded: &[bool]) -> Vec<u32
     (0..excluded.len() as u32).map(|v| parts.find(v)).collect()
 }
 
-/// What a function whose values at corners have these differences along halfedges, before any values at vertices are added,
-/// makes the right-hand side.
+/// What a function whose values at corners have these differences along halfedges, before any
+/// values at vertices are added, makes the right-hand side.
 pub(crate) fn right_hand_side(
     triangulation: &Triangulation,
     excluded: &[bool],
@@ -83,8 +85,8 @@ pub(crate) fn right_hand_side(
     rhs
 }
 
-/// The values at vertices that, added at their corners, make the function with these differences as smooth as can be; with the
-/// relative residual.
+/// The values at vertices that, added at their corners, make the function with these differences as
+/// smooth as can be; with the relative residual.
 pub(crate) fn solve_jump_equation(
     triangulation: &Triangulation,
     factor: &Cholesky<f64>,
@@ -97,8 +99,9 @@ pub(crate) fn solve_jump_equation(
     Ok((base, residual))
 }
 
-/// The derivative along halfedges (section 2.4.2) of a function with these values at vertices and differences at corners: the same
-/// in both triangles of a side; zero at sides with an end that is excluded.
+/// The derivative along halfedges (section 2.4.2) of a function with these values at vertices and
+/// differences at corners: the same in both triangles of a side; zero at sides with an end that is
+/// excluded.
 pub(crate) fn darboux_derivative(
     triangulation: &Triangulation,
     excluded: &[bool],

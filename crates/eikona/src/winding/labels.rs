@@ -12,7 +12,8 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Labels {
     pub label: Vec<i32>,
-    /// Half minus the distance of the face's mean value, shifted, from its label: 0.5 for certain, 0 for a guess.
+    /// Half minus the distance of the face's mean value, shifted, from its label: 0.5 for certain,
+    /// 0 for a guess.
     pub margin: Vec<f64>,
     /// What was added to the values of each island before they were rounded.
     pub shift: Vec<f64>,
@@ -25,12 +26,14 @@ pub(crate) fn face_mean(values: &[f64], face: Face) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// What part of the curve is taken to bound: where this much of the jump is left without its nonbounding part.
+/// What part of the curve is taken to bound: where this much of the jump is left without its
+/// nonbounding part.
 const BOUNDS: f64 = 0.6;
-/// Weight of the other edges of the curve, of whose jump the nonbounding part is an uncertain share. It lets them decide where nearly
-/// nothing bounds.
+/// Weight of the other edges of the curve, of whose jump the nonbounding part is an uncertain
+/// share. It lets them decide where nearly nothing bounds.
 const WEIGHT_OF_OTHERS: f64 = 0.1;
-/// Below this agreement (1 if all votes are the same, 0 if they cancel) a circular mean says nothing.
+/// Below this agreement (1 if all votes are the same, 0 if they cancel) a circular mean says
+/// nothing.
 const AGREEMENT: f64 = 0.5;
 
 /// Votes for the value that is to become a whole number.
@@ -38,8 +41,8 @@ const AGREEMENT: f64 = 0.5;
 struct Votes {
     phase: [f64; 2],
     weight: f64,
-    /// Sum and weight of the values halfway up an odd number of steps. Others are left out: the mean would change when the curve is
-    /// reversed.
+    /// Sum and weight of the values halfway up an odd number of steps. Others are left out: the
+    /// mean would change when the curve is reversed.
     halfway: [f64; 2],
 }
 
@@ -70,14 +73,16 @@ impl Votes {
 
 /// Rounds a function that jumps by `curve` less `nonbounding` (first face of an edge minus second).
 ///
-/// Deviation: the public program shifts by the mean of |round(a) - a| over the curve, `a` the value on its left, which loses the sign of
-/// the shift. Here the edges of the curve vote for it: halfway between both sides of a jump lies a whole number plus half the
-/// jump. Votes are averaged around the circle, as they are whole numbers apart on different loops; but where they contradict each other
-/// (two copies of a broken curve side by side: with both there the steps are at 0 and 1, with one at 1/2) the plain mean
-/// parts inside from outside. Jumps off the curve have no vote: around a broken loop that bounds nothing the largest of them lie in
-/// its gaps, and would put the level halfway between whole numbers. (Tests `winding_broken`: with half of a level set missing, 0.7 % of the
-/// area is wrong, by the public rule 5 % to 9 %, at the best level there is 0.6 %; with half of a curve and of its offset missing
-/// 0.04 %, by a circular mean alone 2.0 %.)
+/// Deviation: the public program shifts by the mean of |round(a) - a| over the curve, `a` the value
+/// on its left, which loses the sign of the shift. Here the edges of the curve vote for it: halfway
+/// between both sides of a jump lies a whole number plus half the jump. Votes are averaged around
+/// the circle, as they are whole numbers apart on different loops; but where they contradict each
+/// other (two copies of a broken curve side by side: with both there the steps are at 0 and 1, with
+/// one at 1/2) the plain mean parts inside from outside. Jumps off the curve have no vote: around a
+/// broken loop that bounds nothing the largest of them lie in its gaps, and would put the level
+/// halfway between whole numbers. (Tests `winding_broken`: with half of a level set missing, 0.7 %
+/// of the area is wrong, by the public rule 5 % to 9 %, at the best level there is 0.6 %; with half
+/// of a curve and of its offset missing 0.04 %, by a circular mean alone 2.0 %.)
 pub(crate) fn labels(
     mesh: &TriangleMesh,
     triangles: &[Triangle],

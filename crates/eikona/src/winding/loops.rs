@@ -6,8 +6,8 @@ use eikona_mesh::{Edge, Halfedge, Neighbour, TriangleMesh, Vertex};
 /// A closed polyline along edges, or one from boundary to boundary, across which a function jumps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JumpLoop {
-    /// Its vertices, with the higher value on the left of the first step in the winding of the face there; left is carried along. Closed if
-    /// the last is the first.
+    /// Its vertices, with the higher value on the left of the first step in the winding of the face
+    /// there; left is carried along. Closed if the last is the first.
     pub vertices: Vec<Vertex>,
     /// How high the jump is: a whole number for boundaries of regions and for closed curves.
     pub jump: f64,
@@ -21,13 +21,15 @@ struct Step {
     forward: bool,
 }
 
-/// Takes jumps apart into loops, the highest edges first. What jumps by less than [`THRESHOLD`] is left out.
+/// Takes jumps apart into loops, the highest edges first. What jumps by less than [`THRESHOLD`] is
+/// left out.
 ///
-/// Jumps of an edge are those of its first face less its second; around each vertex inside they add up to nothing.
+/// Jumps of an edge are those of its first face less its second; around each vertex inside they add
+/// up to nothing.
 ///
 /// # Cost
-/// Each loop takes all of the jump off one edge at least: the number of edges with a jump times the length of a loop at worst, as
-/// a rule the sum of the lengths of all loops.
+/// Each loop takes all of the jump off one edge at least: the number of edges with a jump times the
+/// length of a loop at worst, as a rule the sum of the lengths of all loops.
 pub(crate) fn loops_of(mesh: &TriangleMesh, jump: impl Fn(Edge) -> f64) -> Vec<JumpLoop> {
     let mut left: Vec<f64> =
         mesh.edges().map(|e| if mesh.edge_halfedges(e).len() == 2 { jump(e) } else { 0.0 }).collect();
@@ -64,8 +66,9 @@ pub(crate) fn loops_of(mesh: &TriangleMesh, jump: impl Fn(Edge) -> f64) -> Vec<J
 /// Not on the walk.
 const NONE: i32 = i32::MIN;
 
-/// From an edge on along edges with a jump until one of them comes again, or the boundary; in that case back from the first edge as
-/// well. Gives the loop that was found. `place` is all [`NONE`] before and after.
+/// From an edge on along edges with a jump until one of them comes again, or the boundary; in that
+/// case back from the first edge as well. Gives the loop that was found. `place` is all [`NONE`]
+/// before and after.
 fn walk(mesh: &TriangleMesh, left: &[f64], nothing: f64, first: Edge, place: &mut [i32]) -> Vec<Step> {
     let high = mesh.edge_halfedges(first)[usize::from(left[first.index()] < 0.0)];
     // Steps ahead have places 0, 1, .., those behind the first one -1, -2, ..
@@ -102,8 +105,9 @@ fn walk(mesh: &TriangleMesh, left: &[f64], nothing: f64, first: Edge, place: &mu
     meeting.unwrap_or_else(|| behind.iter().rev().map(turned).chain(ahead).collect())
 }
 
-/// The next edge around the vertex that a step leads to whose higher side is the side from which it is reached, beginning at the
-/// higher side of the step. `None` where the faces around the vertex end first.
+/// The next edge around the vertex that a step leads to whose higher side is the side from which it
+/// is reached, beginning at the higher side of the step. `None` where the faces around the vertex
+/// end first.
 fn next_step(mesh: &TriangleMesh, left: &[f64], nothing: f64, step: Step) -> Option<Step> {
     let vertex = if step.forward { mesh.tip(step.high) } else { mesh.origin(step.high) };
     let mut side = step.high;

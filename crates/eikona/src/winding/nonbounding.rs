@@ -1,4 +1,5 @@
-//! Step 7: the cheapest closed jumps with the same harmonic part, which are what bounds nothing (eq. 11).
+//! Step 7: the cheapest closed jumps with the same harmonic part, which are what bounds nothing
+//! (eq. 11).
 
 use crate::geometry::Triangle;
 use crate::winding::error::WindingError;
@@ -19,11 +20,12 @@ pub(crate) struct Nonbounding {
     pub freed: Vec<Edge>,
 }
 
-/// Minimises the length of `shift + D sigma`, which costs `epsilon` times its length along the curve and must lie between nothing
-/// and the curve there.
+/// Minimises the length of `shift + D sigma`, which costs `epsilon` times its length along the
+/// curve and must lie between nothing and the curve there.
 ///
-/// Deviation: lengths are taken up to 1e-4 longer, by the edge's key, so that of several shortest loops always the same is found (the
-/// paper leaves that to the solver). The report has the cost by true lengths, and a bound of it.
+/// Deviation: lengths are taken up to 1e-4 longer, by the edge's key, so that of several shortest
+/// loops always the same is found (the paper leaves that to the solver). The report has the cost by
+/// true lengths, and a bound of it.
 pub(crate) fn nonbounding_part(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
@@ -76,15 +78,17 @@ pub(crate) fn nonbounding_part(
     })
 }
 
-/// So often limits that contradict each other are raised, before whole parts lose theirs. Rings side by side take 3 attempts; 10 000
-/// faces with nothing but limits between them up to 70.
+/// So often limits that contradict each other are raised, before whole parts lose theirs. Rings
+/// side by side take 3 attempts; 10 000 faces with nothing but limits between them up to 70.
 const MOST_REPAIRS: usize = 50;
 
-/// Minimises jumps, frees them from limits that can not be kept, and says in how many attempts and which.
+/// Minimises jumps, frees them from limits that can not be kept, and says in how many attempts and
+/// which.
 ///
-/// Where rings of faces hang together by edges of the curve alone, the limits of those edges can contradict each other. Deviation:
-/// the paper says nothing of them. They are raised by what is missing, and dropped where that does not help; if contradictions do not
-/// end, all limits are dropped in the parts of the surface that edges with limits join to them.
+/// Where rings of faces hang together by edges of the curve alone, the limits of those edges can
+/// contradict each other. Deviation: the paper says nothing of them. They are raised by what is
+/// missing, and dropped where that does not help; if contradictions do not end, all limits are
+/// dropped in the parts of the surface that edges with limits join to them.
 fn minimise_with_limits(
     faces: usize,
     terms: &mut [JumpTerm],
@@ -116,8 +120,9 @@ fn minimise_with_limits(
     }
 }
 
-/// The steps that are allowed, in proportion to faces and edges. Broken curves on half a million faces need 120 for each; were they
-/// left to the network simplex, it would take 33 000 on 200 000 faces, three minutes.
+/// The steps that are allowed, in proportion to faces and edges. Broken curves on half a million
+/// faces need 120 for each; were they left to the network simplex, it would take 33 000 on 200 000
+/// faces, three minutes.
 fn work_limit(faces: usize, terms: usize) -> u64 {
     50_000 * (1 + faces + terms) as u64
 }
@@ -154,8 +159,8 @@ fn drop_limits(
     }
 }
 
-/// Keys that decide between loops of the same length: from where an edge lies in the box of the mesh, so that numbering, scale
-/// and place of the mesh do not matter.
+/// Keys that decide between loops of the same length: from where an edge lies in the box of the
+/// mesh, so that numbering, scale and place of the mesh do not matter.
 struct Keys {
     centre: [f64; 3],
     scale: f64,
@@ -190,8 +195,8 @@ impl Keys {
 mod tests {
     use super::*;
 
-    /// Rings of three boxed terms, the second of each pair of rings with a contradiction; free terms join the pairs, boxed ones the
-    /// rings of a pair.
+    /// Rings of three boxed terms, the second of each pair of rings with a contradiction; free
+    /// terms join the pairs, boxed ones the rings of a pair.
     fn pairs_of_rings(pairs: u32) -> (usize, Vec<JumpTerm>) {
         let mut terms = Vec::new();
         let mut add = |from, to, shift, limit| {
@@ -246,8 +251,8 @@ mod tests {
         assert_eq!(solution.statistics.work, before + last.statistics.work);
     }
 
-    /// Ten times what the largest instances of `eikona-numeric/examples/jumps.rs` with curves need, and less than an hour at 2 10^7
-    /// steps a second.
+    /// Ten times what the largest instances of `eikona-numeric/examples/jumps.rs` with curves need,
+    /// and less than an hour at 2 10^7 steps a second.
     #[test]
     fn the_work_limit_is_in_proportion_to_the_mesh() {
         let limit = work_limit(500_800, 751_200);

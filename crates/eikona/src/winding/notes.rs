@@ -6,8 +6,8 @@ use crate::winding::islands::Islands;
 use crate::wording::counted;
 use eikona_mesh::{Edge, Face, SurfacePoint, TriangleMesh, Vertex};
 
-/// How elements are called to the user, who knows those of the input only: of a mesh that was cut, where its vertices lie and the faces
-/// that they were cut from.
+/// How elements are called to the user, who knows those of the input only: of a mesh that was cut,
+/// where its vertices lie and the faces that they were cut from.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Names<'a>(pub Option<(&'a [SurfacePoint], &'a [Face])>);
 

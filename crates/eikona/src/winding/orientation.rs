@@ -1,12 +1,14 @@
 //! Which stretches of a curve look reversed.
 //!
-//! The energy of the jump function is a quadratic form of the curve: E = s' K s, where s has +1 or -1 for each stretch, as it is
-//! given or turned over. Stretches that belong together lower each other's part of it, since the ends of one cancel the ends of
-//! the next; a stretch that raises that of the others looks reversed.
+//! The energy of the jump function is a quadratic form of the curve: E = s' K s, where s has +1 or
+//! -1 for each stretch, as it is given or turned over. Stretches that belong together lower each
+//! other's part of it, since the ends of one cancel the ends of the next; a stretch that raises
+//! that of the others looks reversed.
 //!
-//! Two kinds of stretches are taken as they are given, though energy would fall if they were turned over: those without ends (closed,
-//! or from boundary to boundary), since either orientation of them means something; and those that run alongside each other (copies,
-//! offsets), which would undo each other.
+//! Two kinds of stretches are taken as they are given, though energy would fall if they were turned
+//! over: those without ends (closed, or from boundary to boundary), since either orientation of
+//! them means something; and those that run alongside each other (copies, offsets), which would
+//! undo each other.
 
 use crate::contour::{EmbeddedCurve, SegmentId};
 use crate::geometry::Triangle;
@@ -21,13 +23,16 @@ use crate::winding::triangulation::next;
 use eikona_mesh::{Curve, DisjointSets, Face, SurfaceCurves, TriangleMesh, Vertex};
 use std::collections::BTreeMap;
 
-/// [`Diagnosis::Automatic`](super::Diagnosis::Automatic) looks at curves of up to so many stretches.
+/// [`Diagnosis::Automatic`](super::Diagnosis::Automatic) looks at curves of up to so many
+/// stretches.
 pub const MOST_STRETCHES: usize = 32;
 
-/// [`Diagnosis::Always`](super::Diagnosis::Always) does up to so many: each is weighed against each other.
+/// [`Diagnosis::Always`](super::Diagnosis::Always) does up to so many: each is weighed against each
+/// other.
 pub(super) const MOST_AT_ALL: usize = 2000;
 
-/// A stretch is turned over if what it adds to the energy of the others is more than this share of its own.
+/// A stretch is turned over if what it adds to the energy of the others is more than this share of
+/// its own.
 const SHARE: f64 = 0.05;
 /// Energies below this (jumps are whole numbers) are rounding: of closed curves that bound.
 const NO_ENERGY: f64 = 1e-9;
@@ -41,22 +46,26 @@ pub struct Orientation {
     pub reversed: Vec<SegmentId>,
     /// By which share of it the energy of the jump function falls when they are turned over.
     pub energy_saved: f64,
-    /// The share of the area whose label changes when they are turned over; `None` if the curve that comes of it has no answer.
+    /// The share of the area whose label changes when they are turned over; `None` if the curve
+    /// that comes of it has no answer.
     pub changed_area: Option<f64>,
     /// Their steps, by curve and step.
     steps: Vec<(usize, usize)>,
 }
 
 impl Orientation {
-    /// The curves of the input with the segments that look reversed turned over. A curve of which only some do is parted.
+    /// The curves of the input with the segments that look reversed turned over. A curve of which
+    /// only some do is parted.
     ///
     /// ```
     /// use eikona::mesh::{Curve, SurfaceCurves, Vertex, shapes};
     /// use eikona::winding::{WindingOptions, surface_winding_number};
-    /// // Most of a ring of 36 vertices in a disk, in two pieces; the shorter one runs against the other.
+    ///
+    /// // Most of a ring of 36 vertices in a disk, in two pieces; the shorter one is reversed.
     /// let disk = shapes::disk(12, 6, 1.0)?;
     /// let ring = |j: u32| Vertex(91 + j % 36);
-    /// let (first, second) = (Curve::signed((0..=16).map(ring)), Curve::signed((19..=33).rev().map(ring)));
+    /// let first = Curve::signed((0..=16).map(ring));
+    /// let second = Curve::signed((19..=33).rev().map(ring));
     /// let curves = SurfaceCurves { curves: vec![first, second], points: Vec::new() };
     /// let winding = surface_winding_number(&disk, &curves, &WindingOptions::default())?;
     /// let suggested = winding.report.orientation.unwrap().suggested(&curves);
@@ -116,7 +125,8 @@ pub(super) struct Stretches {
 }
 
 impl Stretches {
-    /// Steps follow each other within a curve; and where as many others arrive at a vertex as leave it, one the other.
+    /// Steps follow each other within a curve; and where as many others arrive at a vertex as leave
+    /// it, one the other.
     pub fn of(steps: &[Step]) -> Stretches {
         let steps: Vec<Step> = steps.iter().copied().filter(|s| s.jump != 0).collect();
         let mut next: Vec<Option<usize>> = vec![None; steps.len()];
@@ -164,7 +174,8 @@ impl Stretches {
         self.of.len()
     }
 
-    /// Turns over what lowers the energy, one stretch after the other, the one that lowers it most first.
+    /// Turns over what lowers the energy, one stretch after the other, the one that lowers it most
+    /// first.
     ///
     /// # Cost
     /// A factorisation, and for each stretch a solve for the values beside the curve.
@@ -286,8 +297,8 @@ impl Stretches {
         Ok(Some(Interaction { energy, has_ends }))
     }
 
-    /// Forgets what stretches add to each other's energy that run alongside each other: the middle of one is nearer to the other
-    /// than a quarter of its length.
+    /// Forgets what stretches add to each other's energy that run alongside each other: the middle
+    /// of one is nearer to the other than a quarter of its length.
     fn leave_neighbours_alone(
         &self,
         mesh: &TriangleMesh,
@@ -338,7 +349,8 @@ fn groups(energy: &[Vec<f64>], has_ends: &[bool]) -> Vec<usize> {
     groups.numbers().0.into_iter().map(|g| g as usize).collect()
 }
 
-/// Turning over a whole group changes next to no energy: of what is turned over of it and the rest, the shorter is what looks reversed.
+/// Turning over a whole group changes next to no energy: of what is turned over of it and the rest,
+/// the shorter is what looks reversed.
 fn turn_the_shorter_parts(groups: &[usize], lengths: &[f64], sign: &mut [f64]) {
     let mut kept = vec![0.0; groups.len()];
     (0..sign.len()).for_each(|p| kept[groups[p]] += sign[p] * lengths[p]);
@@ -347,7 +359,8 @@ fn turn_the_shorter_parts(groups: &[usize], lengths: &[f64], sign: &mut [f64]) {
     }
 }
 
-/// Turns back what is turned over of a group, unless that would raise the energy, now with what stretches beside each other add to it.
+/// Turns back what is turned over of a group, unless that would raise the energy, now with what
+/// stretches beside each other add to it.
 fn turn_back_what_saves_nothing(groups: &[usize], whole: &[Vec<f64>], sign: &mut [f64]) {
     for g in 0..groups.len() {
         let is_turned = |p: usize, sign: &[f64]| groups[p] == g && sign[p] < 0.0;

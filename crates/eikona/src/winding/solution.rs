@@ -11,41 +11,49 @@ use eikona_mesh::{
 };
 use eikona_numeric::{Certificate, JumpStatistics};
 
-/// The winding number of curves on a surface, and what follows from it. All fields are on [`mesh`](Winding::mesh).
+/// The winding number of curves on a surface, and what follows from it. All fields are on
+/// [`mesh`](Winding::mesh).
 #[derive(Clone, Debug)]
 pub struct Winding {
-    /// The surface of the result: the input with its faces wound alike where that is possible. It is cut along curves that cross
-    /// faces and along straightened completions ([`CompletionShape`](super::CompletionShape)), and finer along short open pieces of the curve ([`split_short`](super::WindingOptions::split_short)); fields have values
-    /// for its faces then, not for those of the input. See [`face_parent`](Winding::face_parent), [`input_labels`](Winding::input_labels),
-    /// [`label_at`](Winding::label_at).
+    /// The surface of the result: the input with its faces wound alike where that is possible. It
+    /// is cut along curves that cross faces and along straightened completions
+    /// ([`CompletionShape`](super::CompletionShape)), and finer along short open pieces of the
+    /// curve ([`split_short`](super::WindingOptions::split_short)); fields have values for its
+    /// faces then, not for those of the input. See [`face_parent`](Winding::face_parent),
+    /// [`input_labels`](Winding::input_labels), [`label_at`](Winding::label_at).
     pub mesh: TriangleMesh,
     /// The face of the input that each face lies in: itself, if the mesh was not cut.
     pub face_parent: Vec<Face>,
-    /// The winding number `w` at each corner; it jumps across the curve, and is smooth elsewhere. One constant a
-    /// component is arbitrary: [`shift`](Winding::shift) fixes it. NaN at endpoints of the curve, around which it depends on the
-    /// direction: see [`value_at`](Winding::value_at); and at vertices of the completed curve whose faces are more than one fan (jumps
-    /// below 0.01 fade out towards them instead).
+    /// The winding number `w` at each corner; it jumps across the curve, and is smooth elsewhere.
+    /// One constant a component is arbitrary: [`shift`](Winding::shift) fixes it. NaN at endpoints
+    /// of the curve, around which it depends on the direction: see [`value_at`](Winding::value_at);
+    /// and at vertices of the completed curve whose faces are more than one fan (jumps below 0.01
+    /// fade out towards them instead).
     pub values: CornerField<f64>,
-    /// The whole number of each face: how often the curve winds around it. Beside straightened completions it may differ from
-    /// the value rounded. 1 higher on the left of the curve than on its right. Faces that
-    /// have no value at any corner are labelled like the nearest one that has.
+    /// The whole number of each face: how often the curve winds around it. Beside straightened
+    /// completions it may differ from the value rounded. 1 higher on the left of the curve than on
+    /// its right. Faces that have no value at any corner are labelled like the nearest one that
+    /// has.
     pub labels: FaceField<i32>,
-    /// How certain each label is: 0.5 where the value is a whole number, 0 where it lies halfway between two or nearer to another, and
-    /// in faces without any value.
+    /// How certain each label is: 0.5 where the value is a whole number, 0 where it lies halfway
+    /// between two or nearer to another, and in faces without any value.
     pub margin: FaceField<f64>,
-    /// For each component what makes its values whole numbers where the curve is whole: `label = round(w + shift)`, of the mean over
-    /// the corners of a face.
+    /// For each component what makes its values whole numbers where the curve is whole: `label =
+    /// round(w + shift)`, of the mean over the corners of a face.
     pub shift: Vec<f64>,
     /// Component of each face: what hangs together through vertices that have values.
     pub component: FaceField<u32>,
-    /// The curves of the input, as walks along edges of [`mesh`](Winding::mesh); each step with the segment that it is a piece of.
+    /// The curves of the input, as walks along edges of [`mesh`](Winding::mesh); each step with the
+    /// segment that it is a piece of.
     pub curves: Vec<EmbeddedCurve>,
-    /// The input as a jump at each edge: the value in the face of its first halfedge minus that of its second. Multiplicities
-    /// are added, opposite directions cancel.
+    /// The input as a jump at each edge: the value in the face of its first halfedge minus that of
+    /// its second. Multiplicities are added, opposite directions cancel.
     pub jump: EdgeField<i32>,
-    /// The jump `t` of the nonbounding part at each edge, completed to closed loops; whole numbers if the curve is closed.
+    /// The jump `t` of the nonbounding part at each edge, completed to closed loops; whole numbers
+    /// if the curve is closed.
     pub nonbounding: EdgeField<f64>,
-    /// The residual function `v` at each corner, which jumps by [`nonbounding`](Winding::nonbounding).
+    /// The residual function `v` at each corner, which jumps by
+    /// [`nonbounding`](Winding::nonbounding).
     pub residual_function: CornerField<f64>,
     /// Inner vertices at which the curve ends.
     pub endpoints: Vec<Vertex>,
@@ -80,12 +88,13 @@ pub struct WindingReport {
     pub residual: f64,
     /// The linear program, if there was need for it.
     pub program: Option<ProgramReport>,
-    /// The largest nonbounding jump of the solution on edges, and how far such jumps are from whole numbers: 0 for closed curves, up to 0.5 for broken
-    /// ones.
+    /// The largest nonbounding jump of the solution on edges, and how far such jumps are from whole
+    /// numbers: 0 for closed curves, up to 0.5 for broken ones.
     pub largest_nonbounding: f64,
     /// See [`largest_nonbounding`](WindingReport::largest_nonbounding).
     pub farthest_from_whole: f64,
-    /// The share of the area whose label is next to a guess: its [`margin`](Winding::margin) is below 0.1.
+    /// The share of the area whose label is next to a guess: its [`margin`](Winding::margin) is
+    /// below 0.1.
     pub uncertain_area: f64,
     /// How the completion was straightened; `None` if there is none, or it stays on edges
     /// ([`CompletionShape`](super::CompletionShape)).
@@ -96,12 +105,14 @@ pub struct WindingReport {
     pub warnings: Vec<String>,
 }
 
-/// How the completion of the curve was straightened. Pieces lie between open ends of the curve and places where pieces meet.
+/// How the completion of the curve was straightened. Pieces lie between open ends of the curve and
+/// places where pieces meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CompletionReport {
     /// Pieces of the completion, those of region boundaries and of nonbounding loops.
     pub pieces: usize,
-    /// How many of them were straightened. Others are single edges or otherwise straight already, or stay on edges.
+    /// How many of them were straightened. Others are single edges or otherwise straight already,
+    /// or stay on edges.
     pub straightened: usize,
     /// How many stay on edges, since they would cross other parts of the completed curve or vanish.
     pub kept: usize,
@@ -113,9 +124,10 @@ pub struct CompletionReport {
 
 /// How the linear program was solved, and how well. Costs are lengths in the unit of the mesh.
 ///
-/// Deviation: of several shortest loops always the same one is found, as lengths are taken up to 1e-4 longer, each by a little more or
-/// less. So the program that is solved is not quite that of eq. 11. [`certificate`](ProgramReport::certificate) proves the answer
-/// optimal for the lengths that were taken; that it is nearly optimal for the true ones is what
+/// Deviation: of several shortest loops always the same one is found, as lengths are taken up to
+/// 1e-4 longer, each by a little more or less. So the program that is solved is not quite that of
+/// eq. 11. [`certificate`](ProgramReport::certificate) proves the answer optimal for the lengths
+/// that were taken; that it is nearly optimal for the true ones is what
 /// [`lower_bound`](ProgramReport::lower_bound) says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramReport {
@@ -123,15 +135,17 @@ pub struct ProgramReport {
     pub objective: f64,
     /// No nonbounding part costs less by true lengths; at most 1e-4 of it below the objective.
     pub lower_bound: f64,
-    /// Value, bound and gap of the program that was solved, computed from the answer alone. Its value is the objective for the lengths
-    /// that were taken, at most 1e-4 larger than for true ones.
+    /// Value, bound and gap of the program that was solved, computed from the answer alone. Its
+    /// value is the objective for the lengths that were taken, at most 1e-4 larger than for true
+    /// ones.
     pub certificate: Certificate,
     /// Method and work; the work is that of all attempts.
     pub statistics: JumpStatistics,
-    /// How often the program was tried: once, and again after each time that limits had to be raised or dropped.
+    /// How often the program was tried: once, and again after each time that limits had to be
+    /// raised or dropped.
     pub attempts: usize,
-    /// At how many edges of the curve the limit of the jump was raised or dropped, since no jumps keep all of them: there the
-    /// nonbounding part need not lie between nothing and the curve.
+    /// At how many edges of the curve the limit of the jump was raised or dropped, since no jumps
+    /// keep all of them: there the nonbounding part need not lie between nothing and the curve.
     pub freed: usize,
 }
 
@@ -147,11 +161,13 @@ impl ProgramReport {
 }
 
 impl Winding {
-    /// The winding number at a point of a face of the input (barycentric weights of its corners, in their order there), shifted
-    /// so that it is a whole number where the curve is whole. On the curve it is the value of one of the sides. NaN at an endpoint of
-    /// the curve, in a face whose corners are all endpoints, and for faces that do not exist.
+    /// The winding number at a point of a face of the input (barycentric weights of its corners, in
+    /// their order there), shifted so that it is a whole number where the curve is whole. On the
+    /// curve it is the value of one of the sides. NaN at an endpoint of the curve, in a face whose
+    /// corners are all endpoints, and for faces that do not exist.
     ///
-    /// Near an endpoint the value depends on the direction from it: corners without value have no weight (eq. 4).
+    /// Near an endpoint the value depends on the direction from it: corners without value have no
+    /// weight (eq. 4).
     ///
     /// # Cost
     /// O(log F), and the number of pieces into which the face was cut.
@@ -168,19 +184,22 @@ impl Winding {
         if total == 0.0 { f64::NAN } else { sum / total + self.shift[self.component[face] as usize] }
     }
 
-    /// The label at a point. With straightened completions it is that of the face of [`mesh`](Winding::mesh) there, so that it changes
-    /// across the completed boundary; with completions on edges the whole number nearest to [`value_at`](Winding::value_at), which near the
-    /// curve's gaps changes inside faces. `None` where there is no value.
+    /// The label at a point. With straightened completions it is that of the face of
+    /// [`mesh`](Winding::mesh) there, so that it changes across the completed boundary; with
+    /// completions on edges the whole number nearest to [`value_at`](Winding::value_at), which near
+    /// the curve's gaps changes inside faces. `None` where there is no value.
     ///
     /// ```
     /// use eikona::mesh::{Curve, Face, SurfaceCurves, Vertex, shapes};
     /// use eikona::winding::{WindingOptions, surface_winding_number};
     /// let disk = shapes::disk(20, 6, 20.0)?;
     /// let ring = Curve::signed([1, 2, 3, 4, 5, 6, 1].map(Vertex));
-    /// let winding = surface_winding_number(&disk, &SurfaceCurves::from_curve(ring), &WindingOptions::default())?;
+    /// let curve = SurfaceCurves::from_curve(ring);
+    /// let winding = surface_winding_number(&disk, &curve, &WindingOptions::default())?;
     /// let middle = disk.vertex_corners(Vertex(0))[0].face();
     /// assert_eq!(winding.label_at(middle, [0.2, 0.3, 0.5]), Some(1));
-    /// assert_eq!(winding.labels_at(&[(middle, [1. / 3.; 3]), (Face(1_000_000), [1., 0., 0.])]), [Some(1), None]);
+    /// let nowhere = (Face(1_000_000), [1., 0., 0.]);
+    /// assert_eq!(winding.labels_at(&[(middle, [1. / 3.; 3]), nowhere]), [Some(1), None]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn label_at(&self, face: Face, weights: [f64; 3]) -> Option<i32> {
@@ -197,7 +216,8 @@ impl Winding {
         points.iter().map(|&(face, weights)| self.label_at(face, weights)).collect()
     }
 
-    /// The face of [`mesh`](Winding::mesh) in which a point of an input face lies, with the weights of its corners.
+    /// The face of [`mesh`](Winding::mesh) in which a point of an input face lies, with the weights
+    /// of its corners.
     fn piece_at(&self, face: Face, mut weights: [f64; 3]) -> (Face, [f64; 3]) {
         if self.parents.turned.get(face.index()) == Some(&true) {
             weights.swap(1, 2);
@@ -231,8 +251,8 @@ impl Winding {
     pub fn bounding_jump(&self, edge: Edge) -> f64 {
         f64::from(self.jump[edge]) - self.nonbounding[edge]
     }
-    /// The part of the input that bounds, as curves along edges of [`mesh`](Winding::mesh), every copy by itself. Not completed: see
-    /// [`bounding_loops`](Winding::bounding_loops).
+    /// The part of the input that bounds, as curves along edges of [`mesh`](Winding::mesh), every
+    /// copy by itself. Not completed: see [`bounding_loops`](Winding::bounding_loops).
     ///
     /// ```
     /// use eikona::mesh::{Curve, SurfaceCurves, Vertex, shapes};
@@ -240,7 +260,8 @@ impl Winding {
     /// // Around the tube of a torus, twice.
     /// let torus = shapes::torus(1.0, 0.4, 30, 15)?;
     /// let twice = Curve::signed((0..=30).map(|j| Vertex(7 * 15 + j % 15)));
-    /// let winding = surface_winding_number(&torus, &SurfaceCurves::from_curve(twice), &WindingOptions::default())?;
+    /// let curve = SurfaceCurves::from_curve(twice);
+    /// let winding = surface_winding_number(&torus, &curve, &WindingOptions::default())?;
     /// assert_eq!(winding.bounding_part().segment_count(), 0);
     /// assert_eq!(winding.nonbounding_part().segment_count(), 30);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -249,7 +270,8 @@ impl Winding {
         self.part(Part::Bounding)
     }
 
-    /// The part of the input that bounds nothing, as [`bounding_part`](Winding::bounding_part) does it.
+    /// The part of the input that bounds nothing, as [`bounding_part`](Winding::bounding_part) does
+    /// it.
     pub fn nonbounding_part(&self) -> SurfaceCurves {
         self.part(Part::Nonbounding)
     }
@@ -274,8 +296,9 @@ impl Winding {
         self.parents.cut.is_some()
     }
 
-    /// Where a vertex of [`mesh`](Winding::mesh) lies on the input: vertices of the input come first and keep their numbers, those of cuts
-    /// lie in edges and faces of it. `None` if there is no such vertex.
+    /// Where a vertex of [`mesh`](Winding::mesh) lies on the input: vertices of the input come
+    /// first and keep their numbers, those of cuts lie in edges and faces of it. `None` if there is
+    /// no such vertex.
     pub fn vertex_place(&self, v: Vertex) -> Option<SurfacePoint> {
         match &self.parents.cut {
             Some((_, places)) => places.get(v.index()).copied(),
@@ -283,8 +306,9 @@ impl Winding {
         }
     }
 
-    /// The label of each face of the input: where the mesh was cut, the one that covers most of the face; of labels that cover the
-    /// same area the smallest. (Equally many pieces stand for equal areas where a face has none.)
+    /// The label of each face of the input: where the mesh was cut, the one that covers most of the
+    /// face; of labels that cover the same area the smallest. (Equally many pieces stand for equal
+    /// areas where a face has none.)
     ///
     /// # Cost
     /// O(F log n) for n pieces of a face.
@@ -296,7 +320,8 @@ impl Winding {
     /// let square = shapes::grid(1, 1, 1.0, 1.0, shapes::Diagonal::Alternating)?;
     /// let [a, b, c] = square.triangles()[0];
     /// let at = |bary| SurfacePoint::Face { vertices: [a, b, c], bary };
-    /// let corners = [[0.98, 0.01, 0.01], [0.01, 0.98, 0.01], [0.01, 0.01, 0.98], [0.98, 0.01, 0.01]];
+    /// let [a, b, c] = [[0.98, 0.01, 0.01], [0.01, 0.98, 0.01], [0.01, 0.01, 0.98]];
+    /// let corners = [a, b, c, a];
     /// let curve = SurfaceCurves::from_curve(Curve::signed(corners.map(at)));
     /// let winding = surface_winding_number(&square, &curve, &WindingOptions::default())?;
     /// assert!(winding.mesh.face_count() > 2);
@@ -313,8 +338,8 @@ impl Winding {
         labels.into_iter().map(|label| label.unwrap_or(0)).collect::<Vec<i32>>().into()
     }
 
-    /// The label of so many groups of input faces, polygons that were triangulated for instance: by the rule of
-    /// [`input_labels`](Winding::input_labels). `None` for a group of no face.
+    /// The label of so many groups of input faces, polygons that were triangulated for instance: by
+    /// the rule of [`input_labels`](Winding::input_labels). `None` for a group of no face.
     ///
     /// # Cost
     /// O(F log F).
@@ -328,8 +353,10 @@ impl Winding {
     /// // Squares, cut into triangles 2 n and 2 n + 1.
     /// let grid = shapes::grid(4, 1, 4.0, 1.0, shapes::Diagonal::Uniform)?;
     /// let line = Curve::signed([2, 3].map(Vertex));
-    /// let winding = surface_winding_number(&grid, &SurfaceCurves::from_curve(line), &WindingOptions::default())?;
-    /// assert_eq!(winding.labels_of_groups(5, |face| face.index() / 2), [Some(1), Some(0), Some(0), Some(0), None]);
+    /// let curve = SurfaceCurves::from_curve(line);
+    /// let winding = surface_winding_number(&grid, &curve, &WindingOptions::default())?;
+    /// let labels = winding.labels_of_groups(5, |face| face.index() / 2);
+    /// assert_eq!(labels, [Some(1), Some(0), Some(0), Some(0), None]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn labels_of_groups(&self, groups: usize, group_of: impl Fn(Face) -> usize) -> Vec<Option<i32>> {
@@ -346,7 +373,8 @@ impl Winding {
     }
 }
 
-/// The weights that make a point of a triangle from three others, all of them given by weights; NaN if these lie on a line.
+/// The weights that make a point of a triangle from three others, all of them given by weights; NaN
+/// if these lie on a line.
 fn barycentric(point: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     let area =
         |p: [f64; 3], q: [f64; 3], r: [f64; 3]| (q[1] - p[1]) * (r[2] - p[2]) - (q[2] - p[2]) * (r[1] - p[1]);

@@ -24,10 +24,12 @@ use std::sync::OnceLock;
 
 /// A mesh with its factored operators: answers curve after curve.
 ///
-/// Curves along edges without endpoints (closed, or from boundary to boundary) share one factor of the Laplacian and one of the
-/// Hodge system. Others leave out the vertices at which they end, which changes the numbers of the Laplacian but not its pattern: it
-/// is factored anew, not analysed anew; but on intrinsic Delaunay triangles, which leave out the faces at such vertices, all is made anew.
-/// For a curve across faces the mesh is cut, and the operators are those of the cut mesh.
+/// Curves along edges without endpoints (closed, or from boundary to boundary) share one factor of
+/// the Laplacian and one of the Hodge system. Others leave out the vertices at which they end,
+/// which changes the numbers of the Laplacian but not its pattern: it is factored anew, not
+/// analysed anew; but on intrinsic Delaunay triangles, which leave out the faces at such vertices,
+/// all is made anew. For a curve across faces the mesh is cut, and the operators are those of the
+/// cut mesh.
 #[derive(Debug)]
 pub struct Solver {
     pub(super) mesh: TriangleMesh,
@@ -36,7 +38,8 @@ pub struct Solver {
     consistent: bool,
     /// Every closed curve bounds: no nonbounding part is looked for.
     pub(super) simply_connected: bool,
-    /// What lengths are divided by: labels do not depend on the size of the mesh, which may be one that can not be squared.
+    /// What lengths are divided by: labels do not depend on the size of the mesh, which may be one
+    /// that can not be squared.
     pub(super) unit: f64,
     pub(super) triangles: Vec<Triangle>,
     pub(super) on_faces: Operators,
@@ -46,7 +49,8 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// Sets up the operators. Nothing is analysed or factored before the first curve shows what is needed.
+    /// Sets up the operators. Nothing is analysed or factored before the first curve shows what is
+    /// needed.
     ///
     /// # Errors
     /// [`WindingError::NoFaces`].
@@ -85,26 +89,31 @@ impl Solver {
         }
     }
 
-    /// The mesh that curves are given on: the input, with faces turned over so that they are wound alike if that is possible.
+    /// The mesh that curves are given on: the input, with faces turned over so that they are wound
+    /// alike if that is possible.
     pub fn mesh(&self) -> &TriangleMesh {
         &self.mesh
     }
 
-    /// The winding number of curves. Where they cross faces, or end inside of edges or faces, the mesh is cut along them first
-    /// ([`embed_curves`]); and where open pieces of them have fewer than 8 edges, unless
-    /// [`split_short`](WindingOptions::split_short) is off. The result is on the cut mesh then, with the parent of each face in
-    /// [`Winding::face_parent`].
+    /// The winding number of curves. Where they cross faces, or end inside of edges or faces, the
+    /// mesh is cut along them first ([`embed_curves`]); and where open pieces of them have fewer
+    /// than 8 edges, unless [`split_short`](WindingOptions::split_short) is off. The result is on
+    /// the cut mesh then, with the parent of each face in [`Winding::face_parent`].
     ///
     /// # Errors
-    /// [`WindingError::NoCurve`], [`WindingError::Unsigned`], [`WindingError::Curve`], [`WindingError::Embed`],
-    /// [`WindingError::Multiplicity`], [`WindingError::Option`], and failures of the solves.
+    /// [`WindingError::NoCurve`], [`WindingError::Unsigned`], [`WindingError::Curve`],
+    /// [`WindingError::Embed`], [`WindingError::Multiplicity`], [`WindingError::Option`], and
+    /// failures of the solves.
     ///
     /// # Cost
-    /// Two back-substitutions; for curves with endpoints a factorisation, and on surfaces that are not simply connected the Hodge
-    /// system (factored once) and a linear program on the faces. Where the mesh is cut, analysis and factorisation of its operators. To look
-    /// at the orientation of several pieces takes a factorisation and a back-substitution each, on the faces, and if some look reversed
-    /// a whole second solve: see [`Diagnosis`](super::Diagnosis). To straighten completions takes O(F) and what
-    /// [`straighten_curve`](crate::contour::straighten_curve) takes for their pieces, a small part of the solve.
+    /// Two back-substitutions; for curves with endpoints a factorisation, and on surfaces that are
+    /// not simply connected the Hodge system (factored once) and a linear program on the faces.
+    /// Where the mesh is cut, analysis and factorisation of its operators. To look at the
+    /// orientation of several pieces takes a factorisation and a back-substitution each, on the
+    /// faces, and if some look reversed a whole second solve: see [`Diagnosis`](super::Diagnosis).
+    /// To straighten completions takes O(F) and what
+    /// [`straighten_curve`](crate::contour::straighten_curve) takes for their pieces, a small part
+    /// of the solve.
     pub fn solve(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<Winding, WindingError> {
         let mut phases = Phases::start();
         self.check(curves, options)?;

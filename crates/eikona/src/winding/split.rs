@@ -7,8 +7,8 @@ use eikona_mesh::{DisjointSets, Edge, Face, FaceField, Halfedge, MeshError, Tria
 /// A mesh in which regions of different labels share no vertex: see [`Winding::split`].
 #[derive(Clone, Debug)]
 pub struct Split {
-    /// The faces of [`Winding::mesh`] in their order, so that [`Winding::labels`] are theirs. Its vertices keep their numbers; copies
-    /// come behind them.
+    /// The faces of [`Winding::mesh`] in their order, so that [`Winding::labels`] are theirs. Its
+    /// vertices keep their numbers; copies come behind them.
     pub mesh: TriangleMesh,
     /// For each vertex the one of [`Winding::mesh`] that it is a copy of.
     pub vertex_parent: Vec<Vertex>,
@@ -17,11 +17,13 @@ pub struct Split {
 }
 
 impl Winding {
-    /// The mesh cut open along the completed boundary of the regions: wherever the two faces of an edge have different labels.
+    /// The mesh cut open along the completed boundary of the regions: wherever the two faces of an
+    /// edge have different labels.
     ///
-    /// A vertex whose faces have more than one label gets a copy for each fan of equally labelled faces (faces that hang together
-    /// across edges at it), so that every vertex of the result has one label. At an edge of three or more faces those of equal
-    /// label stay together. All other vertices stay as they are, also those at which the surface only touches itself.
+    /// A vertex whose faces have more than one label gets a copy for each fan of equally labelled
+    /// faces (faces that hang together across edges at it), so that every vertex of the result has
+    /// one label. At an edge of three or more faces those of equal label stay together. All other
+    /// vertices stay as they are, also those at which the surface only touches itself.
     ///
     /// # Errors
     /// [`MeshError::TooLarge`] if the copies do not fit into 32-bit indices; coarsen the mesh.
@@ -34,7 +36,8 @@ impl Winding {
     /// use eikona::winding::{WindingOptions, surface_winding_number};
     /// let disk = shapes::disk(20, 6, 20.0)?;
     /// let ring = Curve::signed([1, 2, 3, 4, 5, 6, 1].map(Vertex));
-    /// let winding = surface_winding_number(&disk, &SurfaceCurves::from_curve(ring), &WindingOptions::default())?;
+    /// let curve = SurfaceCurves::from_curve(ring);
+    /// let winding = surface_winding_number(&disk, &curve, &WindingOptions::default())?;
     /// let split = winding.split()?;
     /// assert_eq!(split.mesh.vertex_count(), disk.vertex_count() + 6); // the ring, on both sides
     /// assert_eq!(split.vertex_parent[disk.vertex_count()], Vertex(1));
@@ -54,8 +57,8 @@ impl Winding {
     }
 }
 
-/// Gives each of some vertices a copy for every set of its corners, the first set excepted. Faces keep their order and their corners; the
-/// parent of each vertex comes with the mesh.
+/// Gives each of some vertices a copy for every set of its corners, the first set excepted. Faces
+/// keep their order and their corners; the parent of each vertex comes with the mesh.
 pub(super) fn cut_open(
     mesh: &TriangleMesh,
     corners_of: &mut DisjointSets,

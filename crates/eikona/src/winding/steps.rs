@@ -30,11 +30,12 @@ pub(super) struct Found {
     pub freed: Vec<Edge>,
 }
 
-/// A harmonic form below this (jumps are whole numbers) is rounding: every part of the curve bounds.
+/// A harmonic form below this (jumps are whole numbers) is rounding: every part of the curve
+/// bounds.
 const NO_HARMONIC_PART: f64 = 1e-9;
 
-/// Where the faces at a vertex are several fans jumps below this fade out towards it: better than no value, on meshes full of such
-/// vertices.
+/// Where the faces at a vertex are several fans jumps below this fade out towards it: better than
+/// no value, on meshes full of such vertices.
 const FADES: f64 = 0.01;
 
 /// Operators, and the factor of the Laplacian: those that the solver keeps, or own ones.
@@ -180,9 +181,9 @@ impl Solver {
         Ok(Some(Harmonic { in_faces, is_whole, residual }))
     }
 
-    /// Reduced coordinates of the curve without its nonbounding part (algorithm 8, with the running sum that it leaves out). The
-    /// curve still ends where it did, as what was taken off is closed. Where more than a trace of it comes to vertices of several fans
-    /// these are left out too.
+    /// Reduced coordinates of the curve without its nonbounding part (algorithm 8, with the running
+    /// sum that it leaves out). The curve still ends where it did, as what was taken off is closed.
+    /// Where more than a trace of it comes to vertices of several fans these are left out too.
     fn corrected(
         &self,
         before: &mut Coordinates,
@@ -234,8 +235,8 @@ struct Corrected {
     leaves_out_more: bool,
 }
 
-/// The smoothest function with these coordinates at corners, NaN at excluded vertices; its derivative along the halfedges of the
-/// operators' triangulation; and the relative residual.
+/// The smoothest function with these coordinates at corners, NaN at excluded vertices; its
+/// derivative along the halfedges of the operators' triangulation; and the relative residual.
 fn jump_function(
     mesh: &TriangleMesh,
     Prepared { on, factor }: &Prepared,

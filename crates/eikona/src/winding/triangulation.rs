@@ -4,18 +4,21 @@ use crate::geometry::Triangle;
 use eikona_mesh::TriangleMesh;
 use std::collections::VecDeque;
 
-/// No halfedge: a side where the surface ends, or where three or more faces meet (it is cut open there).
+/// No halfedge: a side where the surface ends, or where three or more faces meet (it is cut open
+/// there).
 const NONE: u32 = u32::MAX;
 
-/// Half the cotangent opposite each halfedge, kept between these bounds. The Hodge step divides by sums of them, and a
-/// Laplacian with negative sums need not be definite. Both operators must have the same weights: otherwise the derivative of
-/// the first solve is not co-closed in the second.
+/// Half the cotangent opposite each halfedge, kept between these bounds. The Hodge step divides by
+/// sums of them, and a Laplacian with negative sums need not be definite. Both operators must have
+/// the same weights: otherwise the derivative of the first solve is not co-closed in the second.
 const BOUNDS: (f64, f64) = (1e-3, 1e3);
-/// The same for the sum of a side's two halfedges on Delaunay triangles, where it is negative on the boundary at most: less is changed.
-/// Deviation: the public program bounds each by itself there, too.
+/// The same for the sum of a side's two halfedges on Delaunay triangles, where it is negative on
+/// the boundary at most: less is changed. Deviation: the public program bounds each by itself
+/// there, too.
 const BOUNDS_OF_SUM: (f64, f64) = (1e-5, 2e3);
 
-/// Triangles glued along their sides. Halfedge `3 f + k` runs from corner `k` of triangle `f` to the next.
+/// Triangles glued along their sides. Halfedge `3 f + k` runs from corner `k` of triangle `f` to
+/// the next.
 #[derive(Clone, Debug)]
 pub(crate) struct Triangulation {
     /// The vertices of each triangle.
@@ -43,9 +46,10 @@ impl Triangulation {
         Triangulation { corners: mesh.triangles().to_vec(), glued, weight, flips: Vec::new() }
     }
 
-    /// The intrinsic Delaunay triangulation of the surface with the same vertices: sides are flipped, in the plane into which both
-    /// their triangles unfold, until no opposite angles add up to more than 180 degrees. Triangles at the vertices to be kept
-    /// stay, sides across which the winding turns over, and those whose flip would join a vertex to itself.
+    /// The intrinsic Delaunay triangulation of the surface with the same vertices: sides are
+    /// flipped, in the plane into which both their triangles unfold, until no opposite angles add
+    /// up to more than 180 degrees. Triangles at the vertices to be kept stay, sides across which
+    /// the winding turns over, and those whose flip would join a vertex to itself.
     ///
     /// # Cost
     /// O(1) a flip, and as a rule few flips.
@@ -108,7 +112,8 @@ impl Triangulation {
         self.weight[h] + self.other(h).map_or(0.0, |(other, _)| self.weight[other])
     }
 
-    /// A form along halfedges, from its values at one halfedge of each side, so that both triangles get the same digits.
+    /// A form along halfedges, from its values at one halfedge of each side, so that both triangles
+    /// get the same digits.
     pub fn form(&self, value: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut form = vec![0.0; self.weight.len()];
         for h in 0..form.len() {
@@ -121,7 +126,8 @@ impl Triangulation {
         form
     }
 
-    /// Carries a form along halfedges, closed in all triangles that were flipped, from the mesh to these triangles.
+    /// Carries a form along halfedges, closed in all triangles that were flipped, from the mesh to
+    /// these triangles.
     pub fn form_from_mesh(&self, form: &mut [f64]) {
         for &[a, b] in &self.flips {
             let (a, b) = (a as usize, b as usize);
@@ -260,7 +266,8 @@ mod tests {
 
     #[test]
     fn weights_on_delaunay_triangles_are_cotangents() {
-        // A flat disk of long, thin faces that wind outwards. The energy of a coordinate is the area, if no weight is bounded.
+        // A flat disk of long, thin faces that wind outwards. The energy of a coordinate is the
+        // area, if no weight is bounded.
         let (rings, around, twist) = (12u32, 72u32, 3u32);
         let number = |k: u32, j: u32| 1 + (k - 1) * around + j % around;
         let mut positions = vec![[0.0; 3]];
@@ -287,7 +294,8 @@ mod tests {
         };
         let delaunay = Triangulation::delaunay(&disk, &triangles, &vec![false; disk.vertex_count()]);
         for axis in 0..2 {
-            // Quads with all corners on a circle have a diagonal of weight 0, which is raised to the lowest.
+            // Quads with all corners on a circle have a diagonal of weight 0, which is raised to
+            // the lowest.
             let star = |h: usize| delaunay.star(h);
             let diagonals = (0..delaunay.glued.len()).filter(|&h| star(h) <= BOUNDS_OF_SUM.0).count();
             let raised = 0.5 * diagonals as f64 * BOUNDS_OF_SUM.0 * 0.2f64.powi(2);

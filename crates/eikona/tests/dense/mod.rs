@@ -1,5 +1,6 @@
-//! The signed heat method once more, slowly and plainly: vectors in space a face, dense matrices, elimination with pivots. Nothing
-//! here is shared with the library but the mesh and the segments of a curve.
+//! The signed heat method once more, slowly and plainly: vectors in space a face, dense matrices,
+//! elimination with pivots. Nothing here is shared with the library but the mesh and the segments
+//! of a curve.
 
 use crate::exact::{cross, dot, norm, sub};
 use eikona_mesh::{CurveKind, Face, Segment, SegmentHost, SurfaceCurves, TriangleMesh};
@@ -63,7 +64,8 @@ impl Dense {
         x
     }
 
-    /// How many pivots of the symmetric elimination are negative: as many as there are negative eigenvalues (Sylvester).
+    /// How many pivots of the symmetric elimination are negative: as many as there are negative
+    /// eigenvalues (Sylvester).
     pub fn negative_pivots(&self) -> usize {
         let n = self.n;
         let mut a = self.entries.clone();
@@ -94,7 +96,8 @@ pub enum Constraint {
 pub struct FaceFrame {
     pub area: f64,
     pub normal: [f64; 3],
-    /// For each side: its edge's unit vector (in the edge's own direction), and that turned by +90 degrees in the face.
+    /// For each side: its edge's unit vector (in the edge's own direction), and that turned by +90
+    /// degrees in the face.
     pub along: [[f64; 3]; 3],
     pub across: [[f64; 3]; 3],
     /// Gradients of the three barycentric coordinates.
@@ -124,8 +127,9 @@ impl FaceFrame {
     }
 }
 
-/// Mass and Dirichlet energy of Crouzeix-Raviart vector fields on a mesh of consistent winding. Unknowns 2 e and 2 e + 1: the parts
-/// along the edge and across it. The function of side k is 1 - 2 (barycentric coordinate of the opposite corner).
+/// Mass and Dirichlet energy of Crouzeix-Raviart vector fields on a mesh of consistent winding.
+/// Unknowns 2 e and 2 e + 1: the parts along the edge and across it. The function of side k is 1 -
+/// 2 (barycentric coordinate of the opposite corner).
 pub fn vector_operators(mesh: &TriangleMesh) -> (Dense, Dense) {
     let n = 2 * mesh.edge_count();
     let (mut mass, mut energy) = (Dense::zeros(n), Dense::zeros(n));
@@ -167,7 +171,8 @@ pub fn scalar_laplacian(mesh: &TriangleMesh) -> Dense {
     c
 }
 
-/// Signed distance to oriented curves, negative on their left, on a connected mesh of consistent winding.
+/// Signed distance to oriented curves, negative on their left, on a connected mesh of consistent
+/// winding.
 pub fn signed_distance(
     mesh: &TriangleMesh,
     source: &SurfaceCurves,
@@ -215,7 +220,8 @@ fn position(mesh: &TriangleMesh, f: Face, weights: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|c| (0..3).map(|k| weights[k] * p[k][c]).sum())
 }
 
-/// The right normals of the segments, as long as these: in a face on all its sides, along an edge on that.
+/// The right normals of the segments, as long as these: in a face on all its sides, along an edge
+/// on that.
 fn normals(mesh: &TriangleMesh, segments: &[Segment]) -> Vec<f64> {
     let mut values = vec![0.0; 2 * mesh.edge_count()];
     for s in segments {
@@ -292,7 +298,8 @@ fn integrate(
                 let [p, q] = s.ends.map(|e| e.position(mesh));
                 let scale = weight * norm(sub(q, p)) / area.sqrt();
                 let [a, b] = s.ends.map(row);
-                // The integral of the square of a linear function: (a a + a b + b b) / 3 of its end values.
+                // The integral of the square of a linear function: (a a + a b + b b) / 3 of its end
+                // values.
                 for i in 0..n {
                     for j in 0..n {
                         let cross = 0.5 * (a[i] * b[j] + b[i] * a[j]);
@@ -321,8 +328,9 @@ fn mean_along(mesh: &TriangleMesh, segments: &[Segment], phi: &[f64]) -> f64 {
 /// How strongly curves inside edges and faces are held (`ALONG_CURVES` of the library).
 const ALONG_CURVES: f64 = 10.0;
 
-/// The fit with values of zero along the curves, or at a level of its own along each (with mean zero over the vertices): exactly at
-/// vertices, and by weight along segments inside edges and faces. No two curves touch. The levels are unknowns as the values are.
+/// The fit with values of zero along the curves, or at a level of its own along each (with mean
+/// zero over the vertices): exactly at vertices, and by weight along segments inside edges and
+/// faces. No two curves touch. The levels are unknowns as the values are.
 fn held(mesh: &TriangleMesh, segments: &[Segment], rhs: &[f64], curves: Option<usize>) -> Vec<f64> {
     let (laplacian, n) = (scalar_laplacian(mesh), mesh.vertex_count());
     let m = n + curves.unwrap_or(0);

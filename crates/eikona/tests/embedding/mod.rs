@@ -65,7 +65,8 @@ pub fn lengths_of_odd_edges(mesh: &TriangleMesh) -> [f64; 2] {
     lengths
 }
 
-/// Checks everything that holds for every cut mesh. `merged` is how far nodes may have been moved, as a share of the mesh.
+/// Checks everything that holds for every cut mesh. `merged` is how far nodes may have been moved,
+/// as a share of the mesh.
 pub fn check(name: &str, input: &TriangleMesh, curves: &SurfaceCurves, cut: &Embedded, merged: f64) {
     let (mesh, size) = (&cut.mesh, largest_coordinate(input));
     let close = 1e-12 * size;

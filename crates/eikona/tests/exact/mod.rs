@@ -1,4 +1,5 @@
-//! Short ways to ask the signed heat solver, norms of its error, and sources made from closed formulas.
+//! Short ways to ask the signed heat solver, norms of its error, and sources made from closed
+//! formulas.
 #![allow(dead_code)] // each test file uses some of them
 
 use eikona::contour::isolines;
@@ -105,7 +106,8 @@ pub fn through_vertices(
     Curve::signed(nodes)
 }
 
-/// What stays of closed curves when a share `keep` of their length is kept, a share `drop` left out, and so on; a gap closes them.
+/// What stays of closed curves when a share `keep` of their length is kept, a share `drop` left
+/// out, and so on; a gap closes them.
 pub fn broken(mesh: &TriangleMesh, whole: &SurfaceCurves, keep: f64, drop: f64) -> SurfaceCurves {
     let mut pieces = Vec::new();
     for curve in &whole.curves {
@@ -138,7 +140,8 @@ pub fn reversed(source: &SurfaceCurves) -> SurfaceCurves {
     SurfaceCurves { curves, points: source.points.clone() }
 }
 
-/// The order of convergence of (spacing, error) pairs: the slope of the line that fits their logarithms best.
+/// The order of convergence of (spacing, error) pairs: the slope of the line that fits their
+/// logarithms best.
 pub fn observed_order(table: &[(f64, f64)]) -> f64 {
     let n = table.len() as f64;
     let mean = |f: &dyn Fn(&(f64, f64)) -> f64| table.iter().map(f).sum::<f64>() / n;

@@ -9,7 +9,8 @@ pub fn centre(mesh: &TriangleMesh, f: Face) -> [f64; 3] {
     [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
 }
 
-/// The sides of a region's boundary, with the region on their left in the winding of its faces; a curve a side.
+/// The sides of a region's boundary, with the region on their left in the winding of its faces; a
+/// curve a side.
 pub fn boundary_of(mesh: &TriangleMesh, inside: impl Fn(Face) -> bool) -> Vec<Curve> {
     let mut sides = Vec::new();
     for h in mesh.faces().filter(|&f| inside(f)).flat_map(|f| [0, 1, 2].map(|k| f.halfedge(k))) {

@@ -184,7 +184,8 @@ pub fn cube(n: usize) -> TriangleMesh {
     TriangleMesh::new(positions, faces).unwrap()
 }
 
-/// Vertices and faces of an OBJ or OFF file, just enough for the data folder. `None` if the file is not there.
+/// Vertices and faces of an OBJ or OFF file, just enough for the data folder. `None` if the file is
+/// not there.
 pub fn read_mesh(path: impl AsRef<Path>) -> Option<TriangleMesh> {
     let text = String::from_utf8_lossy(&std::fs::read(path.as_ref()).ok()?).into_owned();
     let numbers =

@@ -1,4 +1,5 @@
-//! What holds for every straightened completion, against the same solve with completions along edges.
+//! What holds for every straightened completion, against the same solve with completions along
+//! edges.
 #![allow(dead_code)] // each test file uses some of them
 
 use eikona::geometry::vector::distance;
@@ -20,7 +21,8 @@ pub fn label_jump(w: &Winding, e: Edge) -> i32 {
     }
 }
 
-/// The labels beside the steps of the curve, in its order: those of a step that was cut are those of its first part.
+/// The labels beside the steps of the curve, in its order: those of a step that was cut are those
+/// of its first part.
 fn beside_curve(w: &Winding) -> BTreeMap<(usize, usize), Vec<[i32; 2]>> {
     let mut labels: BTreeMap<(usize, usize), Vec<[i32; 2]>> = BTreeMap::new();
     for (c, walk) in w.curves.iter().enumerate() {

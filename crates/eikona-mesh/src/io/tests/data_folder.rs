@@ -1,4 +1,5 @@
-//! Every surface in the developers' data folder, against the counts of its manifest; 0 files where there is no such folder.
+//! Every surface in the developers' data folder, against the counts of its manifest; 0 files where
+//! there is no such folder.
 
 use crate::io::{MeshFormat, read_mesh};
 use std::collections::HashSet;

@@ -96,7 +96,8 @@ fn ply_of_any_byte_order_with_lists_strips_and_other_elements() {
     assert_eq!(big.mesh, little.mesh);
     assert_eq!(little.mesh.positions[3], [7.0, 0.1 * 3.0, 0.5]);
     let faces: Vec<&[u32]> = little.mesh.faces().collect();
-    // Strip 0 1 2 3 makes (0 1 2) and, turned, (2 1 3); strip 3 3 1 0 a stitch and, turned, (1 3 0).
+    // Strip 0 1 2 3 makes (0 1 2) and, turned, (2 1 3); strip 3 3 1 0 a stitch and, turned, (1 3
+    // 0).
     assert_eq!(faces, [[0, 1, 2], [3, 2, 1], [0, 1, 2], [2, 1, 3], [1, 3, 0]]);
     assert_eq!(little.vertex_scalars, [("label".to_string(), vec![40000.0, 40001.0, 40002.0, 40003.0])]);
     assert_eq!(little.face_scalars[0].1[..2], [200.0, 200.0]);

@@ -1,4 +1,5 @@
-//! Damaged files: each gives an error that says where and why, none a panic, a hang or a huge allocation.
+//! Damaged files: each gives an error that says where and why, none a panic, a hang or a huge
+//! allocation.
 
 use super::{polygon_cube, triangle_cube, written};
 use crate::io::*;
@@ -277,7 +278,8 @@ impl Random {
     }
 }
 
-/// Cuts files off and overwrites, repeats and drops parts of them; whatever is still read has no index out of range.
+/// Cuts files off and overwrites, repeats and drops parts of them; whatever is still read has no
+/// index out of range.
 #[test]
 fn no_damage_makes_a_reader_panic() {
     use MeshFormat::*;

@@ -29,7 +29,8 @@ fn triangle_cube() -> TriangleMesh {
     TriangleMesh::new(cube_positions(), faces).unwrap()
 }
 
-/// The cube with one side a quad cut in two triangles and one corner cut off: triangles, quads and a pentagon.
+/// The cube with one side a quad cut in two triangles and one corner cut off: triangles, quads and
+/// a pentagon.
 fn polygon_cube() -> PolygonMesh {
     let mut mesh = PolygonMesh::new(cube_positions());
     mesh.positions.push([0.5, 0.25, -0.125]);

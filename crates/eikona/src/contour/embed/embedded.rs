@@ -14,8 +14,9 @@ pub const SHORT: usize = 8;
 /// A mesh cut along curves.
 #[derive(Clone, Debug)]
 pub struct Embedded {
-    /// The cut mesh. Its first vertices are those of the input in their order; then come points on edges, then points inside
-    /// faces. Its faces follow the order of the faces that they were cut from.
+    /// The cut mesh. Its first vertices are those of the input in their order; then come points on
+    /// edges, then points inside faces. Its faces follow the order of the faces that they were cut
+    /// from.
     pub mesh: TriangleMesh,
     /// The input's face from which each face was cut.
     pub face_parent: Vec<Face>,
@@ -35,11 +36,11 @@ pub struct EmbeddedCurve {
     pub kind: CurveKind,
     /// The surface normal that was given with the curve.
     pub up: Option<[f64; 3]>,
-    /// Its vertices in its direction, two after each other always joined by an edge. It is closed if the last is the first. A
-    /// curve of length zero has one vertex.
+    /// Its vertices in its direction, two after each other always joined by an edge. It is closed
+    /// if the last is the first. A curve of length zero has one vertex.
     pub vertices: Vec<Vertex>,
-    /// For each step from a vertex to the next one the segment of the input that it is a piece of, by the 0-based index of the
-    /// segment's first node.
+    /// For each step from a vertex to the next one the segment of the input that it is a piece of,
+    /// by the 0-based index of the segment's first node.
     pub segments: Vec<usize>,
 }
 
@@ -59,7 +60,8 @@ pub struct Walk {
 pub struct ChainEdge {
     /// The edge.
     pub edge: Edge,
-    /// How often it is walked in its own direction less how often against it. Zero where curves cancel.
+    /// How often it is walked in its own direction less how often against it. Zero where curves
+    /// cancel.
     pub multiplicity: i64,
     /// Every walk, by curve and step.
     pub walks: Vec<Walk>,
@@ -101,8 +103,8 @@ impl Embedded {
         }
     }
 
-    /// The chain of the curves. Unsigned curves count in the order of their nodes, as if they had a direction; see
-    /// [`Embedded::chain_of`] to leave them out.
+    /// The chain of the curves. Unsigned curves count in the order of their nodes, as if they had a
+    /// direction; see [`Embedded::chain_of`] to leave them out.
     pub fn chain(&self) -> CurveChain {
         self.chain_of(|_| true)
     }
@@ -151,8 +153,8 @@ impl Embedded {
         Ok(field.as_slice()[..self.input.vertex_count()].to_vec().into())
     }
 
-    /// The mean over the pieces of each face of the input, weighted by their areas. Faces that were not cut keep their value
-    /// to the last digit.
+    /// The mean over the pieces of each face of the input, weighted by their areas. Faces that were
+    /// not cut keep their value to the last digit.
     ///
     /// # Errors
     /// [`EmbedError::WrongLength`].
@@ -163,7 +165,8 @@ impl Embedded {
         })
     }
 
-    /// The label that covers most of each face of the input; of labels that cover the same area the smallest.
+    /// The label that covers most of each face of the input; of labels that cover the same area the
+    /// smallest.
     ///
     /// # Errors
     /// [`EmbedError::WrongLength`].
@@ -174,7 +177,8 @@ impl Embedded {
         self.gather(labels, |pieces| label_of_most(pieces.iter().copied()).unwrap_or(pieces[0].1).clone())
     }
 
-    /// One value for each face of the input from those of its pieces, with their areas (all 1 where all are 0).
+    /// One value for each face of the input from those of its pieces, with their areas (all 1 where
+    /// all are 0).
     fn gather<T: Clone>(
         &self,
         field: &FaceField<T>,
@@ -198,12 +202,17 @@ impl Embedded {
         Ok(gathered.into())
     }
 
-    /// Bisects the edges of every open piece of the curves that has fewer than [`SHORT`] edges, until it has as many.
+    /// Bisects the edges of every open piece of the curves that has fewer than [`SHORT`] edges,
+    /// until it has as many.
     ///
-    /// Methods whose functions turn about the ends of an open curve leave those vertices out of their operators, and with them
-    /// every edge between two of them. A curve of a single edge would so leave no trace at all; with vertices inside it,
-    /// it leaves one. A piece is what hangs together through vertices of the curves; its edges count once, however often they are
-    /// walked. Deviation: the public program bisects short closed pieces, too, which loses nothing but time. A piece is open if not as many steps arrive as leave at each of its vertices, those on the boundary of the mesh aside. Edges are cut into 2, 4 or 8 equal parts, and with them the faces there.
+    /// Methods whose functions turn about the ends of an open curve leave those vertices out of
+    /// their operators, and with them every edge between two of them. A curve of a single edge
+    /// would so leave no trace at all; with vertices inside it, it leaves one. A piece is what
+    /// hangs together through vertices of the curves; its edges count once, however often they are
+    /// walked. Deviation: the public program bisects short closed pieces, too, which loses nothing
+    /// but time. A piece is open if not as many steps arrive as leave at each of its vertices,
+    /// those on the boundary of the mesh aside. Edges are cut into 2, 4 or 8 equal parts, and with
+    /// them the faces there.
     ///
     /// # Errors
     /// [`EmbedError::Mesh`] if the result is too large.
@@ -245,8 +254,8 @@ impl Embedded {
     }
 }
 
-/// Where the vertices of a mesh lie that was cut from one which was itself cut from `input`: into faces with these parents, and
-/// vertices at these places.
+/// Where the vertices of a mesh lie that was cut from one which was itself cut from `input`: into
+/// faces with these parents, and vertices at these places.
 pub(crate) fn places_of_places(
     input: &TriangleMesh,
     face_parent: &[Face],

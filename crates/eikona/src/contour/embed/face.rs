@@ -1,9 +1,11 @@
-//! The curves in one face: they are brought to segments that meet at vertices only, each an edge of a triangulation.
+//! The curves in one face: they are brought to segments that meet at vertices only, each an edge of
+//! a triangulation.
 //!
-//! Segments are put in one after another. One that passes within [`NEAR`] of a vertex goes through it, one that crosses another
-//! is cut there and cuts it, and pieces are put in by flips. All of this is kept as *detours*: the edge from `a` to
-//! `b` goes by way of `c`. A detour leads to shorter pieces always, so that it ends; and each segment is read off at the
-//! end by following them. Segments that overlap so come upon the same pieces.
+//! Segments are put in one after another. One that passes within [`NEAR`] of a vertex goes through
+//! it, one that crosses another is cut there and cuts it, and pieces are put in by flips. All of
+//! this is kept as *detours*: the edge from `a` to `b` goes by way of `c`. A detour leads to
+//! shorter pieces always, so that it ends; and each segment is read off at the end by following
+//! them. Segments that overlap so come upon the same pieces.
 
 use super::triangulation::{ByPair, ONE, Point, Triangulation, turn};
 use eikona_mesh::random::Random;
@@ -11,30 +13,34 @@ use std::collections::{HashMap, VecDeque};
 
 /// Vertices nearer than this are one, in units of an edge.
 pub(super) const SAME: f64 = 1e-9;
-/// A segment nearer to a vertex than this goes through it. Half of [`SAME`], so that no vertex is near to two others.
+/// A segment nearer to a vertex than this goes through it. Half of [`SAME`], so that no vertex is
+/// near to two others.
 const NEAR: f64 = 0.5e-9;
-/// A crossing nearer to a vertex than this is moved to it. It is more than the farthest that a crossing within [`SAME`] of a
-/// side can be from a point of the side to which its foot is [`SAME`].
+/// A crossing nearer to a vertex than this is moved to it. It is more than the farthest that a
+/// crossing within [`SAME`] of a side can be from a point of the side to which its foot is
+/// [`SAME`].
 const CROSSING_AT_VERTEX: f64 = 2e-9;
 
 /// What lies in a face.
 pub(super) struct FaceCurves {
     /// The sides 01 and 02 in the plane of the face, in units of its longest side.
     pub axes: [[f64; 2]; 2],
-    /// Points of the sides 01, 12, 20, each in order from its first to its second corner, in units of [`ONE`].
+    /// Points of the sides 01, 12, 20, each in order from its first to its second corner, in units
+    /// of [`ONE`].
     pub sides: [Vec<i64>; 3],
     /// Points inside.
     pub inside: Vec<Point>,
     /// Segments between points: 0 to 2 for the corners, then those of the sides, then those inside.
     pub segments: Vec<[u32; 2]>,
-    /// Whether another face has the same three corners, so that an edge between two points of the sides could be taken for one
-    /// of that face.
+    /// Whether another face has the same three corners, so that an edge between two points of the
+    /// sides could be taken for one of that face.
     pub doubled: bool,
 }
 
 /// A face cut along its curves.
 pub(super) struct FaceCut {
-    /// Triangles wound as the face. Vertices are numbered as in [`FaceCurves`] up to the sides; then come those of `inside`.
+    /// Triangles wound as the face. Vertices are numbered as in [`FaceCurves`] up to the sides;
+    /// then come those of `inside`.
     pub triangles: Vec<[u32; 3]>,
     /// The vertices inside.
     pub inside: Vec<Point>,
@@ -46,7 +52,8 @@ pub(super) struct FaceCut {
 
 /// Why a face is not cut.
 pub(super) enum Stop {
-    /// Segments cross so near to a side that the other faces there need the crossings too: sides and places on them.
+    /// Segments cross so near to a side that the other faces there need the crossings too: sides
+    /// and places on them.
     OnSides(Vec<(usize, i64)>),
     /// The order of the curves can not be told.
     Tangled,
@@ -83,7 +90,8 @@ pub(super) fn cut_face(curves: &FaceCurves) -> Result<FaceCut, Stop> {
         .iter()
         .map(|&p| work.near(p, SAME).first().copied().unwrap_or_else(|| work.push(p)))
         .collect();
-    // In order along a curve each point may have to flip edges to all before it; at random it is a few a point.
+    // In order along a curve each point may have to flip edges to all before it; at random it is a
+    // few a point.
     let mut order: Vec<u32> = (3..work.mesh.points.len() as u32).collect();
     Random::from_seed(0).shuffle(&mut order);
     for v in order {
@@ -208,7 +216,8 @@ impl Arrangement {
             let near = near.into_iter().flatten().find(|&v| self.passes(a, b, v));
             return Ok(near.map_or(Way::Edge, Way::Through));
         }
-        // The triangle at `a` through which the segment leaves: its other corners lie right and left of it.
+        // The triangle at `a` through which the segment leaves: its other corners lie right and
+        // left of it.
         enum Leave {
             Through(u32),
             Between(u32, u32),
@@ -237,7 +246,8 @@ impl Arrangement {
                 return Ok(Way::Across([right, left]));
             }
             crossed.push([right, left]);
-            // The segment crosses from the triangle on the left of right -> left to the one on its right.
+            // The segment crosses from the triangle on the left of right -> left to the one on its
+            // right.
             let next = self.mesh.apex(left, right).ok_or(Stop::Tangled)?;
             if next == b {
                 return Ok(Way::Free(crossed));
@@ -296,7 +306,8 @@ impl Arrangement {
                     return Err(Stop::Tangled);
                 }
                 self.asked.push((side, s));
-                // The work goes on, to ask for all at once, unless the crossing is on the side by rounding.
+                // The work goes on, to ask for all at once, unless the crossing is on the side by
+                // rounding.
                 if weight <= 0 {
                     return Err(Stop::OnSides(std::mem::take(&mut self.asked)));
                 }
@@ -392,13 +403,15 @@ fn key(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Cells are large enough that all within reach of a point lie in its own cell or the eight about it.
+/// Cells are large enough that all within reach of a point lie in its own cell or the eight about
+/// it.
 fn cell(p: Point) -> Point {
     const SIZE: i64 = (2.0 * CROSSING_AT_VERTEX * ONE as f64) as i64;
     p.map(|x| x.div_euclid(SIZE))
 }
 
-/// The squared distance in a triangle with three sides of length 1, so that no corner is preferred; in grid units, exactly.
+/// The squared distance in a triangle with three sides of length 1, so that no corner is preferred;
+/// in grid units, exactly.
 fn squared(a: Point, b: Point) -> i128 {
     let [x, y] = [0, 1].map(|k| i128::from(b[k] - a[k]));
     x * x + y * y + x * y
@@ -437,7 +450,8 @@ mod tests {
             points.extend(on.iter().map(|&s| on_side(side, s)));
         }
         points.extend(&cut.inside);
-        // Positive triangles whose areas add up: exactly so, since areas on the grid are whole numbers.
+        // Positive triangles whose areas add up: exactly so, since areas on the grid are whole
+        // numbers.
         let areas: Vec<i128> = cut
             .triangles
             .iter()
@@ -484,7 +498,8 @@ mod tests {
 
     #[test]
     fn a_crossing_beside_a_side_is_asked_for_on_it() {
-        // Both begin on the side and rise by 8e-9 of the way, against each other: they cross at a height of 4e-10.
+        // Both begin on the side and rise by 8e-9 of the way, against each other: they cross at a
+        // height of 4e-10.
         let mut face = curves(vec![at(0.5, 2.4e-9), at(0.05, 2.0e-9)], vec![[3, 5], [4, 6]]);
         face.sides[0] = vec![at(0.2, 0.0)[0], at(0.3, 0.0)[0]];
         let Err(Stop::OnSides(asked)) = cut_face(&face) else { panic!("not asked for") };

@@ -1,15 +1,19 @@
-//! Curves made edges of the mesh: faces are cut along the curves in them, into triangles that keep the winding.
+//! Curves made edges of the mesh: faces are cut along the curves in them, into triangles that keep
+//! the winding.
 //!
-//! A method whose unknowns jump across a curve needs the curve along edges. [`embed_curves`] makes it so and keeps the way
-//! back: where each vertex lies on the input, from which face each face was cut, which edges each curve walks.
+//! A method whose unknowns jump across a curve needs the curve along edges. [`embed_curves`] makes
+//! it so and keeps the way back: where each vertex lies on the input, from which face each face was
+//! cut, which edges each curve walks.
 //!
-//! Points are told apart down to 1e-9 of an edge, in barycentric weights: nodes and crossings nearer than that to each other,
-//! to a vertex or to a side are one with it, and a segment that passes a vertex at half of it goes through that vertex. So
-//! rounding leaves no slivers behind; thin faces come about only in the slits that the curves themselves leave. What lies on
-//! which side is then decided exactly, on whole numbers. A curve is bent by no more than a few times this tolerance.
+//! Points are told apart down to 1e-9 of an edge, in barycentric weights: nodes and crossings
+//! nearer than that to each other, to a vertex or to a side are one with it, and a segment that
+//! passes a vertex at half of it goes through that vertex. So rounding leaves no slivers behind;
+//! thin faces come about only in the slits that the curves themselves leave. What lies on which
+//! side is then decided exactly, on whole numbers. A curve is bent by no more than a few times this
+//! tolerance.
 //!
-//! All points of an edge are found first, over all faces at it; then each face is cut for itself, and its pieces fit those
-//! of its neighbours.
+//! All points of an edge are found first, over all faces at it; then each face is cut for itself,
+//! and its pieces fit those of its neighbours.
 
 mod embedded;
 mod error;
@@ -33,10 +37,11 @@ use triangulation::{ONE, Point};
 
 /// Cuts a mesh along curves, so that every segment of them is a chain of edges.
 ///
-/// Segments may cross, touch, overlap, repeat, pass through vertices, run along edges and have length zero. Every one lies in
-/// one face or along one edge; [`trace_curve`](super::trace_curve) makes a curve so. Isolated points become vertices. Faces
-/// without curve inside and without a new vertex on a side keep their corners; the others are cut into triangles of the best shape that their
-/// points allow (constrained Delaunay in the true shape of the face).
+/// Segments may cross, touch, overlap, repeat, pass through vertices, run along edges and have
+/// length zero. Every one lies in one face or along one edge; [`trace_curve`](super::trace_curve)
+/// makes a curve so. Isolated points become vertices. Faces without curve inside and without a new
+/// vertex on a side keep their corners; the others are cut into triangles of the best shape that
+/// their points allow (constrained Delaunay in the true shape of the face).
 ///
 /// ```
 /// use eikona::contour::embed_curves;
@@ -44,7 +49,8 @@ use triangulation::{ONE, Point};
 /// let corners = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 /// let mesh = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;
 /// // Across the lower triangle, from the middle of its first side to the middle of the diagonal.
-/// let curve = Curve::signed([[0, 1], [2, 0]].map(|vertices| SurfacePoint::Edge { vertices, t: 0.5 }));
+/// let middle = |vertices| SurfacePoint::Edge { vertices, t: 0.5 };
+/// let curve = Curve::signed([[0, 1], [2, 0]].map(middle));
 /// let cut = embed_curves(&mesh, &SurfaceCurves::from_curve(curve))?;
 /// assert_eq!((cut.mesh.vertex_count(), cut.mesh.face_count()), (6, 5));
 /// assert_eq!(cut.curves[0].vertices.len(), 2);
@@ -53,13 +59,15 @@ use triangulation::{ONE, Point};
 /// ```
 ///
 /// # Errors
-/// [`EmbedError::Curve`] with curve and node: a node that is not on the mesh, a curve with fewer than two nodes, or a segment
-/// that leaves its face. [`EmbedError::Tangled`] where curves lie so near to each other that the tolerance leaves no order, and
-/// [`EmbedError::Mesh`] if the result is too large.
+/// [`EmbedError::Curve`] with curve and node: a node that is not on the mesh, a curve with fewer
+/// than two nodes, or a segment that leaves its face. [`EmbedError::Tangled`] where curves lie so
+/// near to each other that the tolerance leaves no order, and [`EmbedError::Mesh`] if the result is
+/// too large.
 ///
 /// # Cost
-/// O(F), and in a face with k segments that cross c times O((k + c)^1.5) as a rule, O((k + c)^2) where thousands of segments
-/// meet in one vertex. 68 000 segments over 320 000 faces take about 1.5 s; 10 000 short segments in one face about 1 s.
+/// O(F), and in a face with k segments that cross c times O((k + c)^1.5) as a rule, O((k + c)^2)
+/// where thousands of segments meet in one vertex. 68 000 segments over 320 000 faces take about
+/// 1.5 s; 10 000 short segments in one face about 1 s.
 pub fn embed_curves(mesh: &TriangleMesh, curves: &SurfaceCurves) -> Result<Embedded, EmbedError> {
     for (curve, c) in curves.curves.iter().enumerate() {
         if c.nodes.len() < 2 {
@@ -93,7 +101,8 @@ struct Plan<'a> {
     nodes: Vec<Located>,
     /// First node of each curve, and the end of the last one.
     starts: Vec<usize>,
-    /// Where the segment that follows each node lies; `None` for one of length zero and after the last node of a curve.
+    /// Where the segment that follows each node lies; `None` for one of length zero and after the
+    /// last node of a curve.
     hosts: Vec<Option<SegmentHost>>,
     /// Points inside edges, more than [`SAME`] apart, in increasing order.
     on_edge: BTreeMap<Edge, Vec<EdgePoint>>,
@@ -354,7 +363,8 @@ fn assemble(plan: &Plan, cuts: BTreeMap<Face, Cut>, lines: &[Line]) -> Result<Em
             .iter()
             .map(|&[x, y]| Located::Face(face, [ONE - x - y, x, y].map(|w| w as f64 / ONE as f64)))
             .collect();
-        // Nodes stay where they were given, to the last digit; of several in one vertex the first tells.
+        // Nodes stay where they were given, to the last digit; of several in one vertex the first
+        // tells.
         if let Some(task) = plan.tasks.get(&face) {
             for (&n, &v) in task.nodes.iter().zip(&cut.done.vertex_of_point).rev() {
                 if let Some(place) = (v as usize).checked_sub(rim).and_then(|i| own.get_mut(i)) {

@@ -1,8 +1,9 @@
 //! A triangulation of one triangle in which everything that is decided is decided exactly.
 //!
-//! Points are barycentric weights in units of 2^-52, as whole numbers: the weights of corners 1 and 2. So points on a side lie
-//! on it exactly, seen from either face, and orientations fit into 128 bits. Only the choice among valid triangulations, by
-//! the circumcircles of the triangle in its true shape, is made in floating point: an error there costs shape, not validity.
+//! Points are barycentric weights in units of 2^-52, as whole numbers: the weights of corners 1 and
+//! 2. So points on a side lie on it exactly, seen from either face, and orientations fit into 128
+//! bits. Only the choice among valid triangulations, by the circumcircles of the triangle in its
+//! true shape, is made in floating point: an error there costs shape, not validity.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -20,7 +21,8 @@ pub(super) fn turn(a: Point, b: Point, c: Point) -> i128 {
     ux * vy - uy * vx
 }
 
-/// Hashes pairs of small numbers that we chose ourselves, so that no input can make them collide on purpose.
+/// Hashes pairs of small numbers that we chose ourselves, so that no input can make them collide on
+/// purpose.
 #[derive(Default)]
 pub(super) struct PairHasher(u64);
 
@@ -55,9 +57,11 @@ enum Place {
 /// Triangles by their directed edges.
 pub(super) struct Triangulation {
     pub points: Vec<Point>,
-    /// The third corner of the triangle on the left of a directed edge; sides of the whole have a triangle on one side only.
+    /// The third corner of the triangle on the left of a directed edge; sides of the whole have a
+    /// triangle on one side only.
     apex: ByPair<u32>,
-    /// For each vertex a vertex to which an edge with a triangle on its left leads; itself before it is in a triangle.
+    /// For each vertex a vertex to which an edge with a triangle on its left leads; itself before
+    /// it is in a triangle.
     around: Vec<u32>,
     /// The sides 01 and 02 of the triangle in its plane, the longest side about 1.
     axes: [[f64; 2]; 2],
@@ -147,8 +151,8 @@ impl Triangulation {
         v
     }
 
-    /// Puts a vertex into the triangles. `fixed` edges stay; the one that is cut by a vertex exactly on it is returned. `None`
-    /// if it lies outside or on another vertex.
+    /// Puts a vertex into the triangles. `fixed` edges stay; the one that is cut by a vertex
+    /// exactly on it is returned. `None` if it lies outside or on another vertex.
     pub fn insert(&mut self, v: u32, fixed: impl Fn(u32, u32) -> bool) -> Option<Option<[u32; 2]>> {
         let (rim, cut) = match self.locate(self.points[v as usize])? {
             Place::Vertex => return None,
@@ -166,7 +170,8 @@ impl Triangulation {
         Some(cut)
     }
 
-    /// Puts a point in an edge between its two triangles, without regard to shape. `None` if a triangle would turn over.
+    /// Puts a point in an edge between its two triangles, without regard to shape. `None` if a
+    /// triangle would turn over.
     pub fn insert_in_edge(&mut self, a: u32, b: u32, point: Point) -> Option<u32> {
         let valid = |a: u32, b: u32| {
             self.apex(a, b).is_none_or(|c| {
@@ -196,8 +201,9 @@ impl Triangulation {
         rim
     }
 
-    /// Finds the place of a point by walking towards it, from the nearest of the last vertex and a sample of all, so that the
-    /// way is short also where points come in no order and where thousands of triangles meet at a corner.
+    /// Finds the place of a point by walking towards it, from the nearest of the last vertex and a
+    /// sample of all, so that the way is short also where points come in no order and where
+    /// thousands of triangles meet at a corner.
     fn locate(&self, p: Point) -> Option<Place> {
         let square = |v: u32| -> f64 {
             self.points[v as usize].iter().zip(p).map(|(x, y)| ((x - y) as f64).powi(2)).sum()
@@ -211,7 +217,8 @@ impl Triangulation {
         {
             [a, b] = [v, self.around[v as usize]];
         }
-        // A walk by exact orientations may run in circles where triangles are not Delaunay; then all are looked at.
+        // A walk by exact orientations may run in circles where triangles are not Delaunay; then
+        // all are looked at.
         'walk: for _ in 0..2 * self.apex.len() + 16 {
             let Some(c) = self.apex(a, b) else { break };
             for [u, v] in [[a, b], [b, c], [c, a]] {
@@ -246,8 +253,8 @@ impl Triangulation {
         })
     }
 
-    /// Exchanges the edge between two triangles for the other diagonal and gives it; `None` if their union is not strictly
-    /// convex.
+    /// Exchanges the edge between two triangles for the other diagonal and gives it; `None` if
+    /// their union is not strictly convex.
     pub fn flip(&mut self, a: u32, b: u32) -> Option<[u32; 2]> {
         let (c, d) = (self.apex(a, b)?, self.apex(b, a)?);
         if self.turn(a, d, c) <= 0 || self.turn(d, b, c) <= 0 {
@@ -260,7 +267,8 @@ impl Triangulation {
         Some([c, d])
     }
 
-    /// Flips these edges, and those that it makes worth flipping, until each is Delaunay in the true shape or fixed.
+    /// Flips these edges, and those that it makes worth flipping, until each is Delaunay in the
+    /// true shape or fixed.
     pub fn improve(&mut self, mut edges: Vec<[u32; 2]>, fixed: impl Fn(u32, u32) -> bool) {
         // Flips end by themselves but for rounding, far within this bound.
         let mut flips = 64 + 32 * (edges.len() + self.points.len());

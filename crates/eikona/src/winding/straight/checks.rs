@@ -8,7 +8,8 @@ use crate::winding::solution::Winding;
 use eikona_mesh::{Edge, Face, Halfedge, Neighbour, TriangleMesh};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// See [`Winding::overreaching`]. 0: regions may change label if values are halfway; 1: whatever the values.
+/// See [`Winding::overreaching`]. 0: regions may change label if values are halfway; 1: whatever
+/// the values.
 const DOUBT: f64 = 0.3;
 
 impl Winding {
@@ -34,7 +35,8 @@ impl Winding {
         walls.iter().filter(is_wrong).map(|(i, _)| *i).collect()
     }
 
-    /// Whether labels are what they were along those edges of the curve where no piece runs, nor ran.
+    /// Whether labels are what they were along those edges of the curve where no piece runs, nor
+    /// ran.
     pub(super) fn keeps_labels_beside_the_curve(
         &self,
         refined: &Refined,
@@ -57,10 +59,12 @@ impl Winding {
         mesh.edges().all(|e| uses[e.index()] > 0 || mesh.edge_halfedges(e).iter().all(|&h| keeps(h)))
     }
 
-    /// The pieces that take in regions of whose label there was little doubt: a path around a limb may be pulled over its end.
+    /// The pieces that take in regions of whose label there was little doubt: a path around a limb
+    /// may be pulled over its end.
     ///
-    /// A region between a piece before and after is too certain if its values lie nearer to the old label than to the new one by more
-    /// than [`DOUBT`] in the mean. One narrower than an edge is as it has to be.
+    /// A region between a piece before and after is too certain if its values lie nearer to the old
+    /// label than to the new one by more than [`DOUBT`] in the mean. One narrower than an edge is
+    /// as it has to be.
     pub(super) fn overreaching(
         &self,
         refined: &Refined,

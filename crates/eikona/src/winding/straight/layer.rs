@@ -42,8 +42,8 @@ impl Layer {
         Layer { strands: pieces.into_iter().map(strand).collect(), junctions }
     }
 
-    /// Pulls all pieces straight that may move. Edges that are `closed`, and pieces that stay, are in their way, and for some the faces
-    /// that are `certain`.
+    /// Pulls all pieces straight that may move. Edges that are `closed`, and pieces that stay, are
+    /// in their way, and for some the faces that are `certain`.
     pub fn pull(
         &mut self,
         mesh: &TriangleMesh,

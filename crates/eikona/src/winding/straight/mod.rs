@@ -1,10 +1,12 @@
 //! The completed curve made smooth.
 //!
-//! What completes a curve runs along edges: regions are made of faces, and so are the jumps of the linear program. That is right for the
-//! mesh, but zigzags on the surface. Here each piece of the completion (`pieces.rs`) is pulled straight (`pull.rs`), its ends
-//! fixed, to a shortest path across faces in its homotopy class relative to the curve, to the boundary and to the ends of other pieces.
-//! The mesh is cut along the result (`refined.rs`), and labels and values follow: between the old path and the new one they change by the
-//! height of the jump. That they do is checked edge by edge; a piece for which it fails stays on edges.
+//! What completes a curve runs along edges: regions are made of faces, and so are the jumps of the
+//! linear program. That is right for the mesh, but zigzags on the surface. Here each piece of the
+//! completion (`pieces.rs`) is pulled straight (`pull.rs`), its ends fixed, to a shortest path
+//! across faces in its homotopy class relative to the curve, to the boundary and to the ends of
+//! other pieces. The mesh is cut along the result (`refined.rs`), and labels and values follow:
+//! between the old path and the new one they change by the height of the jump. That they do is
+//! checked edge by edge; a piece for which it fails stays on edges.
 //!
 //! Boundaries of regions and nonbounding loops are treated apart, as they may cross each other.
 
@@ -30,7 +32,8 @@ use refined::{Refined, Wall};
 /// Rounds in which pieces that go wrong are made to move less, before none moves.
 const ROUNDS: usize = 8;
 
-/// Faces whose label has at least this margin are out of bounds for pieces that would take in too much.
+/// Faces whose label has at least this margin are out of bounds for pieces that would take in too
+/// much.
 const CERTAIN: f64 = 0.25;
 
 /// What came of it.
@@ -39,7 +42,8 @@ struct Straight {
     labels: Vec<f64>,
     /// Values at corners.
     values: Vec<f64>,
-    /// What is added to the residual function in each face, and taken off the winding number, as the nonbounding part moves.
+    /// What is added to the residual function in each face, and taken off the winding number, as
+    /// the nonbounding part moves.
     moved: Vec<f64>,
     /// The jump of `moved`.
     moved_jump: Vec<f64>,
@@ -127,8 +131,8 @@ impl Winding {
         jump
     }
 
-    /// Cuts the mesh along the straightened pieces and finds labels and values there. `None` if they contradict a piece: it is
-    /// marked as one that moves less.
+    /// Cuts the mesh along the straightened pieces and finds labels and values there. `None` if
+    /// they contradict a piece: it is marked as one that moves less.
     fn try_out(
         &self,
         label_jump: &[f64],
@@ -165,7 +169,8 @@ impl Winding {
             return None;
         };
         let mut values = refined.values(self.values.as_slice());
-        // With the nonbounding part taken off along the curve only, the function is continuous off the curve: nothing moves.
+        // With the nonbounding part taken off along the curve only, the function is continuous off
+        // the curve: nothing moves.
         if completion == Completion::Full {
             values.iter_mut().enumerate().for_each(|(c, x)| *x -= moved[c / 3]);
         }
@@ -276,7 +281,8 @@ impl Winding {
     }
 }
 
-/// The walls of all pieces that moved, from their paths on the cut mesh. `None` if the sides of one can not be told: it stays.
+/// The walls of all pieces that moved, from their paths on the cut mesh. `None` if the sides of one
+/// can not be told: it stays.
 fn walls_of<'a>(
     refined: &Refined,
     layer: &mut Layer,

@@ -10,7 +10,8 @@ const NOTHING: f64 = 1e-7;
 /// One step of a piece along an edge.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
-    /// The halfedge on whose side the piece runs; matters along the curve only, which a piece must not cross.
+    /// The halfedge on whose side the piece runs; matters along the curve only, which a piece must
+    /// not cross.
     pub along: Halfedge,
     /// Whether the step runs in the direction of that halfedge.
     pub forward: bool,
@@ -29,8 +30,8 @@ impl Step {
     }
 }
 
-/// A path along edges across which a function jumps by one height: from one fixed vertex to another, or a closed loop
-/// without any.
+/// A path along edges across which a function jumps by one height: from one fixed vertex to
+/// another, or a closed loop without any.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
     pub steps: Vec<Step>,
@@ -87,8 +88,8 @@ impl Jumps<'_> {
         self.mesh.edge_halfedges(e)[usize::from(self.jump[e.index()] < 0.0)]
     }
 
-    /// The step that goes on from another one, unless the vertex between them has to stay: on the curve, where pieces meet,
-    /// and where the sides of one are not those of the other.
+    /// The step that goes on from another one, unless the vertex between them has to stay: on the
+    /// curve, where pieces meet, and where the sides of one are not those of the other.
     fn next(&self, star: &Star, step: &Step) -> Option<Step> {
         let mesh = self.mesh;
         let v = step.ends(mesh)[1];
@@ -147,9 +148,10 @@ impl Jumps<'_> {
         (pieces, junctions)
     }
 
-    /// Lets pieces begin at open ends of the curve that they only come near. Labels are rounded face by face, so the last edges
-    /// of a stretch of the curve can have one label on both sides: there the piece leaves it before its end. It is led back along the
-    /// side from which it came. `expected` is the jump of edges that such a tail may have.
+    /// Lets pieces begin at open ends of the curve that they only come near. Labels are rounded
+    /// face by face, so the last edges of a stretch of the curve can have one label on both sides:
+    /// there the piece leaves it before its end. It is led back along the side from which it came.
+    /// `expected` is the jump of edges that such a tail may have.
     pub fn extend_to_ends<'a>(
         &self,
         pieces: impl Iterator<Item = &'a mut Piece>,

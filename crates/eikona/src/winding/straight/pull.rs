@@ -22,7 +22,8 @@ pub(super) struct Pulled {
 }
 
 impl Slit {
-    /// Cuts along the edges that are `closed`. Pieces go no more than up to the vertices `fixed`. Lengths are taken in `unit`s.
+    /// Cuts along the edges that are `closed`. Pieces go no more than up to the vertices `fixed`.
+    /// Lengths are taken in `unit`s.
     pub fn new(mesh: &TriangleMesh, closed: &[bool], fixed: &[Vertex], unit: f64) -> Result<Slit, MeshError> {
         let mut fans = DisjointSets::new(mesh.halfedge_count());
         let mut at_cut = vec![false; mesh.vertex_count()];

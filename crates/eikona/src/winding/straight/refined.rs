@@ -1,4 +1,5 @@
-//! The mesh cut along straightened pieces: what lay on edges and faces carried over, and functions with given jumps.
+//! The mesh cut along straightened pieces: what lay on edges and faces carried over, and functions
+//! with given jumps.
 
 use super::pieces::Piece;
 use super::sides::{carried, turned};
@@ -38,7 +39,8 @@ impl Refined<'_> {
         Some(self.cut.face_parent[face.index()].halfedge(side))
     }
 
-    /// The edge before the cut that an edge is a part of, and whether the first faces of both are on the same side.
+    /// The edge before the cut that an edge is a part of, and whether the first faces of both are
+    /// on the same side.
     fn edge_parent(&self, e: Edge) -> Option<(Edge, bool)> {
         let parent = self.parent(self.mesh().edge_halfedges(e)[0])?;
         let edge = self.before.edge(parent);
@@ -75,8 +77,8 @@ impl Refined<'_> {
         result
     }
 
-    /// The edges of a straightened piece with their higher sides, which start from that of the piece before. `None` if the sides
-    /// can not be told.
+    /// The edges of a straightened piece with their higher sides, which start from that of the
+    /// piece before. `None` if the sides can not be told.
     pub fn walls(&self, piece: &Piece, walk: &[Vertex]) -> Option<Vec<Wall>> {
         let mesh = self.mesh();
         let mut walls: Vec<Wall> = Vec::with_capacity(walk.len());
@@ -102,7 +104,8 @@ impl Refined<'_> {
         piece.steps.first().is_some_and(|s| s.ends(self.before)[0] == v)
     }
 
-    /// The halfedge at the piece's first vertex that is a part of the higher side of its first step.
+    /// The halfedge at the piece's first vertex that is a part of the higher side of its first
+    /// step.
     fn first_high(&self, piece: &Piece, v: Vertex) -> Option<Halfedge> {
         let high = piece.steps.first()?.high;
         let corners = self.mesh().vertex_corners(v).iter();
@@ -119,8 +122,9 @@ impl Refined<'_> {
         }
     }
 
-    /// The function on faces with these jumps, constant elsewhere. Of its constants, one per connected component, each is the
-    /// one for which the largest area keeps its value `before`. `None` if there is no such function.
+    /// The function on faces with these jumps, constant elsewhere. Of its constants, one per
+    /// connected component, each is the one for which the largest area keeps its value `before`.
+    /// `None` if there is no such function.
     pub fn function(&self, jump: &[f64], before: impl Fn(Face) -> f64, unit: f64) -> Option<Vec<f64>> {
         let mesh = self.mesh();
         let mut value = vec![f64::NAN; mesh.face_count()];

@@ -1,4 +1,5 @@
-//! Which side of a path is which, carried around vertices: works on any surface, whatever the orientation of its faces.
+//! Which side of a path is which, carried around vertices: works on any surface, whatever the
+//! orientation of its faces.
 
 use eikona_mesh::{Edge, Halfedge, Neighbour, TriangleMesh, Vertex};
 
@@ -10,8 +11,8 @@ pub(super) fn other_side(mesh: &TriangleMesh, h: Halfedge) -> Option<Halfedge> {
     }
 }
 
-/// Turns about a vertex, away from the edge of `from` through its face, until a face has the edge `to`: the halfedge of that face.
-/// `None` where the faces end first, or an edge is not `passable`.
+/// Turns about a vertex, away from the edge of `from` through its face, until a face has the edge
+/// `to`: the halfedge of that face. `None` where the faces end first, or an edge is not `passable`.
 pub(super) fn swept(
     mesh: &TriangleMesh,
     v: Vertex,
