@@ -19,7 +19,12 @@ pub(crate) fn confidence(
     let edge = mean_edge_length(mesh, triangles);
     let agreement = vertex_agreement(mesh, triangles, field);
     let confidence = (0..mesh.vertex_count())
-        .map(|v| ((phi[v].abs() + edge) / (to_data[v] + edge)).min(1.0) * agreement[v])
+        .map(|v| match agreement[v] {
+            Some(agreement) => ((phi[v].abs() + edge) / (to_data[v] + edge)).min(1.0) * agreement,
+            // The field vanishes in the faces around: flat ones, between vertices in one place.
+            None if phi[v].is_finite() => 0.0,
+            None => f64::NAN,
+        })
         .collect::<Vec<f64>>();
     let to_data: Vec<f64> = to_data.into_iter().map(|d| if d.is_finite() { d } else { f64::NAN }).collect();
     Confidence { distance_to_data: VertexField::from(to_data), confidence: VertexField::from(confidence) }
@@ -55,8 +60,8 @@ fn distance_to_segment(p: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
     distance(p, add(a, scale(t, ab)))
 }
 
-/// The agreement of the faces around each vertex, by area; NaN where no source reaches.
-fn vertex_agreement(mesh: &TriangleMesh, triangles: &[Triangle], field: &UnitField) -> Vec<f64> {
+/// The agreement of the faces around each vertex, by area; `None` where the field reaches none.
+fn vertex_agreement(mesh: &TriangleMesh, triangles: &[Triangle], field: &UnitField) -> Vec<Option<f64>> {
     mesh.vertices()
         .map(|v| {
             let (mut sum, mut area) = (0.0, 0.0);
@@ -65,7 +70,7 @@ fn vertex_agreement(mesh: &TriangleMesh, triangles: &[Triangle], field: &UnitFie
                 area += triangles[f].area;
             }
             // Above 1 by rounding only.
-            if area > 0.0 { (sum / area).min(1.0) } else { f64::NAN }
+            (area > 0.0).then(|| (sum / area).min(1.0))
         })
         .collect()
 }
