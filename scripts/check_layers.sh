@@ -33,12 +33,17 @@ forbid() { # folder, pattern, reason
 $found"
 }
 methods='signed_heat|winding|polar_field|repulsive'
-forbid geometry "crate::(operators|spatial|contour|$methods)" "geometry must not use layers above it"
-for layer in operators spatial contour; do
+curves='curves|cut|contour'
+forbid geometry "crate::(operators|spatial|$curves|$methods)" "geometry must not use layers above it"
+for layer in operators spatial curves cut contour; do
     forbid $layer "crate::($methods)" "$layer must not use a method"
 done
-forbid spatial "eikona_numeric::[^C]|crate::operators" "spatial knows no matrices"
-forbid contour "crate::operators" "contour knows no matrices"
+for layer in spatial curves cut contour; do
+    forbid $layer "crate::operators" "$layer knows no matrices"
+    others=$(echo "$curves" | tr '|' '\n' | grep -v "^$layer\$" | paste -sd '|' -)
+    forbid $layer "crate::($others)" "$layer must not use $others"
+done
+forbid spatial "eikona_numeric::[^C]" "spatial knows no matrices"
 for method in signed_heat winding polar_field repulsive; do
     others=$(echo "$methods" | tr '|' '\n' | grep -v "^$method\$" | paste -sd '|' -)
     forbid $method "crate::($others)" "a method must not use another method"

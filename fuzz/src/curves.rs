@@ -1,6 +1,6 @@
 //! Bytes to curves on a small mesh, everything that can be asked of curves, and back to bytes.
 
-use eikona::contour::{CurveReport, DEFAULT_TOLERANCE, straighten_curve, trace_curve, trace_polyline};
+use eikona::curves::{CurveReport, DEFAULT_TOLERANCE, straighten_curve, trace_curve, trace_polyline};
 use eikona::spatial::Bvh;
 use eikona_mesh::{
     Curve, CurveFile, CurveFormat, SurfaceCurves, TriangleMesh, curves_from_lines, format_curves,

@@ -1,7 +1,8 @@
 //! The signed heat solver on small meshes of any shape, with any curves and options.
 
 use crate::choices::Choices;
-use eikona::contour::{CurveReport, isolines, straighten_curve, trace_curve};
+use eikona::contour::isolines;
+use eikona::curves::{CurveReport, straighten_curve, trace_curve};
 use eikona::signed_heat::{
     DiffusionTime, LevelSets, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
 };

@@ -2,7 +2,7 @@
 
 use crate::choices::Choices;
 use crate::solve;
-use eikona::contour::shortest_vertex_path;
+use eikona::curves::shortest_vertex_path;
 use eikona::winding::{
     Completion, CompletionShape, Diagnosis, Part, Reference, Solver, Winding, WindingError, WindingOptions,
 };

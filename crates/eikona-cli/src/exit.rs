@@ -2,6 +2,7 @@
 //! what to do.
 
 use eikona::contour::ContourError;
+use eikona::curves::TraceError;
 use eikona::signed_heat::SignedHeatError;
 use eikona::winding::WindingError;
 use eikona_mesh::{CurveError, FileError, MeshError};
@@ -117,6 +118,15 @@ impl From<ContourError> for Failure {
             ContourError::Parameter { .. } | ContourError::BadPlane { .. } => {
                 Failure::Usage(fault.to_string())
             }
+            _ => Failure::Input(fault.to_string()),
+        }
+    }
+}
+
+impl From<TraceError> for Failure {
+    fn from(fault: TraceError) -> Failure {
+        match fault {
+            TraceError::Parameter { .. } => Failure::Usage(fault.to_string()),
             _ => Failure::Input(fault.to_string()),
         }
     }

@@ -8,7 +8,7 @@ use crate::seams::remedy;
 use crate::session::{General, Session, check_outputs, print_bytes};
 use crate::source::{SourceArguments, files_read, read_source_if_any, warn_of_sides};
 use clap::Args;
-use eikona::contour::{CurveReport, MeetingKind};
+use eikona::curves::{CurveReport, MeetingKind};
 use eikona_mesh::{
     Face, Fault, Orientation, PolygonQuality, Quality, Seams, SurfaceCurves, Topology, TriangleMesh, slivers,
     validate,

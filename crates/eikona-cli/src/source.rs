@@ -6,7 +6,7 @@ use crate::input::{MeshArguments, MeshInput};
 use crate::make::CURVE_NAMES;
 use crate::session::Session;
 use clap::Args;
-use eikona::contour::{ContourError, CurveReport, DEFAULT_TOLERANCE, Traced, trace_curve, trace_polyline};
+use eikona::curves::{CurveReport, DEFAULT_TOLERANCE, TraceError, Traced, trace_curve, trace_polyline};
 use eikona::spatial::Bvh;
 use eikona_mesh::io::without_gzip;
 use eikona_mesh::{
@@ -425,15 +425,15 @@ fn first_across(mesh: &TriangleMesh, curves: &SurfaceCurves) -> Result<Vec<Optio
     curves.curves.iter().enumerate().map(first).collect()
 }
 
-fn trace_line(line: &SpacePolyline, input: &MeshInput, bvh: &Bvh) -> Result<Traced, ContourError> {
+fn trace_line(line: &SpacePolyline, input: &MeshInput, bvh: &Bvh) -> Result<Traced, TraceError> {
     trace_polyline(&input.mesh, bvh, &line.points, line.closed, line.kind, DEFAULT_TOLERANCE)
 }
 
 /// The fault without the number of the only curve that was traced; the caller knows which one it
 /// is.
-fn of_one_curve(fault: ContourError) -> String {
+fn of_one_curve(fault: TraceError) -> String {
     match fault {
-        ContourError::Curve(CurveError::AtNode { node, fault, .. }) => format!("node {node}: {fault}"),
+        TraceError::Curve(CurveError::AtNode { node, fault, .. }) => format!("node {node}: {fault}"),
         fault => fault.to_string(),
     }
 }

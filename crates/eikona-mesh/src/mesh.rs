@@ -219,6 +219,14 @@ impl TriangleMesh {
         let mut sides = self.vertex_corners(v).iter().flat_map(|c| [c.halfedge(), c.halfedge().previous()]);
         sides.any(|h| self.is_boundary_edge(self.edge(h)))
     }
+    /// Whether every edge has at most two faces, which run along it in opposite directions.
+    pub fn is_consistently_oriented(&self) -> bool {
+        self.edges().all(|e| match self.edge_halfedges(e) {
+            [_] => true,
+            &[a, b] => self.origin(a) != self.origin(b),
+            _ => false,
+        })
+    }
     /// The edge between two vertices, if there is one.
     ///
     /// # Cost

@@ -93,6 +93,12 @@ impl Orientation {
         orientation
     }
 
+    /// Returns the mesh with the faces of negative sign flipped. Vertices and faces keep their
+    /// numbers.
+    pub fn oriented(&self, mesh: &TriangleMesh) -> TriangleMesh {
+        mesh.with_flipped_faces(|f| self.sign_of_face[f] < 0)
+    }
+
     /// Whether every patch is orientable. A surface with edges of three or more faces may be so
     /// too.
     pub fn is_orientable(&self) -> bool {

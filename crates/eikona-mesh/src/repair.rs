@@ -272,7 +272,7 @@ pub fn orient(mesh: &TriangleMesh) -> Repaired {
     let orientation = Orientation::of(mesh);
     let mut maps = IndexMaps::identity(mesh.vertex_count(), mesh.face_count());
     maps.flipped_faces = orientation.flipped_faces();
-    Repaired { mesh: mesh.with_flipped_faces(|f| orientation.sign_of_face[f] < 0), maps }
+    Repaired { mesh: orientation.oriented(mesh), maps }
 }
 
 /// Gives every fan at a vertex but the first (that of the lowest face) a copy of the vertex, so

@@ -8,6 +8,8 @@
 pub use eikona_mesh as mesh;
 
 pub mod contour;
+pub mod curves;
+pub mod cut;
 pub mod geometry;
 pub mod operators;
 mod phases;

@@ -1,7 +1,8 @@
 //! Reports on curves with known faults.
 
 mod shapes;
-use eikona::contour::{CurveReport, MeetingKind, SegmentId, plane_cut, trace_polyline};
+use eikona::contour::plane_cut;
+use eikona::curves::{CurveReport, MeetingKind, SegmentId, trace_polyline};
 use eikona::spatial::Bvh;
 use eikona_mesh::{Curve, CurveKind, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, read_curves};
 use shapes::{DATA, flat_grid, moebius, read_mesh, sphere};

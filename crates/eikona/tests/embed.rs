@@ -3,7 +3,7 @@
 
 mod embedding;
 mod shapes;
-use eikona::contour::{EmbedError, SHORT, embed_curves};
+use eikona::cut::{EmbedError, SHORT, embed_curves};
 use eikona_mesh::{
     Curve, CurveError, CurveKind, Face, SurfaceCurves, SurfacePoint, Topology, TriangleMesh, Vertex,
     VertexField,

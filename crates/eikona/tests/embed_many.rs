@@ -3,7 +3,8 @@
 
 mod embedding;
 mod shapes;
-use eikona::contour::{DEFAULT_TOLERANCE, embed_curves, trace_curve, trace_polyline};
+use eikona::curves::{DEFAULT_TOLERANCE, trace_curve, trace_polyline};
+use eikona::cut::embed_curves;
 use eikona::spatial::Bvh;
 use eikona_mesh::{Curve, CurveKind, Face, Located, SurfaceCurves, TriangleMesh, Vertex, io, read_curves};
 use embedding::*;

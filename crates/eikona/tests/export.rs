@@ -1,9 +1,8 @@
 //! Curves written for other programs come back as they were.
 
 mod shapes;
-use eikona::contour::{
-    DEFAULT_TOLERANCE, obj_lines, plane_cut, ply_edges, polylines, svg_paths, trace_polyline,
-};
+use eikona::contour::{obj_lines, plane_cut, ply_edges, polylines, svg_paths};
+use eikona::curves::{DEFAULT_TOLERANCE, trace_polyline};
 use eikona::spatial::Bvh;
 use eikona_mesh::{Curve, CurveError, CurveFormat, CurveKind, Vertex, read_curves_bytes};
 use shapes::{flat_grid, sphere};

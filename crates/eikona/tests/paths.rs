@@ -1,7 +1,8 @@
 //! Shortest paths: exact lengths on flat meshes and a cube, and what must hold anywhere.
 
 mod shapes;
-use eikona::contour::{polylines, shortest_vertex_path, straighten_curve};
+use eikona::contour::polylines;
+use eikona::curves::{shortest_vertex_path, straighten_curve};
 use eikona_mesh::{Curve, SurfaceCurves, TriangleMesh, Vertex};
 use shapes::{DATA, Random, cube, flat_grid, read_mesh, rough_grid, sphere, torus};
 

@@ -2,7 +2,8 @@
 
 mod exact;
 
-use eikona::contour::{plane_cut, trace_curve};
+use eikona::contour::plane_cut;
+use eikona::curves::trace_curve;
 use eikona::signed_heat::{LevelSets, Solution, SolveOptions, Solver, SolverOptions};
 use eikona_mesh::{Curve, CurveKind, SurfaceCurves, TriangleMesh, Vertex, io, read_curves, weld};
 use exact::*;

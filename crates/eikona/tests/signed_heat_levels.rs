@@ -89,7 +89,7 @@ fn zero_does_not_lock_on_a_polyline() {
         let points = shapes::latitude_circle(0.3f64.asin(), 200).unwrap();
         let bvh = eikona::spatial::Bvh::new(&mesh);
         let kind = eikona_mesh::CurveKind::Signed;
-        let curve = eikona::contour::trace_polyline(&mesh, &bvh, &points, true, kind, 1e-6).unwrap().curve;
+        let curve = eikona::curves::trace_polyline(&mesh, &bvh, &points, true, kind, 1e-6).unwrap().curve;
         let source = SurfaceCurves::from_curve(curve.reversed());
         let exact = |p: [f64; 3]| 0.3f64.asin() - p[2].clamp(-1.0, 1.0).asin();
         let error = |level_sets| {

@@ -244,7 +244,7 @@ fn preserved_normals_take_few_iterations() {
             .collect();
         let bvh = eikona::spatial::Bvh::new(mesh);
         let kind = eikona_mesh::CurveKind::Signed;
-        let fine = eikona::contour::trace_polyline(mesh, &bvh, &points, true, kind, 1e-6).unwrap().curve;
+        let fine = eikona::curves::trace_polyline(mesh, &bvh, &points, true, kind, 1e-6).unwrap().curve;
         let mut doubled = circle.clone();
         doubled.curves.extend(circle.curves.clone());
         let fine = SurfaceCurves::from_curve(fine);

@@ -1,8 +1,9 @@
 //! Tracing: every segment of every result lies in one face, and known lengths come out.
 
 mod shapes;
-use eikona::contour::{
-    ContourError, DEFAULT_TOLERANCE, Traced, polylines, shortest_vertex_path, trace_curve, trace_polyline,
+use eikona::contour::polylines;
+use eikona::curves::{
+    DEFAULT_TOLERANCE, TraceError, Traced, shortest_vertex_path, trace_curve, trace_polyline,
 };
 use eikona::spatial::Bvh;
 use eikona_mesh::{Curve, CurveKind, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex};
@@ -176,10 +177,10 @@ fn wrong_input_is_refused_in_words() {
         trace_polyline(&mesh, &bvh, points, false, CurveKind::Signed, tolerance).unwrap_err()
     };
     let origin = [0.0; 3];
-    assert!(matches!(run(&[origin, [f64::NAN; 3]], 1e-6), ContourError::NonFinitePoint { node: 1, .. }));
-    assert!(matches!(run(&[origin, [0.0, 0.0, 5.0]], 1e-6), ContourError::TooFewPoints { points: 1 }));
-    assert!(matches!(run(&[origin, [1.0; 3]], f64::NAN), ContourError::Parameter { .. }));
-    assert!(matches!(run(&[], 1e-6), ContourError::TooFewPoints { points: 0 }));
+    assert!(matches!(run(&[origin, [f64::NAN; 3]], 1e-6), TraceError::NonFinitePoint { node: 1, .. }));
+    assert!(matches!(run(&[origin, [0.0, 0.0, 5.0]], 1e-6), TraceError::TooFewPoints { points: 1 }));
+    assert!(matches!(run(&[origin, [1.0; 3]], f64::NAN), TraceError::Parameter { .. }));
+    assert!(matches!(run(&[], 1e-6), TraceError::TooFewPoints { points: 0 }));
     let mut positions = mesh.positions().to_vec();
     positions.extend(mesh.positions().iter().map(|p| [p[0] + 3.0, p[1], p[2]]));
     let mut faces = mesh.triangles().to_vec();
@@ -193,7 +194,7 @@ fn wrong_input_is_refused_in_words() {
         CurveKind::Signed,
         DEFAULT_TOLERANCE,
     );
-    assert!(matches!(error, Err(ContourError::NotConnected { from: 1, to: 2 })));
+    assert!(matches!(error, Err(TraceError::NotConnected { from: 1, to: 2 })));
     assert!(shortest_vertex_path(&two, &[Vertex(0), Vertex(9)]).is_err());
     assert_eq!(shortest_vertex_path(&two, &[Vertex(0), Vertex(8)]).unwrap(), [0, 4, 8].map(Vertex));
     assert!(trace_curve(&mesh, &Curve::signed([Vertex(0), Vertex(99)])).is_err());
@@ -249,7 +250,7 @@ fn circles_are_traced_on_meshes_of_the_data_folder() {
                     start.elapsed()
                 );
             }
-            Err(ContourError::NotConnected { from, to }) => println!("{name}: parts at {from} and {to}"),
+            Err(TraceError::NotConnected { from, to }) => println!("{name}: parts at {from} and {to}"),
             Err(error) => panic!("{name}: {error}"),
         }
     }

@@ -2,8 +2,9 @@
 //! way, whose length a formula knows, or a warning names the segment.
 
 mod shapes;
-use eikona::contour::{
-    DEFAULT_TOLERANCE, Traced, polylines, shortest_vertex_path, straighten_curve, trace_curve, trace_polyline,
+use eikona::contour::polylines;
+use eikona::curves::{
+    DEFAULT_TOLERANCE, Traced, shortest_vertex_path, straighten_curve, trace_curve, trace_polyline,
 };
 use eikona::spatial::Bvh;
 use eikona_mesh::damage::{flip_faces, shuffle};

@@ -2,7 +2,8 @@
 //! faces at an edge; and bad input.
 
 mod regions;
-use eikona::contour::{plane_cut, shortest_vertex_path};
+use eikona::contour::plane_cut;
+use eikona::curves::shortest_vertex_path;
 use eikona::mesh::{Curve, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, damage, shapes};
 use eikona::winding::{
     Completion, Part, Reference, Winding, WindingError, WindingOptions, surface_winding_number,

@@ -4,7 +4,7 @@
 mod regions;
 mod smooth;
 
-use eikona::contour::shortest_vertex_path;
+use eikona::curves::shortest_vertex_path;
 use eikona::mesh::{
     Curve, Edge, Face, Halfedge, SurfaceCurves, SurfacePoint, Topology, TriangleMesh, Vertex, shapes,
 };

@@ -230,7 +230,7 @@ fn degrees_of_endpoints_add_up_to_nothing() {
     let sphere = shapes::geodesic_sphere(12).unwrap();
     // Three arms from one vertex, one of them double, and one that leads back.
     let path = |from: u32, to: u32| {
-        Curve::signed(eikona::contour::shortest_vertex_path(&sphere, &[Vertex(from), Vertex(to)]).unwrap())
+        Curve::signed(eikona::curves::shortest_vertex_path(&sphere, &[Vertex(from), Vertex(to)]).unwrap())
     };
     let curves = [path(700, 20), path(700, 350), path(700, 350), path(1100, 700)];
     let completion_shape = CompletionShape::Edges;

@@ -2,7 +2,8 @@
 //! the curve's orientation; and the way back to the faces of the input.
 
 mod regions;
-use eikona::contour::{SegmentId, plane_cut};
+use eikona::contour::plane_cut;
+use eikona::curves::SegmentId;
 use eikona::mesh::{Curve, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, damage, shapes};
 use eikona::winding::{
     CompletionShape, Diagnosis, Part, Solver, Winding, WindingOptions, surface_winding_number,
@@ -137,7 +138,7 @@ fn copies_offsets_and_cuts_are_taken_as_they_are_given() {
     };
     let cut = |x: f64, y: f64| {
         let ends = [nearest([2.0 * x, 2.0 * y, 0.0]), nearest([x, y, 0.0])];
-        Curve::signed(eikona::contour::shortest_vertex_path(&annulus, &ends).unwrap())
+        Curve::signed(eikona::curves::shortest_vertex_path(&annulus, &ends).unwrap())
     };
     assert_eq!(reversed(&annulus, &[cut(1.0, 0.0), cut(0.0, 1.0)]), 0);
     // A loop that bounds beside a group of arcs of which the longer ones are reversed: only the

@@ -4,7 +4,8 @@
 mod regions;
 mod smooth;
 
-use eikona::contour::{plane_cut, trace_polyline};
+use eikona::contour::plane_cut;
+use eikona::curves::trace_polyline;
 use eikona::mesh::random::Random;
 use eikona::mesh::{Curve, CurveKind, Face, SurfaceCurves, SurfacePoint, TriangleMesh, damage, shapes};
 use eikona::spatial::Bvh;

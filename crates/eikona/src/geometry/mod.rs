@@ -1,12 +1,10 @@
 //! Lengths, areas, angles: intrinsic first.
 
-mod consistency;
 mod fast_marching;
 mod size;
 mod triangle;
 pub mod vector;
 
-pub(crate) use consistency::winding_is_consistent;
 pub use fast_marching::fast_marching;
 pub(crate) use size::{face_in, lay_out_in, shape_of_face, unit_of};
 pub use triangle::{Triangle, lay_out, mean_edge_length};

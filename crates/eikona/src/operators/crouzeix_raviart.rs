@@ -1,6 +1,6 @@
 //! The edge operators of step I: Crouzeix-Raviart mass matrix and connection Laplacian.
 
-use crate::geometry::{Triangle, winding_is_consistent};
+use crate::geometry::Triangle;
 use eikona_mesh::{Edge, Face, Halfedge, TriangleMesh};
 use eikona_numeric::{Complex, Graph, Scalar, SymmetricMatrix};
 use std::ops::Range;
@@ -51,7 +51,7 @@ impl ComplexFrames {
     /// The frames of a mesh of consistent winding; `None` for one where some edge has more than two
     /// faces, or two that run along it in the same direction.
     pub fn of(mesh: &TriangleMesh) -> Option<ComplexFrames> {
-        winding_is_consistent(mesh).then(|| ComplexFrames { edges: mesh.edge_count() })
+        mesh.is_consistently_oriented().then(|| ComplexFrames { edges: mesh.edge_count() })
     }
 }
 

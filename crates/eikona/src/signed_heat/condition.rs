@@ -1,6 +1,6 @@
 //! The condition of a source: whether its curves have gaps, and how rough they are.
 
-use crate::contour::nearest_end::nearest_others;
+use crate::curves::nearest_end::nearest_others;
 use crate::geometry::vector::distance;
 use eikona_mesh::{CurveKind, Located, Segment, SurfaceCurves, TriangleMesh};
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! The solver: factors once, answers curve after curve.
 
-use crate::contour::side::consistently_wound;
+use crate::curves::side::consistently_oriented;
 use crate::geometry::vector::{add, dot, normalize, scale, sub};
 use crate::geometry::{Triangle, lay_out};
 use crate::operators::divergence;
@@ -75,7 +75,7 @@ impl Solver {
             return Err(SignedHeatError::NoFaces);
         }
         let mut warnings = Vec::new();
-        let mesh = consistently_wound(mesh, &mut warnings);
+        let mesh = consistently_oriented(mesh, &mut warnings);
         let triangles = lay_out(&mesh);
         check_scale(&triangles)?;
         note_degenerate(&triangles, &mut warnings);

@@ -1,7 +1,7 @@
 //! Step I, right-hand side: what curves and points put on the edges (SHM section 5.6 and appendix
 //! A).
 
-use crate::contour::side::SideOfSegments;
+use crate::curves::side::SideOfSegments;
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
 use crate::operators::EdgeFrames;

@@ -1,6 +1,6 @@
 //! The curve as jumps: by how much a function changes from one face at an edge to the other.
 
-use crate::contour::side::SideOfSegments;
+use crate::curves::side::SideOfSegments;
 use crate::winding::error::WindingError;
 use eikona_mesh::{Edge, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex};
 

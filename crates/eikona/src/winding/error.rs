@@ -1,6 +1,6 @@
 //! Why no winding number could be computed.
 
-use crate::contour::EmbedError;
+use crate::cut::EmbedError;
 use eikona_mesh::{CurveError, Edge, Face, TriangleMesh, Vertex};
 use eikona_numeric::FlowError;
 use eikona_numeric::NumericError;

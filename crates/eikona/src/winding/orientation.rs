@@ -10,7 +10,8 @@
 //! them means something; and those that run alongside each other (copies, offsets), which would
 //! undo each other.
 
-use crate::contour::{EmbeddedCurve, SegmentId};
+use crate::curves::SegmentId;
+use crate::cut::EmbeddedCurve;
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
 use crate::winding::chain::Step;

@@ -1,6 +1,6 @@
 //! What a solve gives.
 
-use crate::contour::{EmbeddedCurve, areas_of_pieces, label_of_most, weights_in};
+use crate::cut::{EmbeddedCurve, areas_of_pieces, label_of_most, weights_in};
 use crate::geometry::unit_of;
 use crate::phases::Phases;
 use crate::winding::decomposition::Part;

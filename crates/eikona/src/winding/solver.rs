@@ -1,8 +1,8 @@
 //! The mesh made ready for curves, and what becomes of one.
 
-use crate::contour::side::consistently_wound;
-use crate::contour::{Embedded, EmbeddedCurve, embed_curves, parts_of_short_edges};
-use crate::geometry::{Triangle, face_in, lay_out_in, unit_of, winding_is_consistent};
+use crate::curves::side::consistently_oriented;
+use crate::cut::{Embedded, EmbeddedCurve, embed_curves, parts_of_short_edges};
+use crate::geometry::{Triangle, face_in, lay_out_in, unit_of};
 use crate::phases::{Phases, Running};
 use crate::winding::chain::{Chain, Step, along_edge};
 use crate::winding::decomposition::{Part, parts_of};
@@ -59,26 +59,26 @@ impl Solver {
             return Err(WindingError::NoFaces);
         }
         let mut warnings = Vec::new();
-        let wound = consistently_wound(mesh, &mut warnings);
+        let oriented = consistently_oriented(mesh, &mut warnings);
         let cuts = mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() > 2).count();
         if cuts > 0 {
             let edges = counted(cuts, "edge has", "edges have");
             warnings.push(format!("{edges} three or more faces; the surface is taken as cut open there"));
         }
         let mut turned: Vec<bool> =
-            mesh.faces().map(|f| mesh.face_vertices(f) != wound.face_vertices(f)).collect();
+            mesh.faces().map(|f| mesh.face_vertices(f) != oriented.face_vertices(f)).collect();
         if !turned.contains(&true) {
             turned = Vec::new();
         }
-        Ok(Solver { turned, warnings, ..Solver::on_wound(wound) })
+        Ok(Solver { turned, warnings, ..Solver::on_oriented(oriented) })
     }
 
-    fn on_wound(mesh: TriangleMesh) -> Solver {
+    fn on_oriented(mesh: TriangleMesh) -> Solver {
         let unit = unit_of(&mesh);
         let triangles = lay_out_in(&mesh, unit);
         Solver {
             turned: Vec::new(),
-            consistent: winding_is_consistent(&mesh),
+            consistent: mesh.is_consistently_oriented(),
             simply_connected: is_simply_connected(&mesh),
             on_faces: Operators::on_faces(&mesh, &triangles),
             on_delaunay: OnceLock::new(),
@@ -112,7 +112,7 @@ impl Solver {
     /// orientation of several pieces takes a factorisation and a back-substitution each, on the
     /// faces, and if some look reversed a whole second solve: see [`Diagnosis`](super::Diagnosis).
     /// To straighten completions takes O(F) and what
-    /// [`straighten_curve`](crate::contour::straighten_curve) takes for their pieces, a small part
+    /// [`straighten_curve`](crate::curves::straighten_curve) takes for their pieces, a small part
     /// of the solve.
     pub fn solve(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<Winding, WindingError> {
         let mut phases = Phases::start();
@@ -149,7 +149,7 @@ impl Solver {
             let largest = children.max_by(|a, b| area(a).total_cmp(&area(b)));
             options.reference = Reference::Face(largest.ok_or(WindingError::no_such_reference(face))?);
         }
-        let cut = Solver::on_wound(embedded.mesh.clone());
+        let cut = Solver::on_oriented(embedded.mesh.clone());
         phases.end("cut");
         let Embedded { mesh, face_parent, vertex_place, curves: walks, .. } = embedded;
         let curve = |w: &EmbeddedCurve| {

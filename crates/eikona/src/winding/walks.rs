@@ -1,6 +1,6 @@
 //! Curves as walks along edges.
 
-use crate::contour::EmbeddedCurve;
+use crate::cut::EmbeddedCurve;
 use eikona_mesh::{Located, Segment, SurfaceCurves, TriangleMesh, segment_host};
 
 /// The steps of walks along edges.

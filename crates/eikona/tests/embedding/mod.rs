@@ -1,6 +1,6 @@
 //! What must hold whenever a mesh is cut along curves, and small meshes to cut.
 
-use eikona::contour::{Embedded, embed_curves};
+use eikona::cut::{Embedded, embed_curves};
 use eikona_mesh::{
     Curve, Face, FaceField, Located, SurfaceCurves, SurfacePoint, Topology, TriangleMesh, Vertex,
 };

@@ -196,7 +196,7 @@ pub fn rough_plate(n: usize) -> TriangleMesh {
 /// The straight line between two points of a flat mesh, as nodes on the edges it crosses.
 pub fn straight(mesh: &TriangleMesh, a: [f64; 3], b: [f64; 3]) -> Curve {
     let bvh = eikona::spatial::Bvh::new(mesh);
-    eikona::contour::trace_polyline(mesh, &bvh, &[a, b], false, eikona_mesh::CurveKind::Signed, 1e-6)
+    eikona::curves::trace_polyline(mesh, &bvh, &[a, b], false, eikona_mesh::CurveKind::Signed, 1e-6)
         .unwrap()
         .curve
 }

@@ -17,7 +17,7 @@ mod pull;
 mod refined;
 mod sides;
 
-use crate::contour::{Embedded, EmbeddedCurve, embed_curves, places_of_places};
+use crate::cut::{Embedded, EmbeddedCurve, embed_curves, places_of_places};
 use crate::winding::decomposition::THRESHOLD;
 use crate::winding::labels::face_mean;
 use crate::winding::loops::loops_of;

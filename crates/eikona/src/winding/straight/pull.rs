@@ -1,7 +1,7 @@
 //! Pieces of the completion pulled straight, on the mesh cut open along what they must not cross.
 
 use super::pieces::Piece;
-use crate::contour::{path_length, straighten_around, straighten_loop};
+use crate::curves::{path_length, straighten_around, straighten_loop};
 use crate::winding::split::cut_open;
 use eikona_mesh::{DisjointSets, Located, MeshError, TriangleMesh, Vertex};
 

@@ -3,7 +3,7 @@
 
 use super::pieces::Piece;
 use super::sides::{carried, turned};
-use crate::contour::{Embedded, weights_in};
+use crate::cut::{Embedded, weights_in};
 use crate::geometry::face_in;
 use eikona_mesh::{Edge, Face, Halfedge, TriangleMesh, Vertex};
 use std::collections::{BTreeMap, VecDeque};

@@ -1,6 +1,6 @@
 //! Shortest paths along edges.
 
-use super::ContourError;
+use super::TraceError;
 use crate::geometry::vector::distance;
 use eikona_mesh::{TriangleMesh, Vertex};
 use std::cmp::Reverse;
@@ -10,19 +10,19 @@ use std::collections::{BTreeMap, BinaryHeap};
 /// that is given twice in a row counts once.
 ///
 /// # Errors
-/// [`ContourError::VertexOutOfRange`]; [`ContourError::NotConnected`] with the places in `through`
+/// [`TraceError::VertexOutOfRange`]; [`TraceError::NotConnected`] with the places in `through`
 /// of two vertices that no edges join.
 ///
 /// # Cost
 /// One search (Dijkstra) a pair, each over the vertices that are nearer than the goal.
-pub fn shortest_vertex_path(mesh: &TriangleMesh, through: &[Vertex]) -> Result<Vec<Vertex>, ContourError> {
+pub fn shortest_vertex_path(mesh: &TriangleMesh, through: &[Vertex]) -> Result<Vec<Vertex>, TraceError> {
     if let Some(&vertex) = through.iter().find(|v| v.index() >= mesh.vertex_count()) {
-        return Err(ContourError::VertexOutOfRange { vertex, vertices: mesh.vertex_count() });
+        return Err(TraceError::VertexOutOfRange { vertex, vertices: mesh.vertex_count() });
     }
     let mut path: Vec<Vertex> = through.first().copied().into_iter().collect();
     for (i, pair) in through.windows(2).enumerate() {
         let leg =
-            path_between(mesh, pair[0], pair[1]).ok_or(ContourError::NotConnected { from: i, to: i + 1 })?;
+            path_between(mesh, pair[0], pair[1]).ok_or(TraceError::NotConnected { from: i, to: i + 1 })?;
         path.extend(leg.into_iter().skip(1));
     }
     Ok(path)

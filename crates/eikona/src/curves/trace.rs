@@ -8,7 +8,7 @@
 //! tried again. A walk that may be a detour is compared with the shortest path over the surface
 //! ([`PathSearch`]), which replaces it if clearly shorter, and also where no walk arrives.
 
-use super::ContourError;
+use super::TraceError;
 use super::shortest::{AMBIGUOUS, PathSearch};
 use super::side::Fans;
 use super::walk::{Walked, plane_walks};
@@ -124,9 +124,9 @@ impl Traced {
 /// ```
 ///
 /// # Errors
-/// [`ContourError::NoFaces`], [`ContourError::NonFinitePoint`], [`ContourError::TooFewPoints`]
-/// (also when all points fall together), [`ContourError::Parameter`] for a tolerance outside [0,
-/// 0.1], and [`ContourError::NotConnected`] where the surface has no path between two points.
+/// [`TraceError::NoFaces`], [`TraceError::NonFinitePoint`], [`TraceError::TooFewPoints`]
+/// (also when all points fall together), [`TraceError::Parameter`] for a tolerance outside [0,
+/// 0.1], and [`TraceError::NotConnected`] where the surface has no path between two points.
 ///
 /// # Cost
 /// O(log F) per point and O(1) per crossed face. A segment that is not nearly straight on the
@@ -140,19 +140,19 @@ pub fn trace_polyline(
     closed: bool,
     kind: CurveKind,
     tolerance: f64,
-) -> Result<Traced, ContourError> {
+) -> Result<Traced, TraceError> {
     if !(0.0..=0.1).contains(&tolerance) {
         let bound = "it is a share of a face, from 0 to 0.1";
-        return Err(ContourError::Parameter { name: "tolerance", value: tolerance, bound });
+        return Err(TraceError::Parameter { name: "tolerance", value: tolerance, bound });
     }
     let tracer = Tracer::new(mesh, Some(bvh), tolerance);
     let mut nodes = Vec::with_capacity(points.len());
     let mut largest: f64 = 0.0;
     for (node, &position) in points.iter().enumerate() {
         if !position.iter().all(|x| x.is_finite()) {
-            return Err(ContourError::NonFinitePoint { node, position });
+            return Err(TraceError::NonFinitePoint { node, position });
         }
-        let (place, distance) = tracer.project(position).ok_or(ContourError::NoFaces)?;
+        let (place, distance) = tracer.project(position).ok_or(TraceError::NoFaces)?;
         largest = largest.max(distance);
         nodes.push(place);
     }
@@ -168,12 +168,12 @@ pub fn trace_polyline(
 /// they are.
 ///
 /// # Errors
-/// [`ContourError::Curve`] for a node that is not on the mesh, and the errors of
+/// [`TraceError::Curve`] for a node that is not on the mesh, and the errors of
 /// [`trace_polyline`].
 ///
 /// # Cost
 /// As [`trace_polyline`]; a tree over the faces is built only if a segment has to be halved.
-pub fn trace_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Traced, ContourError> {
+pub fn trace_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Traced, TraceError> {
     let tracer = Tracer::new(mesh, None, DEFAULT_TOLERANCE);
     let located = curve.nodes.iter().enumerate();
     let located: Result<Vec<Located>, _> =
@@ -211,7 +211,7 @@ impl<'a> Tracer<'a> {
         Some((Located::in_face(self.mesh, closest.face, weights), closest.distance))
     }
 
-    fn trace(&self, nodes: &[Located], closed: bool) -> Result<Traced, ContourError> {
+    fn trace(&self, nodes: &[Located], closed: bool) -> Result<Traced, TraceError> {
         let mut traced = Traced::default();
         let mut kept: Vec<(usize, Located)> = Vec::new();
         for (i, &node) in nodes.iter().enumerate() {
@@ -225,7 +225,7 @@ impl<'a> Tracer<'a> {
             traced.merged.extend(kept.pop().map(|k| k.0));
         }
         if kept.len() < 2 {
-            return Err(ContourError::TooFewPoints { points: kept.len() });
+            return Err(TraceError::TooFewPoints { points: kept.len() });
         }
         if closed {
             kept.push((kept[0].0, kept[0].1));
@@ -245,7 +245,7 @@ impl<'a> Tracer<'a> {
                 back.into_iter().rev().skip(1).collect()
             } else {
                 let joined = self.join(a, b, from, &mut traced);
-                let (path, another) = joined.ok_or(ContourError::NotConnected { from, to })?;
+                let (path, another) = joined.ok_or(TraceError::NotConnected { from, to })?;
                 alternative = another;
                 path
             };

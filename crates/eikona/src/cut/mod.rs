@@ -38,13 +38,13 @@ use triangulation::{ONE, Point};
 /// Cuts a mesh along curves, so that every segment of them is a chain of edges.
 ///
 /// Segments may cross, touch, overlap, repeat, pass through vertices, run along edges and have
-/// length zero. Every one lies in one face or along one edge; [`trace_curve`](super::trace_curve)
-/// makes a curve so. Isolated points become vertices. Faces without curve inside and without a new
+/// length zero. Each lies in one face or along one edge, as
+/// [`trace_curve`](crate::curves::trace_curve) makes them. Isolated points become vertices. Faces without curve inside and without a new
 /// vertex on a side keep their corners; the others are cut into triangles of the best shape that
 /// their points allow (constrained Delaunay in the true shape of the face).
 ///
 /// ```
-/// use eikona::contour::embed_curves;
+/// use eikona::cut::embed_curves;
 /// use eikona_mesh::{Curve, SurfaceCurves, SurfacePoint, TriangleMesh};
 /// let corners = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 /// let mesh = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;

@@ -6,7 +6,7 @@
 //! ([`super::funnel`]) is shorter than the two legs and takes their place. This is repeated, every
 //! second corner at a time so that strips grow by doubling, until no corner can be improved.
 
-use super::ContourError;
+use super::TraceError;
 use super::funnel::shortest_in_strip;
 use crate::geometry::vector::{angle, distance, sub};
 use eikona_mesh::{Curve, Edge, Face, Located, Neighbour, SegmentHost, TriangleMesh, Vertex, segment_host};
@@ -40,7 +40,8 @@ pub(super) struct Leg {
 /// nonmanifold edges only where the input does.
 ///
 /// ```
-/// use eikona::contour::{polylines, shortest_vertex_path, straighten_curve};
+/// use eikona::contour::polylines;
+/// use eikona::curves::{shortest_vertex_path, straighten_curve};
 /// use eikona_mesh::{Curve, TriangleMesh, Vertex};
 /// let corners = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 /// let mesh = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;
@@ -52,15 +53,15 @@ pub(super) struct Leg {
 /// ```
 ///
 /// # Errors
-/// [`ContourError::Curve`] for a node that is not on the mesh, [`ContourError::TooFewPoints`], and
+/// [`TraceError::Curve`] for a node that is not on the mesh, [`TraceError::TooFewPoints`], and
 /// a segment that lies in no single face (trace the curve first).
 ///
 /// # Cost
 /// About O(n log n) in the number of faces along a path that is nearly shortest; a detour costs one
 /// pass over the path for each vertex that it is pulled past, and no more than 10,000 passes.
-pub fn straighten_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Curve, ContourError> {
+pub fn straighten_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Curve, TraceError> {
     if curve.nodes.len() < 2 {
-        return Err(ContourError::TooFewPoints { points: curve.nodes.len() });
+        return Err(TraceError::TooFewPoints { points: curve.nodes.len() });
     }
     let located = curve.nodes.iter().enumerate();
     let path: Vec<Located> =
@@ -351,7 +352,7 @@ mod tests {
         let row = |i: usize| nv / 2 + [0, 1, 2, 3, 4, 3, 2, 1][i % 8];
         let vertex = |i: usize| Vertex(((i % nu) * nv + row(i % nu)) as u32);
         let along: Vec<Vertex> = (0..=nu).map(vertex).collect();
-        let along = crate::contour::shortest_vertex_path(&torus, &along).unwrap();
+        let along = crate::curves::shortest_vertex_path(&torus, &along).unwrap();
         let path: Vec<Located> = along.into_iter().map(Located::Vertex).collect();
         let straight = straighten_loop(&torus, &path, &|_| false);
         let exact = nu as f64 * 2.0 * 0.6 * (0.5 * TAU / nu as f64).sin();
@@ -366,7 +367,7 @@ mod tests {
     fn a_loop_around_nothing_vanishes_unless_a_fixed_vertex_is_in_it() {
         let grid = shapes::grid(8, 8, 1.0, 1.0, shapes::Diagonal::Uniform).unwrap();
         let corners = [20, 24, 60, 56, 20].map(Vertex);
-        let along = crate::contour::shortest_vertex_path(&grid, &corners).unwrap();
+        let along = crate::curves::shortest_vertex_path(&grid, &corners).unwrap();
         let path: Vec<Located> = along.into_iter().map(Located::Vertex).collect();
         assert_eq!(straighten_loop(&grid, &path, &|_| false).len(), 1);
         let held = straighten_loop(&grid, &path, &|v| v == Vertex(40));

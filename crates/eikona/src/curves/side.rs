@@ -2,7 +2,6 @@
 //! beside them is wound.
 
 use crate::geometry::vector::{cross, dot, normalize, sub};
-use crate::geometry::winding_is_consistent;
 use crate::wording::counted;
 use eikona_mesh::{
     CurveKind, Edge, Face, Halfedge, Located, Neighbour, Orientation, Segment, SegmentHost, SurfaceCurves,
@@ -291,10 +290,10 @@ fn fans_around(mesh: &TriangleMesh, v: Vertex) -> Vec<(Face, u32, bool)> {
     faces
 }
 
-/// The mesh itself if its winding is consistent; else with the smaller part of each orientable
-/// patch turned over.
-pub(crate) fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> TriangleMesh {
-    if winding_is_consistent(mesh) {
+/// The mesh itself if it is consistently oriented; else with the smaller part of each orientable
+/// patch flipped.
+pub(crate) fn consistently_oriented(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> TriangleMesh {
+    if mesh.is_consistently_oriented() {
         return mesh.clone();
     }
     let orientation = Orientation::of(mesh);
@@ -313,5 +312,5 @@ pub(crate) fn consistently_wound(mesh: &TriangleMesh, warnings: &mut Vec<String>
         "{} turned over to make the winding consistent",
         counted(flipped, "face was", "faces were")
     ));
-    mesh.with_flipped_faces(|f| orientation.sign_of_face[f] < 0)
+    orientation.oriented(mesh)
 }

@@ -5,7 +5,6 @@ use super::meeting::{self, Hosted};
 use super::nearest_end::nearest_others;
 use super::side::Fans;
 use crate::geometry::vector::distance;
-use crate::geometry::winding_is_consistent;
 use eikona_mesh::{
     Curve, CurveError, CurveKind, Located, SegmentHost, SurfaceCurves, TriangleMesh, segment_host,
 };
@@ -113,7 +112,7 @@ impl CurveReport {
         let mut report = CurveReport::default();
         let mut hosted = Vec::new();
         let mut nodes = Vec::new();
-        let mut fans = Fans::new(mesh, winding_is_consistent(mesh));
+        let mut fans = Fans::new(mesh, mesh.is_consistently_oriented());
         for (c, curve) in curves.curves.iter().enumerate() {
             let located = curve.nodes.iter().enumerate();
             let located = located.map(|(n, p)| p.locate(mesh).map_err(|e| e.at(c, n)));

@@ -1,6 +1,6 @@
 //! Where segments of curves meet: tests within each face, along each edge and at each node.
 
-use super::inspect_curve::{CurveReport, Doubled, LISTED, Meeting, MeetingKind, SegmentId};
+use super::report::{CurveReport, Doubled, LISTED, Meeting, MeetingKind, SegmentId};
 use crate::geometry::vector::{distance, lerp};
 use eikona_mesh::{Located, SegmentHost, TriangleMesh};
 use std::collections::BTreeMap;
