@@ -10,6 +10,7 @@ mod curve_io;
 pub mod damage;
 mod disjoint_sets;
 mod error;
+mod fan;
 mod field;
 mod id;
 pub mod io;
@@ -35,6 +36,7 @@ pub use curve_io::{
 };
 pub use disjoint_sets::DisjointSets;
 pub use error::{CurveError, Fault, FileError, MeshError};
+pub use fan::{Crossing, VertexFan};
 pub use field::{CornerField, EdgeField, FaceField, Field, HalfedgeField, VertexField};
 pub use id::{Corner, Edge, ElementId, Face, Halfedge, Vertex};
 pub use mesh::{Neighbour, TriangleMesh};

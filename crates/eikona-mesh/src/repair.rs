@@ -2,13 +2,13 @@
 //! and face went.
 
 use crate::error::{Fault, MeshError};
+use crate::fan::umbrellas;
 use crate::field::{FaceField, VertexField};
 use crate::id::{Face, Vertex};
 use crate::mesh::{TriangleMesh, structural_faults};
 use crate::orientation::Orientation;
 use crate::polygon::{PolygonMesh, cut_polygon};
 use crate::quality::TriangleShape;
-use crate::topology::fans;
 use crate::validate::first_with_same_vertices;
 use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
@@ -285,7 +285,7 @@ pub fn orient(mesh: &TriangleMesh) -> Repaired {
 /// # Errors
 /// [`MeshError::TooLarge`] if there would be more vertices than 32-bit indices can name.
 pub fn split_nonmanifold_vertices(mesh: &TriangleMesh) -> Result<(Repaired, VertexField<Vertex>), MeshError> {
-    let mut fans = fans(mesh);
+    let mut fans = umbrellas(mesh);
     let mut faces = mesh.triangles().to_vec();
     let mut source: Vec<Vertex> = mesh.vertices().collect();
     let mut vertex_of_fan: Vec<(u32, u32)> = Vec::new();

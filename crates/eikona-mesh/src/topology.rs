@@ -2,8 +2,9 @@
 //! where it is no manifold.
 
 use crate::disjoint_sets::DisjointSets;
+use crate::fan::{far_boundary, umbrellas};
 use crate::field::{FaceField, VertexField};
-use crate::id::{Corner, Edge, Face, Halfedge, Vertex};
+use crate::id::{Edge, Face, Halfedge, Vertex};
 use crate::mesh::TriangleMesh;
 use crate::orientation::Flood;
 
@@ -267,26 +268,8 @@ fn connect_through_vertices(mesh: &TriangleMesh) -> (FaceField<u32>, VertexField
     (of_face.into(), of_vertex.into(), count)
 }
 
-/// The corners of the mesh, those of one fan in one set.
-pub(crate) fn fans(mesh: &TriangleMesh) -> DisjointSets {
-    let mut sets = DisjointSets::new(mesh.halfedge_count());
-    for e in mesh.edges() {
-        for v in mesh.edge_vertices(e) {
-            for pair in mesh.edge_halfedges(e).windows(2) {
-                sets.join(corner_at(mesh, pair[0], v).0, corner_at(mesh, pair[1], v).0);
-            }
-        }
-    }
-    sets
-}
-
-/// The corner at `v` of the face of `h`, where `v` is an end of `h`.
-fn corner_at(mesh: &TriangleMesh, h: Halfedge, v: Vertex) -> Corner {
-    if mesh.origin(h) == v { h.corner() } else { h.next().corner() }
-}
-
 fn nonmanifold_vertices(mesh: &TriangleMesh) -> Vec<NonmanifoldVertex> {
-    let mut fans = fans(mesh);
+    let mut fans = umbrellas(mesh);
     mesh.vertices()
         .filter_map(|vertex| {
             // Each fan has exactly one corner that stands for it.
@@ -316,7 +299,7 @@ impl Boundary {
         let mut unmatched: Vec<(Vertex, u32)> = Vec::new();
         for &h in &halfedges {
             for v in [mesh.origin(h), mesh.tip(h)] {
-                let other = far_side_of_fan(mesh, h, v);
+                let other = far_boundary(mesh, h, v);
                 let end = other.and_then(|g| Some(2 * place_of(g)? + u32::from(mesh.origin(g) != v)));
                 if end.is_none() {
                     unmatched.push((v, partner.len() as u32));
@@ -392,19 +375,5 @@ impl Boundary {
             sets.join(mesh.origin(h).0, mesh.tip(h).0);
         }
         sets.number(self.halfedges.iter().map(|&h| mesh.origin(h).0)).1
-    }
-}
-
-/// Turns about `v` from the boundary halfedge `h`, across edges with two faces, to the boundary
-/// halfedge at the other side of the fan. `None` if an edge with more faces comes first.
-fn far_side_of_fan(mesh: &TriangleMesh, h: Halfedge, v: Vertex) -> Option<Halfedge> {
-    let mut side = h;
-    loop {
-        side = if mesh.origin(side) == v { side.previous() } else { side.next() };
-        match *mesh.edge_halfedges(mesh.edge(side)) {
-            [_] => return Some(side),
-            [a, b] => side = if a == side { b } else { a },
-            _ => return None,
-        }
     }
 }

@@ -4,10 +4,10 @@
 use crate::geometry::vector::{cross, dot, normalize, sub};
 use crate::wording::counted;
 use eikona_mesh::{
-    CurveKind, Edge, Face, Halfedge, Located, Neighbour, Orientation, Segment, SegmentHost, SurfaceCurves,
-    TriangleMesh, Vertex,
+    CurveKind, Edge, Face, Halfedge, Located, Orientation, Segment, SegmentHost, SurfaceCurves, TriangleMesh,
+    Vertex, VertexFan,
 };
-use std::collections::{HashMap, VecDeque};
+use std::collections::HashMap;
 
 /// For each segment a face that it touches, and +1 or -1: whether left is left in the winding of
 /// that face.
@@ -190,7 +190,7 @@ pub(crate) struct Fans<'a> {
     consistent: bool,
     /// The faces around vertices that were asked for, in increasing order: each with its fan and
     /// whether it is wound as the first face of that.
-    around: HashMap<Vertex, Vec<(Face, u32, bool)>>,
+    around: HashMap<Vertex, Vec<(Face, usize, bool)>>,
 }
 
 impl<'a> Fans<'a> {
@@ -261,32 +261,15 @@ impl<'a> Fans<'a> {
     }
 }
 
-fn fans_around(mesh: &TriangleMesh, v: Vertex) -> Vec<(Face, u32, bool)> {
-    const NONE: u32 = u32::MAX;
-    let mut faces: Vec<(Face, u32, bool)> =
-        mesh.vertex_corners(v).iter().map(|c| (c.face(), NONE, true)).collect();
-    faces.sort_unstable_by_key(|x| x.0);
-    let mut waiting = VecDeque::new();
-    for i in 0..faces.len() {
-        if faces[i].1 != NONE {
-            continue;
-        }
-        faces[i].1 = i as u32;
-        waiting.push_back(faces[i]);
-        while let Some((face, fan, alike)) = waiting.pop_front() {
-            let at_vertex =
-                (0..3).map(|k| face.halfedge(k)).filter(|&h| mesh.origin(h) == v || mesh.tip(h) == v);
-            for h in at_vertex {
-                let Neighbour::Twin(other) = mesh.neighbour(h) else { continue };
-                let Ok(j) = faces.binary_search_by_key(&other.face(), |x| x.0) else { continue };
-                if faces[j].1 == NONE {
-                    let same = mesh.follows_edge(h) != mesh.follows_edge(other);
-                    faces[j] = (other.face(), fan, alike == same);
-                    waiting.push_back(faces[j]);
-                }
-            }
-        }
+/// The faces around a vertex, sorted: each with the number of its fan, and whether it agrees with
+/// the orientation of the first face of that.
+fn fans_around(mesh: &TriangleMesh, v: Vertex) -> Vec<(Face, usize, bool)> {
+    let mut faces = Vec::new();
+    for (number, fan) in VertexFan::all(mesh, v).into_iter().enumerate() {
+        let corners = fan.corners.into_iter().zip(fan.agrees);
+        faces.extend(corners.map(|(corner, agrees)| (corner.face(), number, agrees)));
     }
+    faces.sort_unstable_by_key(|x| x.0);
     faces
 }
 

@@ -1,7 +1,6 @@
 //! Step 1: jumps across edges as values at corners.
 
-use crate::winding::fan::Fan;
-use eikona_mesh::{TriangleMesh, Vertex};
+use eikona_mesh::{TriangleMesh, Vertex, VertexFan};
 
 /// What jumps mean around each vertex.
 #[derive(Clone, Debug, Default)]
@@ -42,21 +41,24 @@ impl Coordinates {
 
     /// Walks around these vertices.
     pub fn walk_around(&mut self, mesh: &TriangleMesh, jump: &[f64], vertices: Vec<Vertex>, tolerance: f64) {
-        let mut fan = Fan::default();
         for v in vertices {
-            if !fan.walk(mesh, v) {
-                self.not_fans.push(v);
-                continue;
-            }
+            let fans = VertexFan::all(mesh, v);
+            let fan = match &fans[..] {
+                [fan] if !fan.ends_at_nonmanifold_edge => fan,
+                _ => {
+                    self.not_fans.push(v);
+                    continue;
+                }
+            };
             let mut sum = 0.0;
             for (i, crossing) in fan.crossings.iter().enumerate() {
                 sum += crossing.change(jump);
                 if let Some(&corner) = fan.corners.get(i + 1) {
-                    self.corner[corner] = sum;
+                    self.corner[corner.index()] = sum;
                 }
             }
-            if fan.closed && sum.abs() > tolerance {
-                fan.corners.iter().for_each(|&c| self.corner[c] = 0.0);
+            if fan.is_closed() && sum.abs() > tolerance {
+                fan.corners.iter().for_each(|c| self.corner[c.index()] = 0.0);
                 self.endpoints.push(v);
             }
         }

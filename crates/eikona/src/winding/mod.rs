@@ -65,7 +65,6 @@ mod chain;
 mod coordinates;
 mod decomposition;
 mod error;
-mod fan;
 mod harmonic;
 mod islands;
 mod jump_laplace;

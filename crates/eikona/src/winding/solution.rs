@@ -49,8 +49,8 @@ pub struct Winding {
     /// The input as a jump at each edge: the value in the face of its first halfedge minus that of
     /// its second. Multiplicities are added, opposite directions cancel.
     pub jump: EdgeField<i32>,
-    /// The jump `t` of the nonbounding part at each edge, completed to closed loops; whole numbers
-    /// if the curve is closed.
+    /// The jump `t` of the nonbounding part at each edge, completed to closed loops; integers if
+    /// the curve is closed. Straightened loops may run along the curve and add to its own jump.
     pub nonbounding: EdgeField<f64>,
     /// The residual function `v` at each corner, which jumps by
     /// [`nonbounding`](Winding::nonbounding).
