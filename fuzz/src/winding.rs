@@ -53,7 +53,7 @@ fn check_fields(w: &Winding) {
     assert_eq!((w.values.as_slice().len(), w.residual_function.as_slice().len()), (corners, corners));
     assert_eq!((w.labels.as_slice().len(), w.margin.as_slice().len()), (faces, faces));
     assert_eq!((w.jump.as_slice().len(), w.nonbounding.as_slice().len()), (edges, edges));
-    assert_eq!(w.component.as_slice().len(), faces);
+    assert_eq!(w.island.as_slice().len(), faces);
     let fans: Vec<Option<bool>> = mesh.vertices().map(|v| fan(mesh, v).map(|f| f.1)).collect();
     for v in &w.endpoints {
         assert_eq!(fans[v.index()], Some(true), "{v} is an endpoint but no inner vertex");
@@ -68,7 +68,7 @@ fn check_fields(w: &Winding) {
             assert!(!value.is_nan() || may_be_nan, "{v} has no value in {f}: {:?}", w.report);
         }
         assert!((0.0..=0.5).contains(&w.margin[f]), "{f}: {}", w.margin[f]);
-        let shift = w.shift[w.component[f] as usize];
+        let shift = w.shift[w.island[f] as usize];
         assert!(shift.is_finite());
         // Between a completion on edges and the straight one labels change, and values do not.
         if !values.is_empty() && straightened(w) == 0 {

@@ -206,7 +206,7 @@ fn curves_of(loops: &[JumpLoop]) -> SurfaceCurves {
 /// At each corner the winding number and 1, or twice 0 where it has no value (an endpoint):
 /// interpolated linearly and divided at each pixel. Shifted so that labels are the values rounded.
 fn homogeneous(winding: &Winding) -> [Vec<f64>; 2] {
-    let shift = |corner: usize| winding.shift[winding.component.as_slice()[corner / 3] as usize];
+    let shift = |corner: usize| winding.shift[winding.island.as_slice()[corner / 3] as usize];
     let values = winding.values.as_slice().iter().enumerate();
     let pairs = values.map(|(c, w)| if w.is_nan() { (0.0, 0.0) } else { (w + shift(c), 1.0) });
     let (numerator, denominator) = pairs.unzip();

@@ -80,7 +80,7 @@ fn check(w: &Winding, full: bool, on_edges: bool) {
             }
         }
         if on_edges && mean.1 > 0.0 {
-            let value = mean.0 / mean.1 + w.shift[w.component[f] as usize];
+            let value = mean.0 / mean.1 + w.shift[w.island[f] as usize];
             assert!((value - f64::from(w.labels[f])).abs() <= 0.5 + 1e-9 * most, "{f}: {value}");
         }
         assert!((0.0..=0.5).contains(&w.margin[f]), "{f}: {}", w.margin[f]);

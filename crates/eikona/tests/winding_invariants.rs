@@ -29,7 +29,7 @@ fn roughness(w: &Winding) -> f64 {
         .faces()
         .flat_map(|f| (0..3).map(move |k| (f, k)))
         .map(|(f, k)| {
-            let value = w.values.as_slice()[3 * f.index() + k] + w.shift[w.component[f] as usize];
+            let value = w.values.as_slice()[3 * f.index() + k] + w.shift[w.island[f] as usize];
             (value - f64::from(w.labels[f])).abs()
         })
         .fold(0.0, f64::max)

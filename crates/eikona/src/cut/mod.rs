@@ -39,9 +39,10 @@ use triangulation::{ONE, Point};
 ///
 /// Segments may cross, touch, overlap, repeat, pass through vertices, run along edges and have
 /// length zero. Each lies in one face or along one edge, as
-/// [`trace_curve`](crate::curves::trace_curve) makes them. Isolated points become vertices. Faces without curve inside and without a new
-/// vertex on a side keep their corners; the others are cut into triangles of the best shape that
-/// their points allow (constrained Delaunay in the true shape of the face).
+/// [`trace_curve`](crate::curves::trace_curve) makes them. Isolated points become vertices. Faces
+/// without curve inside and without a new vertex on a side keep their corners; the others are cut
+/// into triangles of the best shape that their points allow (constrained Delaunay in the true shape
+/// of the face).
 ///
 /// ```
 /// use eikona::cut::embed_curves;

@@ -1,10 +1,12 @@
 //! Lengths, areas, angles: intrinsic first.
 
 mod fast_marching;
+mod intrinsic;
 mod size;
 mod triangle;
 pub mod vector;
 
 pub use fast_marching::fast_marching;
+pub(crate) use intrinsic::IntrinsicTriangulation;
 pub(crate) use size::{face_in, lay_out_in, shape_of_face, unit_of};
 pub use triangle::{Triangle, lay_out, mean_edge_length};

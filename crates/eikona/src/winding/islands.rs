@@ -1,12 +1,12 @@
-//! Which values can be compared: the function is known up to one constant an island.
+//! Islands: the sets of faces on which the winding number is determined up to one constant.
 
-use crate::winding::jump_laplace::parts;
-use crate::winding::triangulation::Triangulation;
+use crate::geometry::IntrinsicTriangulation;
+use crate::operators::parts;
 use eikona_mesh::{Face, Neighbour, TriangleMesh};
 use std::collections::{BTreeMap, VecDeque};
 
-/// What hangs together through vertices that have values: as a rule a connected component of the
-/// surface. (Surfaces that touch in a vertex where a curve ends are two.)
+/// Sets of faces joined through vertices with values: as a rule the connected components of the
+/// mesh. (Two surfaces that touch only in a vertex at which a curve ends are two islands.)
 #[derive(Clone, Debug)]
 pub(crate) struct Islands {
     /// Island of each face.
@@ -19,7 +19,7 @@ pub(crate) struct Islands {
 }
 
 impl Islands {
-    pub fn of(mesh: &TriangleMesh, triangulation: &Triangulation, excluded: &[bool]) -> Islands {
+    pub fn of(mesh: &TriangleMesh, triangulation: &IntrinsicTriangulation, excluded: &[bool]) -> Islands {
         let part_of = parts(triangulation, excluded);
         const NONE: u32 = u32::MAX;
         let mut number = vec![NONE; part_of.len()];

@@ -1,7 +1,7 @@
 //! Whole numbers for faces (section 3.5.1).
 
 use crate::geometry::Triangle;
-use crate::winding::harmonic::tip_corner;
+use crate::winding::corner_values::tip_corner;
 use crate::winding::islands::Islands;
 use crate::winding::options::Reference;
 use eikona_mesh::{Edge, Face, TriangleMesh};

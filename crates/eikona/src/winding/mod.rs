@@ -11,9 +11,9 @@
 //! |---|---|---|---|
 //! | `Gamma` | [`Winding::jump`], `chain.rs` | E whole numbers | sec 2.2 |
 //! | `c` | `coordinates.rs` | corners | sec 2.3.1 |
-//! | `u` | `jump_laplace.rs` | corners | 10 |
-//! | `omega` | `jump_laplace.rs` | halfedges | sec 2.4.2 |
-//! | `gamma` | `harmonic.rs` | halfedges | sec 3.3 |
+//! | `u` | `operators/jump_laplacian.rs` | corners | 10 |
+//! | `omega` | `operators/jump_laplacian.rs` | halfedges | sec 2.4.2 |
+//! | `gamma` | `operators/hodge.rs` | halfedges | sec 3.3 |
 //! | `t` | [`Winding::nonbounding`], `nonbounding.rs` | E | 11 |
 //! | `sigma`, `v` | [`Winding::residual_function`], `nonbounding.rs` | F, corners | 11 |
 //! | `w` | [`Winding::values`] | corners | sec 3.5 |
@@ -63,11 +63,10 @@
 
 mod chain;
 mod coordinates;
+mod corner_values;
 mod decomposition;
 mod error;
-mod harmonic;
 mod islands;
-mod jump_laplace;
 mod labels;
 mod loops;
 mod nonbounding;
@@ -80,7 +79,7 @@ mod solver;
 mod split;
 mod steps;
 mod straight;
-mod triangulation;
+mod surface;
 mod walks;
 
 pub use decomposition::Part;

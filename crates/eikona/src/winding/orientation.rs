@@ -14,14 +14,13 @@ use crate::curves::SegmentId;
 use crate::cut::EmbeddedCurve;
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
+use crate::operators::right_hand_side;
 use crate::winding::chain::Step;
 use crate::winding::coordinates::Coordinates;
 use crate::winding::error::WindingError;
-use crate::winding::jump_laplace::right_hand_side;
 use crate::winding::labels::share_of_area;
 use crate::winding::operators::Operators;
-use crate::winding::triangulation::next;
-use eikona_mesh::{Curve, DisjointSets, Face, SurfaceCurves, TriangleMesh, Vertex};
+use eikona_mesh::{Curve, DisjointSets, Face, Halfedge, SurfaceCurves, TriangleMesh, Vertex};
 use std::collections::BTreeMap;
 
 /// [`Diagnosis::Automatic`](super::Diagnosis::Automatic) looks at curves of up to so many
@@ -248,7 +247,7 @@ impl Stretches {
         let mut jump = vec![0.0; mesh.edge_count()];
         let mut has_ends = Vec::with_capacity(self.count());
         // The differences that each stretch makes along halfedges.
-        let mut made: Vec<Vec<(usize, f64)>> = Vec::with_capacity(self.count());
+        let mut made: Vec<Vec<(Halfedge, f64)>> = Vec::with_capacity(self.count());
         for stretch in &self.of {
             let endpoints = coordinates.endpoints.len();
             stretch.iter().for_each(|s| jump[s.edge.index()] += f64::from(s.jump));
@@ -262,10 +261,9 @@ impl Stretches {
             faces.sort_unstable();
             faces.dedup();
             let corner = &mut coordinates.corner;
-            let halfedges = faces.iter().flat_map(|f| [0, 1, 2].map(|k| f.halfedge(k).index()));
-            made.push(
-                halfedges.map(|h| (h, corner[next(h)] - corner[h])).filter(|(_, x)| *x != 0.0).collect(),
-            );
+            let halfedges = faces.iter().flat_map(|f| [0, 1, 2].map(|k| f.halfedge(k)));
+            let difference = |h: Halfedge| corner[h.next().index()] - corner[h.index()];
+            made.push(halfedges.map(|h| (h, difference(h))).filter(|(_, x)| *x != 0.0).collect());
             faces.iter().for_each(|f| corner[3 * f.index()..3 * f.index() + 3].fill(0.0));
         }
         if !has_ends.contains(&true) {
@@ -274,7 +272,7 @@ impl Stretches {
         coordinates.left_out().for_each(|v| excluded[v.index()] = true);
         let factor = on.factor(mesh, &excluded)?;
         let triangulation = &on.triangulation;
-        let ends = |h: usize| [triangulation.origin(h), triangulation.tip(h)].map(|v| v as usize);
+        let ends = |h: Halfedge| [triangulation.origin(h), triangulation.tip(h)].map(|v| v.index());
         let mut beside = vec![false; mesh.vertex_count()];
         for some in &mut made {
             some.retain(|&(h, _)| ends(h).iter().all(|&v| !excluded[v]));
@@ -283,17 +281,17 @@ impl Stretches {
         let mut energy = vec![vec![0.0; self.count()]; self.count()];
         let mut own = vec![0.0; mesh.halfedge_count()];
         for (q, differences) in made.iter().enumerate() {
-            differences.iter().for_each(|&(h, value)| own[h] = value);
+            differences.iter().for_each(|&(h, value)| own[h.index()] = value);
             let rhs = right_hand_side(triangulation, &excluded, &own);
             let base = factor.solve_where(&rhs, |v| beside[v])?;
             for (p, others) in made.iter().enumerate() {
-                let part = |&(h, value): &(usize, f64)| {
+                let part = |&(h, value): &(Halfedge, f64)| {
                     let [i, j] = ends(h).map(|v| base[v]);
-                    triangulation.weight[h] * value * (own[h] + j - i)
+                    triangulation.weight[h] * value * (own[h.index()] + j - i)
                 };
                 energy[p][q] = others.iter().map(part).sum();
             }
-            differences.iter().for_each(|&(h, _)| own[h] = 0.0);
+            differences.iter().for_each(|&(h, _)| own[h.index()] = 0.0);
         }
         Ok(Some(Interaction { energy, has_ends }))
     }

@@ -24,25 +24,25 @@ pub struct Winding {
     pub mesh: TriangleMesh,
     /// The face of the input that each face lies in: itself, if the mesh was not cut.
     pub face_parent: Vec<Face>,
-    /// The winding number `w` at each corner; it jumps across the curve, and is smooth elsewhere.
-    /// One constant a component is arbitrary: [`shift`](Winding::shift) fixes it. NaN at endpoints
-    /// of the curve, around which it depends on the direction: see [`value_at`](Winding::value_at);
-    /// and at vertices of the completed curve whose faces are more than one fan (jumps below 0.01
-    /// fade out towards them instead).
+    /// The winding number `w` at each corner. It jumps across the curve and is smooth elsewhere. It
+    /// is determined up to one constant per island, which [`shift`](Winding::shift) fixes. NaN at
+    /// endpoints of the curve, around which it depends on the direction (see
+    /// [`value_at`](Winding::value_at)), and at vertices of the completed curve with more than one
+    /// fan of faces (jumps below 0.01 fade out towards them instead).
     pub values: CornerField<f64>,
-    /// The whole number of each face: how often the curve winds around it. Beside straightened
-    /// completions it may differ from the value rounded. 1 higher on the left of the curve than on
-    /// its right. Faces that have no value at any corner are labelled like the nearest one that
-    /// has.
+    /// The label of each face: the integer winding number, 1 higher on the left of the curve than
+    /// on its right. Beside straightened completions it may differ from the rounded value. Faces
+    /// without a value at any corner have the label of the nearest face with one.
     pub labels: FaceField<i32>,
-    /// How certain each label is: 0.5 where the value is a whole number, 0 where it lies halfway
-    /// between two or nearer to another, and in faces without any value.
+    /// The certainty of each label: 0.5 where the value is an integer; 0 where it lies halfway
+    /// between two or nearer to another one, and in faces without values.
     pub margin: FaceField<f64>,
-    /// For each component what makes its values whole numbers where the curve is whole: `label =
-    /// round(w + shift)`, of the mean over the corners of a face.
+    /// For each island, the constant that makes its values integers where the curve is whole:
+    /// `label = round(w + shift)` for the mean `w` over the corners of a face.
     pub shift: Vec<f64>,
-    /// Component of each face: what hangs together through vertices that have values.
-    pub component: FaceField<u32>,
+    /// The island of each face: the set of faces joined to it through vertices with values. As a
+    /// rule this is its connected component of the mesh.
+    pub island: FaceField<u32>,
     /// The curves of the input, as walks along edges of [`mesh`](Winding::mesh); each step with the
     /// segment that it is a piece of.
     pub curves: Vec<EmbeddedCurve>,
@@ -181,7 +181,7 @@ impl Winding {
             sum += weight * value;
             total += weight;
         }
-        if total == 0.0 { f64::NAN } else { sum / total + self.shift[self.component[face] as usize] }
+        if total == 0.0 { f64::NAN } else { sum / total + self.shift[self.island[face] as usize] }
     }
 
     /// The label at a point. With straightened completions it is that of the face of

@@ -2,7 +2,7 @@
 
 use crate::curves::side::consistently_oriented;
 use crate::cut::{Embedded, EmbeddedCurve, embed_curves, parts_of_short_edges};
-use crate::geometry::{Triangle, face_in, lay_out_in, unit_of};
+use crate::geometry::{face_in, lay_out_in};
 use crate::phases::{Phases, Running};
 use crate::winding::chain::{Chain, Step, along_edge};
 use crate::winding::decomposition::{Part, parts_of};
@@ -12,15 +12,14 @@ use crate::winding::loops::loops_of;
 use crate::winding::notes::{
     Names, note_chain, note_freed, note_not_fans, note_uncertain, note_without_value,
 };
-use crate::winding::operators::Operators;
 use crate::winding::options::{CompletionShape, Diagnosis, EPSILONS, Reference, WindingOptions};
 use crate::winding::orientation::{MOST_AT_ALL, MOST_STRETCHES, Orientation, Stretches, changed_area};
 use crate::winding::solution::{Parents, Winding, WindingReport};
-use crate::winding::steps::Found;
+use crate::winding::steps::{Found, solve_chain};
+use crate::winding::surface::Surface;
 use crate::winding::walks::{segments_of, walks};
 use crate::wording::counted;
-use eikona_mesh::{Curve, CurveKind, Face, Segment, SurfaceCurves, Topology, TriangleMesh};
-use std::sync::OnceLock;
+use eikona_mesh::{Curve, CurveKind, Face, Segment, SurfaceCurves, TriangleMesh};
 
 /// A mesh with its factored operators: answers curve after curve.
 ///
@@ -32,19 +31,9 @@ use std::sync::OnceLock;
 /// cut mesh.
 #[derive(Debug)]
 pub struct Solver {
-    pub(super) mesh: TriangleMesh,
-    /// Faces whose winding was turned over; empty if none was.
+    surface: Surface,
+    /// Whether each face was flipped; empty if none was.
     turned: Vec<bool>,
-    consistent: bool,
-    /// Every closed curve bounds: no nonbounding part is looked for.
-    pub(super) simply_connected: bool,
-    /// What lengths are divided by: labels do not depend on the size of the mesh, which may be one
-    /// that can not be squared.
-    pub(super) unit: f64,
-    pub(super) triangles: Vec<Triangle>,
-    pub(super) on_faces: Operators,
-    /// On the intrinsic Delaunay triangles.
-    pub(super) on_delaunay: OnceLock<Operators>,
     warnings: Vec<String>,
 }
 
@@ -70,29 +59,13 @@ impl Solver {
         if !turned.contains(&true) {
             turned = Vec::new();
         }
-        Ok(Solver { turned, warnings, ..Solver::on_oriented(oriented) })
-    }
-
-    fn on_oriented(mesh: TriangleMesh) -> Solver {
-        let unit = unit_of(&mesh);
-        let triangles = lay_out_in(&mesh, unit);
-        Solver {
-            turned: Vec::new(),
-            consistent: mesh.is_consistently_oriented(),
-            simply_connected: is_simply_connected(&mesh),
-            on_faces: Operators::on_faces(&mesh, &triangles),
-            on_delaunay: OnceLock::new(),
-            mesh,
-            unit,
-            triangles,
-            warnings: Vec::new(),
-        }
+        Ok(Solver { surface: Surface::new(oriented), turned, warnings })
     }
 
     /// The mesh that curves are given on: the input, with faces turned over so that they are wound
     /// alike if that is possible.
     pub fn mesh(&self) -> &TriangleMesh {
-        &self.mesh
+        &self.surface.mesh
     }
 
     /// The winding number of curves. Where they cross faces, or end inside of edges or faces, the
@@ -117,15 +90,16 @@ impl Solver {
     pub fn solve(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<Winding, WindingError> {
         let mut phases = Phases::start();
         self.check(curves, options)?;
-        let segments = curves.segments(&self.mesh)?;
+        let segments = curves.segments(&self.surface.mesh)?;
         phases.end("check");
         if segments.iter().all(|s| along_edge(s).is_some()) {
             let walks = walks(curves, &segments);
-            if !options.split_short || parts_of_short_edges(&self.mesh, &walks).is_empty() {
+            if !options.split_short || parts_of_short_edges(&self.surface.mesh, &walks).is_empty() {
                 let told = (Names::default(), self.warnings.clone());
-                let mut winding = self.solve_along_edges(curves, &segments, walks, options, told, phases)?;
+                let mut winding =
+                    solve_along_edges(&self.surface, curves, &segments, walks, options, told, phases)?;
                 winding.parents = Parents { turned: self.turned.clone(), ..Parents::default() };
-                return Ok(self.finished(winding, options));
+                return Ok(finished(&self.surface, winding, options));
             }
         }
         self.solve_cut(curves, options, phases)
@@ -138,18 +112,18 @@ impl Solver {
         options: &WindingOptions,
         mut phases: Running,
     ) -> Result<Winding, WindingError> {
-        let mut embedded = embed_curves(&self.mesh, curves)?;
+        let mut embedded = embed_curves(&self.surface.mesh, curves)?;
         if options.split_short {
             embedded = embedded.split_short()?;
         }
         let mut options = *options;
         if let Reference::Face(face) = options.reference {
-            let area = |child: &Face| face_in(&embedded.mesh, *child, self.unit).area;
+            let area = |child: &Face| face_in(&embedded.mesh, *child, self.surface.unit).area;
             let children = embedded.mesh.faces().filter(|child| embedded.face_parent[child.index()] == face);
             let largest = children.max_by(|a, b| area(a).total_cmp(&area(b)));
             options.reference = Reference::Face(largest.ok_or(WindingError::no_such_reference(face))?);
         }
-        let cut = Solver::on_oriented(embedded.mesh.clone());
+        let cut = Surface::new(embedded.mesh.clone());
         phases.end("cut");
         let Embedded { mesh, face_parent, vertex_place, curves: walks, .. } = embedded;
         let curve = |w: &EmbeddedCurve| {
@@ -159,132 +133,14 @@ impl Solver {
         let along = SurfaceCurves { curves: walks.iter().map(curve).collect(), points: Vec::new() };
         let segments = segments_of(&mesh, &walks);
         let told = (Names(Some((&vertex_place, &face_parent))), self.warnings.clone());
-        let mut winding = cut.solve_along_edges(&along, &segments, walks, &options, told, phases)?;
+        let mut winding = solve_along_edges(&cut, &along, &segments, walks, &options, told, phases)?;
         winding.face_parent = face_parent;
         winding.parents = Parents {
             turned: self.turned.clone(),
-            cut: Some((self.mesh.clone(), vertex_place)),
+            cut: Some((self.surface.mesh.clone(), vertex_place)),
             ..Parents::default()
         };
-        Ok(cut.finished(winding, &options))
-    }
-
-    /// With the completion in the shape that is wanted.
-    fn finished(&self, mut winding: Winding, options: &WindingOptions) -> Winding {
-        if options.completion_shape == CompletionShape::Straight {
-            let mut phases = Phases::start();
-            winding = winding.straightened(self.consistent, options.completion, self.unit);
-            phases.end("straightening");
-            winding.report.phases.0.extend(phases.finish().0);
-        }
-        let triangles = lay_out_in(&winding.mesh, self.unit);
-        let report = &mut winding.report;
-        report.uncertain_area = share_of_area(&triangles, |f| winding.margin.as_slice()[f] < UNCERTAIN);
-        note_uncertain(report.uncertain_area, &mut report.warnings);
-        winding
-    }
-
-    /// Solves for curves along edges, and looks at their orientation.
-    fn solve_along_edges(
-        &self,
-        curves: &SurfaceCurves,
-        segments: &[Segment],
-        walks: Vec<EmbeddedCurve>,
-        options: &WindingOptions,
-        (names, mut warnings): (Names, Vec<String>),
-        mut phases: Running,
-    ) -> Result<Winding, WindingError> {
-        let mesh = &self.mesh;
-        let (chain, steps) = Chain::of(mesh, self.consistent, curves, segments, &mut warnings)?;
-        note_chain(&chain, &mut warnings);
-        let found = self.solve_chain(&chain.jump, options, &mut phases)?;
-        note_not_fans(&found.coordinates, names, &mut warnings);
-        note_freed(&found.freed, mesh, names, &mut warnings);
-        note_without_value(&found.islands, names, &mut warnings);
-
-        let orientation = self.orientation(&chain, &steps, &walks, &found, options, &mut warnings);
-        phases.end("orientation");
-        let parts = by_curve(walks.len(), &steps, &parts_of(&steps, &chain.jump, &found.nonbounding));
-        let label = &found.labels.label;
-        let bounding_loops = loops_of(mesh, |e| {
-            let [a, b] = [0, 1].map(|i| mesh.edge_halfedges(e)[i].face().index());
-            f64::from(label[a] - label[b])
-        });
-        let nonbounding_loops = loops_of(mesh, |e| found.nonbounding[e.index()]);
-        phases.end("loops");
-        let largest_nonbounding = found.nonbounding.iter().fold(0.0f64, |m, t| m.max(t.abs()));
-        let farthest_from_whole = found.nonbounding.iter().fold(0.0f64, |m, t| m.max((t - t.round()).abs()));
-        Ok(Winding {
-            mesh: mesh.clone(),
-            face_parent: mesh.faces().collect(),
-            parents: Parents::default(),
-            values: found.values.into(),
-            labels: found.labels.label.into(),
-            margin: found.labels.margin.into(),
-            shift: found.labels.shift,
-            component: found.islands.of_face.into(),
-            curves: walks,
-            jump: chain.jump.into(),
-            nonbounding: found.nonbounding.into(),
-            residual_function: found.residual_function.into(),
-            endpoints: found.coordinates.endpoints,
-            parts,
-            bounding_loops,
-            nonbounding_loops,
-            report: WindingReport {
-                phases: phases.finish(),
-                residual: found.residual,
-                program: found.program,
-                largest_nonbounding,
-                farthest_from_whole,
-                uncertain_area: 0.0,
-                completion: None,
-                orientation,
-                warnings,
-            },
-        })
-    }
-
-    /// Which stretches of the curve look reversed, and what would come of turning them over.
-    fn orientation(
-        &self,
-        chain: &Chain,
-        steps: &[Step],
-        walks: &[EmbeddedCurve],
-        found: &Found,
-        options: &WindingOptions,
-        warnings: &mut Vec<String>,
-    ) -> Option<Orientation> {
-        let stretches = Stretches::of(steps);
-        match options.diagnosis {
-            Diagnosis::Never => return None,
-            Diagnosis::Automatic if stretches.count() > MOST_STRETCHES => return None,
-            Diagnosis::Always if stretches.count() > MOST_AT_ALL => {
-                let count = stretches.count();
-                warnings.push(format!("the orientation of the curve was not looked at: it has {count} stretches, at most {MOST_AT_ALL} can be compared"));
-                return None;
-            }
-            Diagnosis::Automatic | Diagnosis::Always => {}
-        }
-        let sizes = (self.triangles.as_slice(), self.unit);
-        match stretches.diagnose(&self.mesh, sizes, &self.on_faces, &found.excluded, walks) {
-            Ok(mut orientation) => {
-                if !orientation.reversed.is_empty() {
-                    let jump = orientation.turned_over(steps, &chain.jump);
-                    let other = self.solve_chain(&jump, options, &mut Phases::start()).ok();
-                    let label = &found.labels.label;
-                    orientation.changed_area =
-                        other.map(|other| changed_area(&self.triangles, label, &other.labels.label));
-                    warnings.push(orientation.sentence());
-                }
-                Some(orientation)
-            }
-            // The answer stands without it.
-            Err(fault) => {
-                warnings.push(format!("the orientation of the curve was not looked at: {fault}"));
-                None
-            }
-        }
+        Ok(finished(&cut, winding, &options))
     }
 
     fn check(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<(), WindingError> {
@@ -300,7 +156,7 @@ impl Solver {
             return Err(WindingError::Option { name: "epsilon", value: epsilon, bound });
         }
         match options.reference {
-            Reference::Face(face) if face.index() >= self.mesh.face_count() => {
+            Reference::Face(face) if face.index() >= self.surface.mesh.face_count() => {
                 Err(WindingError::no_such_reference(face))
             }
             _ => Ok(()),
@@ -308,15 +164,126 @@ impl Solver {
     }
 }
 
+/// With the completion in the shape that is wanted.
+fn finished(surface: &Surface, mut winding: Winding, options: &WindingOptions) -> Winding {
+    if options.completion_shape == CompletionShape::Straight {
+        let mut phases = Phases::start();
+        winding = winding.straightened(surface.consistent, options.completion, surface.unit);
+        phases.end("straightening");
+        winding.report.phases.0.extend(phases.finish().0);
+    }
+    let triangles = lay_out_in(&winding.mesh, surface.unit);
+    let report = &mut winding.report;
+    report.uncertain_area = share_of_area(&triangles, |f| winding.margin.as_slice()[f] < UNCERTAIN);
+    note_uncertain(report.uncertain_area, &mut report.warnings);
+    winding
+}
+
+/// Solves for curves along edges, and looks at their orientation.
+fn solve_along_edges(
+    surface: &Surface,
+    curves: &SurfaceCurves,
+    segments: &[Segment],
+    walks: Vec<EmbeddedCurve>,
+    options: &WindingOptions,
+    (names, mut warnings): (Names, Vec<String>),
+    mut phases: Running,
+) -> Result<Winding, WindingError> {
+    let mesh = &surface.mesh;
+    let (chain, steps) = Chain::of(mesh, surface.consistent, curves, segments, &mut warnings)?;
+    note_chain(&chain, &mut warnings);
+    let found = solve_chain(surface, &chain.jump, options, &mut phases)?;
+    note_not_fans(&found.coordinates, names, &mut warnings);
+    note_freed(&found.freed, mesh, names, &mut warnings);
+    note_without_value(&found.islands, names, &mut warnings);
+
+    let orientation = orientation(surface, &chain, &steps, &walks, &found, options, &mut warnings);
+    phases.end("orientation");
+    let parts = by_curve(walks.len(), &steps, &parts_of(&steps, &chain.jump, &found.nonbounding));
+    let label = &found.labels.label;
+    let bounding_loops = loops_of(mesh, |e| {
+        let [a, b] = [0, 1].map(|i| mesh.edge_halfedges(e)[i].face().index());
+        f64::from(label[a] - label[b])
+    });
+    let nonbounding_loops = loops_of(mesh, |e| found.nonbounding[e.index()]);
+    phases.end("loops");
+    let largest_nonbounding = found.nonbounding.iter().fold(0.0f64, |m, t| m.max(t.abs()));
+    let farthest_from_whole = found.nonbounding.iter().fold(0.0f64, |m, t| m.max((t - t.round()).abs()));
+    Ok(Winding {
+        mesh: mesh.clone(),
+        face_parent: mesh.faces().collect(),
+        parents: Parents::default(),
+        values: found.values.into(),
+        labels: found.labels.label.into(),
+        margin: found.labels.margin.into(),
+        shift: found.labels.shift,
+        island: found.islands.of_face.into(),
+        curves: walks,
+        jump: chain.jump.into(),
+        nonbounding: found.nonbounding.into(),
+        residual_function: found.residual_function.into(),
+        endpoints: found.coordinates.endpoints,
+        parts,
+        bounding_loops,
+        nonbounding_loops,
+        report: WindingReport {
+            phases: phases.finish(),
+            residual: found.residual,
+            program: found.program,
+            largest_nonbounding,
+            farthest_from_whole,
+            uncertain_area: 0.0,
+            completion: None,
+            orientation,
+            warnings,
+        },
+    })
+}
+
+/// Which stretches of the curve look reversed, and what would come of turning them over.
+fn orientation(
+    surface: &Surface,
+    chain: &Chain,
+    steps: &[Step],
+    walks: &[EmbeddedCurve],
+    found: &Found,
+    options: &WindingOptions,
+    warnings: &mut Vec<String>,
+) -> Option<Orientation> {
+    let stretches = Stretches::of(steps);
+    match options.diagnosis {
+        Diagnosis::Never => return None,
+        Diagnosis::Automatic if stretches.count() > MOST_STRETCHES => return None,
+        Diagnosis::Always if stretches.count() > MOST_AT_ALL => {
+            let count = stretches.count();
+            warnings.push(format!("the orientation of the curve was not looked at: it has {count} stretches, at most {MOST_AT_ALL} can be compared"));
+            return None;
+        }
+        Diagnosis::Automatic | Diagnosis::Always => {}
+    }
+    let sizes = (surface.triangles.as_slice(), surface.unit);
+    match stretches.diagnose(&surface.mesh, sizes, &surface.on_faces, &found.excluded, walks) {
+        Ok(mut orientation) => {
+            if !orientation.reversed.is_empty() {
+                let jump = orientation.turned_over(steps, &chain.jump);
+                let other = solve_chain(surface, &jump, options, &mut Phases::start()).ok();
+                let label = &found.labels.label;
+                orientation.changed_area =
+                    other.map(|other| changed_area(&surface.triangles, label, &other.labels.label));
+                warnings.push(orientation.sentence());
+            }
+            Some(orientation)
+        }
+        // The answer stands without it.
+        Err(fault) => {
+            warnings.push(format!("the orientation of the curve was not looked at: {fault}"));
+            None
+        }
+    }
+}
+
 /// Labels with a smaller margin are next to a guess.
 const UNCERTAIN: f64 = 0.1;
-
-/// Whether every component is a sphere or a disk.
-fn is_simply_connected(mesh: &TriangleMesh) -> bool {
-    let topology = Topology::of(mesh);
-    topology.is_manifold()
-        && topology.components.iter().all(|c| c.genus == Some(0) && c.boundary_loop_count <= 1)
-}
 
 fn by_curve(curves: usize, steps: &[Step], parts: &[Part]) -> Vec<Vec<Part>> {
     let mut result = vec![Vec::new(); curves];

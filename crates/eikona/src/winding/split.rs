@@ -1,6 +1,6 @@
 //! The mesh cut open where labels change.
 
-use crate::winding::harmonic::tip_corner;
+use crate::winding::corner_values::tip_corner;
 use crate::winding::solution::Winding;
 use eikona_mesh::{DisjointSets, Edge, Face, FaceField, Halfedge, MeshError, TriangleMesh, Vertex};
 

@@ -1,20 +1,17 @@
 //! Steps 1 to 10, for jumps at edges.
 
+use crate::operators::{darboux_derivative, differences, solve_jump_equation};
 use crate::phases::Running;
 use crate::winding::coordinates::Coordinates;
+use crate::winding::corner_values::{integrated_in_faces, jumps_of};
 use crate::winding::error::WindingError;
-use crate::winding::harmonic::{integrated_in_faces, jumps_of};
 use crate::winding::islands::Islands;
-use crate::winding::jump_laplace::{darboux_derivative, differences, solve_jump_equation};
 use crate::winding::labels::{Labels, labels};
 use crate::winding::nonbounding::nonbounding_part;
-use crate::winding::operators::Operators;
 use crate::winding::options::{Completion, WindingOptions};
 use crate::winding::solution::ProgramReport;
-use crate::winding::solver::Solver;
+use crate::winding::surface::{Prepared, Surface};
 use eikona_mesh::{Edge, TriangleMesh, Vertex};
-use eikona_numeric::Cholesky;
-use std::ops::Deref;
 
 /// What the steps give for jumps at edges.
 pub(super) struct Found {
@@ -38,186 +35,140 @@ const NO_HARMONIC_PART: f64 = 1e-9;
 /// no value, on meshes full of such vertices.
 const FADES: f64 = 0.01;
 
-/// Operators, and the factor of the Laplacian: those that the solver keeps, or own ones.
-struct Prepared<'a> {
-    on: Kept<'a, Operators>,
-    factor: Kept<'a, Cholesky<f64>>,
+/// Steps 1 to 10 and the labels, for jumps at edges.
+pub(super) fn solve_chain(
+    surface: &Surface,
+    curve: &[i32],
+    options: &WindingOptions,
+    phases: &mut Running,
+) -> Result<Found, WindingError> {
+    let mesh = &surface.mesh;
+    let jump: Vec<f64> = curve.iter().map(|&j| f64::from(j)).collect();
+    let mut coordinates = Coordinates::of(mesh, &jump, 0.5);
+    let mut excluded = vec![false; mesh.vertex_count()];
+    coordinates.left_out().for_each(|v| excluded[v.index()] = true);
+    phases.end("chain");
+    let mut prepared = surface.prepared(&excluded, options.intrinsic_delaunay)?;
+    phases.end("factorisation");
+    let (mut values, derivative, mut residual) =
+        jump_function(mesh, &prepared, &excluded, &coordinates.corner)?;
+    phases.end("jump equation");
+
+    let harmonic = if surface.simply_connected {
+        None
+    } else {
+        let harmonic = harmonic_part(surface, &prepared, &excluded, &values, derivative)?;
+        phases.end("harmonic part");
+        harmonic
+    };
+    let mut nonbounding = vec![0.0; mesh.edge_count()];
+    let mut residual_function = vec![0.0; 3 * mesh.face_count()];
+    let (mut program, mut freed) = (None, Vec::new());
+    if let Some(harmonic) = harmonic {
+        residual = residual.max(harmonic.residual);
+        // Without endpoints jumps are those of the curve, to the last digit.
+        let shift = if harmonic.is_whole { jump.clone() } else { jumps_of(mesh, &harmonic.in_faces) };
+        let part = nonbounding_part(mesh, &surface.triangles, curve, &shift, options.epsilon)?;
+        for (corner, value) in residual_function.iter_mut().enumerate() {
+            *value = harmonic.in_faces[corner] + part.shift_of_face[corner / 3];
+        }
+        (nonbounding, freed) = (part.jump, part.freed);
+        program = Some(part.report.in_unit(surface.unit));
+        phases.end("linear program");
+
+        let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
+        let corrected = corrected(mesh, &mut coordinates, &mut excluded, curve, &rest, options.completion);
+        // Jumps that end in the middle of the surface are no form that flips could carry.
+        let delaunay = options.intrinsic_delaunay && options.completion == Completion::Full;
+        if corrected.leaves_out_more || delaunay != options.intrinsic_delaunay {
+            prepared = surface.prepared(&excluded, delaunay)?;
+        }
+        let second;
+        (values, _, second) = jump_function(mesh, &prepared, &excluded, &corrected.corner)?;
+        residual = residual.max(second);
+        phases.end("second jump equation");
+    }
+
+    let islands = Islands::of(mesh, &prepared.on.triangulation, &excluded);
+    let labels = labels(mesh, &surface.triangles, &islands, &values, curve, &nonbounding, options.reference);
+    drop(prepared);
+    phases.end("labels");
+    Ok(Found {
+        coordinates,
+        excluded,
+        values,
+        nonbounding,
+        residual_function,
+        islands,
+        labels,
+        residual,
+        program,
+        freed,
+    })
 }
 
-enum Kept<'a, T> {
-    Lent(&'a T),
-    Own(Box<T>),
+/// Steps 3 to 6: the harmonic part of the derivative, if there is any.
+fn harmonic_part(
+    surface: &Surface,
+    prepared: &Prepared,
+    excluded: &[bool],
+    values: &[f64],
+    derivative: Vec<f64>,
+) -> Result<Option<Harmonic>, WindingError> {
+    let is_whole = !excluded.contains(&true);
+    let triangulation = &prepared.on.triangulation;
+    let (mut form, mut residual) = (derivative, 0.0);
+    if !is_whole {
+        (form, residual) = prepared.on.hodge(&surface.mesh)?.harmonic_part(triangulation, &form)?;
+    }
+    if form.iter().all(|x| x.abs() <= NO_HARMONIC_PART) {
+        return Ok(None);
+    }
+    // Without endpoints the function itself has the harmonic derivative.
+    let in_faces = if is_whole {
+        values.to_vec()
+    } else {
+        triangulation.form_to_mesh(&mut form);
+        integrated_in_faces(&form)
+    };
+    Ok(Some(Harmonic { in_faces, is_whole, residual }))
 }
 
-impl<T> Deref for Kept<'_, T> {
-    type Target = T;
-    fn deref(&self) -> &T {
-        match self {
-            Kept::Lent(kept) => kept,
-            Kept::Own(own) => own,
+/// Reduced coordinates of the curve without its nonbounding part (algorithm 8, with the running
+/// sum that it leaves out). The curve still ends where it did, as what was taken off is closed.
+/// Where more than a trace of it comes to vertices of several fans these are left out too.
+fn corrected(
+    mesh: &TriangleMesh,
+    before: &mut Coordinates,
+    excluded: &mut [bool],
+    curve: &[i32],
+    rest: &[f64],
+    completion: Completion,
+) -> Corrected {
+    let Coordinates { mut corner, not_fans, .. } = Coordinates::of(mesh, rest, f64::INFINITY);
+    let mut clear = |v: Vertex| mesh.vertex_corners(v).iter().for_each(|c| corner[c.index()] = 0.0);
+    before.left_out().for_each(&mut clear);
+    let mut leaves_out_more = false;
+    if completion == Completion::Curve {
+        let mut touched = vec![false; mesh.vertex_count()];
+        for e in mesh.edges().filter(|e| curve[e.index()] != 0) {
+            mesh.edge_vertices(e).into_iter().for_each(|v| touched[v.index()] = true);
         }
-    }
-}
-
-impl Solver {
-    /// Operators without these vertices.
-    fn prepared(&self, excluded: &[bool], delaunay: bool) -> Result<Prepared<'_>, WindingError> {
-        let mesh = &self.mesh;
-        let whole = !excluded.contains(&true);
-        let make = || Operators::on_delaunay(mesh, &self.triangles, excluded);
-        let on = match (delaunay, whole) {
-            (false, _) => &self.on_faces,
-            (true, true) => self.on_delaunay.get_or_init(make),
-            (true, false) => {
-                let on = make();
-                let factor = Kept::Own(on.factor(mesh, excluded)?.into());
-                return Ok(Prepared { on: Kept::Own(on.into()), factor });
-            }
+        mesh.vertices().filter(|v| !touched[v.index()]).for_each(clear);
+    } else {
+        let jumps = |v: &Vertex| {
+            let corners = mesh.vertex_corners(*v).iter();
+            let mut sides = corners.flat_map(|c| [c.halfedge(), c.halfedge().previous()]);
+            sides.any(|h| rest[mesh.edge(h).index()].abs() > FADES)
         };
-        let factor = if whole {
-            Kept::Lent(on.whole_factor(mesh)?)
-        } else {
-            Kept::Own(on.factor(mesh, excluded)?.into())
-        };
-        Ok(Prepared { on: Kept::Lent(on), factor })
-    }
-
-    /// Steps 1 to 10 and the labels, for jumps at edges.
-    pub(super) fn solve_chain(
-        &self,
-        curve: &[i32],
-        options: &WindingOptions,
-        phases: &mut Running,
-    ) -> Result<Found, WindingError> {
-        let mesh = &self.mesh;
-        let jump: Vec<f64> = curve.iter().map(|&j| f64::from(j)).collect();
-        let mut coordinates = Coordinates::of(mesh, &jump, 0.5);
-        let mut excluded = vec![false; mesh.vertex_count()];
-        coordinates.left_out().for_each(|v| excluded[v.index()] = true);
-        phases.end("chain");
-        let mut prepared = self.prepared(&excluded, options.intrinsic_delaunay)?;
-        phases.end("factorisation");
-        let (mut values, derivative, mut residual) =
-            jump_function(mesh, &prepared, &excluded, &coordinates.corner)?;
-        phases.end("jump equation");
-
-        let harmonic = if self.simply_connected {
-            None
-        } else {
-            let harmonic = self.harmonic_part(&prepared, &excluded, &values, derivative)?;
-            phases.end("harmonic part");
-            harmonic
-        };
-        let mut nonbounding = vec![0.0; mesh.edge_count()];
-        let mut residual_function = vec![0.0; 3 * mesh.face_count()];
-        let (mut program, mut freed) = (None, Vec::new());
-        if let Some(harmonic) = harmonic {
-            residual = residual.max(harmonic.residual);
-            // Without endpoints jumps are those of the curve, to the last digit.
-            let shift = if harmonic.is_whole { jump.clone() } else { jumps_of(mesh, &harmonic.in_faces) };
-            let part = nonbounding_part(mesh, &self.triangles, curve, &shift, options.epsilon)?;
-            for (corner, value) in residual_function.iter_mut().enumerate() {
-                *value = harmonic.in_faces[corner] + part.shift_of_face[corner / 3];
-            }
-            (nonbounding, freed) = (part.jump, part.freed);
-            program = Some(part.report.in_unit(self.unit));
-            phases.end("linear program");
-
-            let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
-            let corrected = self.corrected(&mut coordinates, &mut excluded, curve, &rest, options.completion);
-            // Jumps that end in the middle of the surface are no form that flips could carry.
-            let delaunay = options.intrinsic_delaunay && options.completion == Completion::Full;
-            if corrected.leaves_out_more || delaunay != options.intrinsic_delaunay {
-                prepared = self.prepared(&excluded, delaunay)?;
-            }
-            let second;
-            (values, _, second) = jump_function(mesh, &prepared, &excluded, &corrected.corner)?;
-            residual = residual.max(second);
-            phases.end("second jump equation");
-        }
-
-        let islands = Islands::of(mesh, &prepared.on.triangulation, &excluded);
-        let labels = labels(mesh, &self.triangles, &islands, &values, curve, &nonbounding, options.reference);
-        drop(prepared);
-        phases.end("labels");
-        Ok(Found {
-            coordinates,
-            excluded,
-            values,
-            nonbounding,
-            residual_function,
-            islands,
-            labels,
-            residual,
-            program,
-            freed,
-        })
-    }
-
-    /// Steps 3 to 6: the harmonic part of the derivative, if there is any.
-    fn harmonic_part(
-        &self,
-        prepared: &Prepared,
-        excluded: &[bool],
-        values: &[f64],
-        derivative: Vec<f64>,
-    ) -> Result<Option<Harmonic>, WindingError> {
-        let is_whole = !excluded.contains(&true);
-        let triangulation = &prepared.on.triangulation;
-        let (mut form, mut residual) = (derivative, 0.0);
-        if !is_whole {
-            (form, residual) = prepared.on.hodge(&self.mesh)?.harmonic_part(triangulation, &form)?;
-        }
-        if form.iter().all(|x| x.abs() <= NO_HARMONIC_PART) {
-            return Ok(None);
-        }
-        // Without endpoints the function itself has the harmonic derivative.
-        let in_faces = if is_whole {
-            values.to_vec()
-        } else {
-            triangulation.form_to_mesh(&mut form);
-            integrated_in_faces(&form)
-        };
-        Ok(Some(Harmonic { in_faces, is_whole, residual }))
-    }
-
-    /// Reduced coordinates of the curve without its nonbounding part (algorithm 8, with the running
-    /// sum that it leaves out). The curve still ends where it did, as what was taken off is closed.
-    /// Where more than a trace of it comes to vertices of several fans these are left out too.
-    fn corrected(
-        &self,
-        before: &mut Coordinates,
-        excluded: &mut [bool],
-        curve: &[i32],
-        rest: &[f64],
-        completion: Completion,
-    ) -> Corrected {
-        let mesh = &self.mesh;
-        let Coordinates { mut corner, not_fans, .. } = Coordinates::of(mesh, rest, f64::INFINITY);
-        let mut clear = |v: Vertex| mesh.vertex_corners(v).iter().for_each(|c| corner[c.index()] = 0.0);
-        before.left_out().for_each(&mut clear);
-        let mut leaves_out_more = false;
-        if completion == Completion::Curve {
-            let mut touched = vec![false; mesh.vertex_count()];
-            for e in mesh.edges().filter(|e| curve[e.index()] != 0) {
-                mesh.edge_vertices(e).into_iter().for_each(|v| touched[v.index()] = true);
-            }
-            mesh.vertices().filter(|v| !touched[v.index()]).for_each(clear);
-        } else {
-            let jumps = |v: &Vertex| {
-                let corners = mesh.vertex_corners(*v).iter();
-                let mut sides = corners.flat_map(|c| [c.halfedge(), c.halfedge().previous()]);
-                sides.any(|h| rest[mesh.edge(h).index()].abs() > FADES)
-            };
-            for v in not_fans.into_iter().filter(jumps) {
-                if !std::mem::replace(&mut excluded[v.index()], true) {
-                    before.not_fans.push(v);
-                    leaves_out_more = true;
-                }
+        for v in not_fans.into_iter().filter(jumps) {
+            if !std::mem::replace(&mut excluded[v.index()], true) {
+                before.not_fans.push(v);
+                leaves_out_more = true;
             }
         }
-        Corrected { corner, leaves_out_more }
     }
+    Corrected { corner, leaves_out_more }
 }
 
 /// What the curve can not be undone along.

@@ -99,7 +99,7 @@ impl Winding {
                 let a = face_in(mesh, f, unit).area;
                 area += a;
                 if let Some(mean) = face_mean(values, f) {
-                    let value = mean + self.shift[self.component[parent] as usize];
+                    let value = mean + self.shift[self.island[parent] as usize];
                     certainty += a * ((value - labels[f.index()]).abs() - (value - old(f)).abs());
                 }
                 for h in (0..3).map(|k| f.halfedge(k)) {

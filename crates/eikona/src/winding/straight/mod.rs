@@ -223,12 +223,12 @@ impl Winding {
             if is_whole && labels[f.index()] == self.labels[parent] {
                 return self.margin[parent];
             }
-            let shift = self.shift[self.component[parent] as usize];
+            let shift = self.shift[self.island[parent] as usize];
             let value = face_mean(&values, f).map_or(f64::NAN, |mean| mean + shift);
             (0.5 - (value - f64::from(labels[f.index()])).abs()).max(0.0)
         });
         let margin: Vec<f64> = margin.collect();
-        let component: Vec<u32> = mesh.faces().map(|f| self.component[mid_parent(f)]).collect();
+        let island: Vec<u32> = mesh.faces().map(|f| self.island[mid_parent(f)]).collect();
         let label_jump = |e: Edge| {
             let [a, b] = [0, 1].map(|i| mesh.edge_halfedges(e)[i].face().index());
             f64::from(labels[a] - labels[b])
@@ -265,7 +265,7 @@ impl Winding {
             values: values.into(),
             labels: labels.into(),
             margin: margin.into(),
-            component: component.into(),
+            island: island.into(),
             curves,
             jump: jump.into(),
             nonbounding: nonbounding.into(),

@@ -1,0 +1,85 @@
+//! The Hodge star of 1-forms and the projection to their harmonic part (SWN section 3.3).
+
+use crate::geometry::IntrinsicTriangulation;
+use eikona_mesh::{Face, Halfedge, Orientation, TriangleMesh};
+use eikona_numeric::{
+    Cholesky, Graph, NumericError, Ordering, Symbolic, SymmetricMatrix, nested_dissection_order,
+};
+
+/// The Hodge system on faces, `d1 *1^-1 d1^T`, factored.
+#[derive(Debug)]
+pub(crate) struct Hodge {
+    factor: Cholesky<f64>,
+    /// The inverse of the star of each halfedge's side.
+    inverse_star: Vec<f64>,
+}
+
+impl Hodge {
+    /// Factors the system. The surface is cut open along edges of three or more faces. Closed
+    /// orientable patches have the constants as kernel: their first face is held at zero.
+    pub fn new(mesh: &TriangleMesh, triangulation: &IntrinsicTriangulation) -> Result<Hodge, NumericError> {
+        let inverse_star: Vec<f64> = triangulation.halfedges().map(|h| 1.0 / triangulation.star(h)).collect();
+        let mut graph = Graph { unknowns: mesh.face_count(), pairs: Vec::new() };
+        let mut matrix = SymmetricMatrix { diagonal: vec![0.0; mesh.face_count()], off_diagonal: Vec::new() };
+        for h in triangulation.halfedges() {
+            matrix.diagonal[h.face().index()] += inverse_star[h.index()];
+        }
+        for h in triangulation.halfedges() {
+            let Some((other, same_direction)) = triangulation.other(h) else { continue };
+            debug_assert_ne!(h.face(), other.face(), "flips leave no triangle glued to itself");
+            if h < other {
+                graph.pairs.push([h.face().0, other.face().0]);
+                let entry = inverse_star[h.index()];
+                matrix.off_diagonal.push(if same_direction { entry } else { -entry });
+            }
+        }
+        for first in closed_patches(mesh) {
+            matrix.diagonal[first.index()] *= 2.0;
+        }
+        let centres: Vec<[f64; 3]> = triangulation
+            .corners
+            .iter()
+            .map(|corners| {
+                let [a, b, c] = corners.map(|v| mesh.position(v));
+                [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
+            })
+            .collect();
+        let order = nested_dissection_order(&graph, &centres)?;
+        let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
+        Ok(Hodge { factor: Cholesky::new(symbolic.into(), &matrix)?, inverse_star })
+    }
+
+    /// Returns the harmonic part of a co-closed 1-form along halfedges, and the relative residual
+    /// of the solve.
+    pub fn harmonic_part(
+        &self,
+        triangulation: &IntrinsicTriangulation,
+        form: &[f64],
+    ) -> Result<(Vec<f64>, f64), NumericError> {
+        let curl: Vec<f64> = form.chunks_exact(3).map(|sides| sides.iter().sum()).collect();
+        let potential = self.factor.solve(&curl)?;
+        let residual = self.factor.residual(&potential, &curl);
+        let at = |h: Halfedge| potential[h.face().index()];
+        let harmonic = triangulation.form(|h| {
+            let across = triangulation
+                .other(h)
+                .map_or(0.0, |(other, same_direction)| if same_direction { at(other) } else { -at(other) });
+            form[h.index()] - self.inverse_star[h.index()] * (at(h) + across)
+        });
+        Ok((harmonic, residual))
+    }
+}
+
+/// The first face of each patch that is closed and orientable.
+fn closed_patches(mesh: &TriangleMesh) -> Vec<Face> {
+    let orientation = Orientation::of(mesh);
+    let mut closed: Vec<bool> = orientation.patches.iter().map(|p| p.is_orientable()).collect();
+    for e in mesh.edges() {
+        if let halfedges @ ([_] | [_, _, _, ..]) = mesh.edge_halfedges(e) {
+            for h in halfedges {
+                closed[orientation.patch_of_face[h.face()] as usize] = false;
+            }
+        }
+    }
+    orientation.patches.iter().zip(closed).filter(|(_, closed)| *closed).map(|(p, _)| p.first_face).collect()
+}
