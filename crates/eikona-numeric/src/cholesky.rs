@@ -3,7 +3,7 @@
 use crate::error::NumericError;
 use crate::kernels::{self, Vectorized, dispatch};
 use crate::memory::Zeroed;
-use crate::multifrontal;
+use crate::parallel;
 use crate::scalar::Scalar;
 use crate::symbolic::Symbolic;
 use std::ops::Range;
@@ -40,16 +40,32 @@ pub struct Cholesky<T> {
 }
 
 impl<T: Scalar> Cholesky<T> {
-    /// Factors a matrix.
+    /// Factors a matrix on one thread.
     ///
     /// # Errors
     /// [`NumericError::NonPositivePivot`] with the unknown if the matrix is not positive definite,
     /// [`NumericError::NonFinite`], [`NumericError::OutOfMemory`] with the predicted bytes,
     /// [`NumericError::WrongLength`].
     pub fn new(symbolic: Arc<Symbolic>, matrix: &SymmetricMatrix<T>) -> Result<Self, NumericError> {
+        Cholesky::on_threads(symbolic, matrix, 1)
+    }
+
+    /// Factors a matrix on several threads. The digits are the same for any number of threads.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new).
+    ///
+    /// # Cost
+    /// Each thread takes memory for fronts of its own: see [`Symbolic::predicted_bytes`].
+    pub fn on_threads(
+        symbolic: Arc<Symbolic>,
+        matrix: &SymmetricMatrix<T>,
+        threads: usize,
+    ) -> Result<Self, NumericError> {
         let entries = symbolic.permute(matrix)?;
-        let mut values = Zeroed::new(symbolic.factor_entries()).ok_or(symbolic.out_of_memory::<T>())?;
-        multifrontal::factor(&symbolic, &entries, &mut values)?;
+        let mut values =
+            Zeroed::new(symbolic.factor_entries()).ok_or(symbolic.out_of_memory::<T>(threads))?;
+        parallel::factor(&symbolic, &entries, &mut values, threads)?;
         Ok(Cholesky { symbolic, matrix: entries, values })
     }
 

@@ -3,9 +3,8 @@
 //! no mesh and hides the linear-algebra backend (`faer`).
 //!
 //! The steps are [`Graph`] (sparsity pattern) -> [`Symbolic`] (ordering, elimination tree,
-//! predicted memory) -> [`Cholesky`] (numeric factor) -> [`Cholesky::solve`]. Everything runs on
-//! one thread and returns the same digits every time; callers may factor independent systems on
-//! separate threads.
+//! predicted memory) -> [`Cholesky`] (numeric factor) -> [`Cholesky::solve`]. Results
+//! have the same digits every time, on any number of threads.
 //!
 //! [`minimise_jumps`] solves one linear program: weighted L1 fitting of jumps on a graph, the dual
 //! of minimum-cost flow.
@@ -19,6 +18,7 @@ mod kernels;
 mod memory;
 mod multifrontal;
 mod ordering;
+mod parallel;
 mod scalar;
 mod supernodes;
 mod symbolic;

@@ -9,15 +9,16 @@
 //! Denormal arithmetic made that phase five times slower at 500,000 faces (and slower without bound
 //! on larger meshes). Here negligible entries are set to zero front by front.
 
-use crate::error::NumericError;
-use crate::kernels::{self, Vectorized, dispatch};
+use crate::kernels;
 use crate::memory::Zeroed;
 use crate::scalar::Scalar;
+use crate::supernodes::Supernodes;
 use crate::symbolic::Symbolic;
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatMut, MatRef, Par};
 use std::ops::Range;
+use std::sync::Mutex;
 
 /// Drop tolerance: fill-in below this multiple of the square root of the largest diagonal entry is
 /// set to zero, so that products of kept entries are never denormal. A solution that has decayed
@@ -33,53 +34,75 @@ const BLOCK: usize = 32;
 /// cost more than the product.
 const SMALL_PRODUCT: usize = 1 << 16;
 
-/// Factors the permuted lower triangle `entries` into `values`, in the layout of the symbolic
-/// analysis.
-pub(crate) fn factor<T: Scalar>(
-    symbolic: &Symbolic,
-    entries: &[T],
-    values: &mut [T],
-) -> Result<(), NumericError> {
-    dispatch(Fronts { symbolic, entries, values })
-}
-
-struct Fronts<'a, T> {
-    symbolic: &'a Symbolic,
+/// A numeric factorisation: what all fronts share.
+pub(crate) struct Problem<'a, T> {
+    pub symbolic: &'a Symbolic,
+    /// The permuted lower triangle.
     entries: &'a [T],
-    values: &'a mut [T],
+    negligible: f64,
 }
 
-impl<T: Scalar> Vectorized for Fronts<'_, T> {
-    type Output = Result<(), NumericError>;
-    #[inline(always)]
-    fn run<S: pulp::Simd>(self, simd: S) -> Self::Output {
-        factor_fronts(simd, self.symbolic, self.entries, self.values)
+impl<'a, T: Scalar> Problem<'a, T> {
+    pub fn new(symbolic: &'a Symbolic, entries: &'a [T]) -> Problem<'a, T> {
+        let (col_ptr, _) = symbolic.lower_triangle();
+        let diagonal = (0..symbolic.unknowns()).map(|j| entries[col_ptr[j] as usize].max_part());
+        let negligible = NEGLIGIBLE * diagonal.fold(0.0, f64::max).sqrt();
+        Problem { symbolic, entries, negligible }
     }
-}
 
-#[inline(always)]
-fn factor_fronts<S: pulp::Simd, T: Scalar>(
-    simd: S,
-    symbolic: &Symbolic,
-    entries: &[T],
-    values: &mut [T],
-) -> Result<(), NumericError> {
-    let supernodes = symbolic.supernodes();
-    let n = symbolic.unknowns();
-    let (col_ptr, row_idx) = symbolic.lower_triangle();
-    let largest = (0..n).fold(0.0f64, |m, j| m.max(entries[col_ptr[j] as usize].max_part()));
-    let negligible = NEGLIGIBLE * largest.sqrt();
-    let mut local = vec![0u32; n];
-    let [even, odd] =
-        supernodes.stack_entries().map(|size| Stack::new(size).ok_or(symbolic.out_of_memory::<T>()));
-    let (mut even, mut odd) = (even?, odd?);
-    let mut children: Vec<Child> = Vec::new();
-    for s in 0..supernodes.count() {
-        let Range { start: first, end: last } = supernodes.columns(s);
+    /// Factors consecutive supernodes that contain all their descendants. `values` are their
+    /// panels. On failure, returns the place of the column in the elimination order.
+    #[inline(always)]
+    pub fn factor_range<S: pulp::Simd>(
+        &self,
+        simd: S,
+        range: Range<usize>,
+        values: &mut [T],
+        workspace: &mut Workspace<T>,
+    ) -> Result<(), usize> {
+        let supernodes = self.symbolic.supernodes();
+        let begin = if range.is_empty() { 0 } else { supernodes.panel(range.start).start };
+        let Workspace { even, odd, local } = workspace;
+        even.waiting.clear();
+        odd.waiting.clear();
+        for s in range {
+            let last = supernodes.columns(s).end as u32;
+            let (own, below) =
+                if supernodes.is_odd(s) { (&mut *odd, &mut *even) } else { (&mut *even, &mut *odd) };
+            let mut children: Vec<Child<T>> = Vec::new();
+            while let Some(update) = below.waiting.pop_if(|update| update.parent_column < last) {
+                let rows = supernodes.rows(update.supernode);
+                let update = &below.values[update.start..][..rows.len() * rows.len()];
+                children.push(Child { rows, update });
+            }
+            let rows = supernodes.rows(s);
+            let update = own.push(s, rows);
+            let panel = supernodes.panel(s);
+            let panel = &mut values[panel.start - begin..panel.end - begin];
+            self.front(simd, s, panel, &children, update, local, 1)?;
+        }
+        Ok(())
+    }
+
+    /// Factors one front: assembles the matrix and the update matrices of the children, eliminates
+    /// the columns of the supernode, and writes its own update matrix. On failure, returns the
+    /// place of the column in the elimination order.
+    #[inline(always)]
+    pub fn front<S: pulp::Simd>(
+        &self,
+        simd: S,
+        s: usize,
+        panel: &mut [T],
+        children: &[Child<T>],
+        update: &mut [T],
+        local: &mut [u32],
+        threads: usize,
+    ) -> Result<(), usize> {
+        let (col_ptr, row_idx) = self.symbolic.lower_triangle();
+        let Range { start: first, end: last } = self.symbolic.supernodes().columns(s);
+        let rows = self.symbolic.supernodes().rows(s);
         let width = last - first;
-        let rows = supernodes.rows(s);
         let height = width + rows.len();
-        let panel = &mut values[supernodes.panel(s)];
         for (i, &row) in rows.iter().enumerate() {
             local[row as usize] = (width + i) as u32;
         }
@@ -89,48 +112,47 @@ fn factor_fronts<S: pulp::Simd, T: Scalar>(
         for column in first..last {
             let target = &mut panel[(column - first) * height..(column - first + 1) * height];
             for k in col_ptr[column] as usize..col_ptr[column + 1] as usize {
-                target[local[row_idx[k] as usize] as usize] = entries[k];
+                target[local[row_idx[k] as usize] as usize] = self.entries[k];
             }
         }
-        let (own, below) = if supernodes.is_odd(s) { (&mut odd, &mut even) } else { (&mut even, &mut odd) };
-        children.clear();
-        while let Some(update) = below.waiting.pop_if(|update| (update.parent_column as usize) < last) {
-            let child_rows = supernodes.rows(update.supernode);
-            let inside = child_rows.partition_point(|&row| (row as usize) < last);
-            children.push(Child {
-                start: update.start,
-                size: child_rows.len(),
-                inside,
-                supernode: update.supernode,
-            });
-        }
-        for child in &children {
-            let rows = supernodes.rows(child.supernode);
-            let update = &below.values[child.start..][..child.size * child.size];
-            for (j, &column) in rows[..child.inside].iter().enumerate() {
+        // Rows of each child that are columns of the front.
+        let inside = |child: &Child<T>| child.rows.partition_point(|&row| (row as usize) < last);
+        for child in children {
+            for (j, &column) in child.rows[..inside(child)].iter().enumerate() {
                 let target = &mut panel[local[column as usize] as usize * height..][..height];
-                extend_add(target, &update[j * child.size + j..(j + 1) * child.size], &rows[j..], &local, 0);
+                extend_add(target, child.column(j), &child.rows[j..], local, 0);
             }
         }
-        eliminate(simd, panel, width, height, negligible)
-            .map_err(|column| symbolic.not_positive(first + column))?;
-        if !rows.is_empty() {
-            let size = rows.len();
-            let start = own.push(s, rows);
-            let update = &mut own.values[start..start + size * size];
-            minus_outer_product(simd, panel, width, height, update);
-            for child in &children {
-                let rows = supernodes.rows(child.supernode);
-                let child_update = &below.values[child.start..][..child.size * child.size];
-                for (j, &column) in rows.iter().enumerate().skip(child.inside) {
-                    let target = &mut update[(local[column as usize] as usize - width) * size..][..size];
-                    let source = &child_update[j * child.size + j..(j + 1) * child.size];
-                    extend_add(target, source, &rows[j..], &local, width as u32);
-                }
+        eliminate(simd, panel, width, height, self.negligible, threads).map_err(|column| first + column)?;
+        if rows.is_empty() {
+            return Ok(());
+        }
+        minus_outer_product(simd, panel, width, height, update, threads);
+        let size = rows.len();
+        for child in children {
+            for (j, &column) in child.rows.iter().enumerate().skip(inside(child)) {
+                let target = &mut update[(local[column as usize] as usize - width) * size..][..size];
+                extend_add(target, child.column(j), &child.rows[j..], local, width as u32);
             }
         }
+        Ok(())
     }
-    Ok(())
+}
+
+/// Update matrix of a child that is assembled into a front.
+pub(crate) struct Child<'a, T> {
+    /// The rows of the child's supernode.
+    pub rows: &'a [u32],
+    /// A square matrix on these rows, lower triangle only.
+    pub update: &'a [T],
+}
+
+impl<T> Child<'_, T> {
+    /// Column `j` from the diagonal down.
+    fn column(&self, j: usize) -> &[T] {
+        let size = self.rows.len();
+        &self.update[j * size + j..(j + 1) * size]
+    }
 }
 
 /// Extend-add: adds a column of a child's update matrix to a column of its parent. Row indices
@@ -142,13 +164,27 @@ fn extend_add<T: Scalar>(target: &mut [T], source: &[T], rows: &[u32], local: &[
     }
 }
 
-/// Child whose update matrix is being assembled into the front.
-struct Child {
-    supernode: usize,
-    start: usize,
-    size: usize,
-    /// Number of its rows that are columns of the front.
-    inside: usize,
+/// Memory in which one thread factors subtrees, one after the other.
+pub(crate) struct Workspace<T> {
+    even: Stack<T>,
+    odd: Stack<T>,
+    /// Place of each row in the current front.
+    pub local: Vec<u32>,
+}
+
+impl<T: Scalar> Workspace<T> {
+    /// `None` if there is not enough memory.
+    pub fn new(symbolic: &Symbolic) -> Option<Self> {
+        let [even, odd] = symbolic.supernodes().stack_entries().map(Stack::new);
+        Some(Workspace { even: even?, odd: odd?, local: vec![0; symbolic.unknowns()] })
+    }
+
+    /// The update matrix of the last supernode of a range.
+    pub fn last_update(&self, supernodes: &Supernodes, s: usize) -> &[T] {
+        let stack = if supernodes.is_odd(s) { &self.odd } else { &self.even };
+        let size = supernodes.rows(s).len();
+        stack.waiting.last().map_or(&[], |top| &stack.values[top.start..][..size * size])
+    }
 }
 
 /// Stack of update matrices that wait for assembly: dense square matrices on the rows of a
@@ -171,11 +207,13 @@ impl<T: Scalar> Stack<T> {
         Zeroed::new(entries).map(|values| Stack { values, waiting: Vec::new() })
     }
 
-    fn push(&mut self, supernode: usize, rows: &[u32]) -> usize {
+    /// Returns the space for the update matrix of a supernode; none is kept for a root.
+    fn push(&mut self, supernode: usize, rows: &[u32]) -> &mut [T] {
+        let Some(&parent_column) = rows.first() else { return &mut [] };
         let start = self.waiting.last().map_or(0, |top| top.end);
         let end = start + rows.len() * rows.len();
-        self.waiting.push(Update { supernode, start, end, parent_column: rows[0] });
-        start
+        self.waiting.push(Update { supernode, start, end, parent_column });
+        &mut self.values[start..end]
     }
 }
 
@@ -190,6 +228,7 @@ fn eliminate<S: pulp::Simd, T: Scalar>(
     width: usize,
     height: usize,
     negligible: f64,
+    threads: usize,
 ) -> Result<(), usize> {
     let blocks = width.div_ceil(BLOCK);
     for block in 0..blocks {
@@ -202,15 +241,15 @@ fn eliminate<S: pulp::Simd, T: Scalar>(
         let right = (done + depth).min(blocks);
         if done < blocks {
             let begin = (done - depth) * BLOCK;
-            update_columns(panel, begin..columns.end, (right * BLOCK).min(width), height);
+            update_columns(panel, begin..columns.end, (right * BLOCK).min(width), height, threads);
         }
     }
     Ok(())
 }
 
-/// Subtracts the contribution of columns `done` from the columns up to `end`.
+/// Subtracts the contribution of columns `done` from the columns between them and `end`.
 #[inline(always)]
-fn update_columns<T: Scalar>(panel: &mut [T], done: Range<usize>, end: usize, height: usize) {
+fn update_columns<T: Scalar>(panel: &mut [T], done: Range<usize>, end: usize, height: usize, threads: usize) {
     let count = end - done.end;
     let (left, right) = panel[..end * height].split_at_mut(done.end * height);
     let left = MatRef::from_column_major_slice(&left[done.start * height..], height, done.len());
@@ -218,23 +257,13 @@ fn update_columns<T: Scalar>(panel: &mut [T], done: Range<usize>, end: usize, he
     let right = MatMut::from_column_major_slice_mut(right, height, count).split_at_row_mut(done.end).1;
     let (top, below) = right.split_at_row_mut(count);
     let (left_top, left_below) = left.split_at_row(count);
-    let minus_one = -T::real(1.0);
-    triangular::matmul(
-        top,
-        BlockStructure::TriangularLower,
-        Accum::Add,
-        left_top,
-        BlockStructure::Rectangular,
-        left_top.adjoint(),
-        BlockStructure::Rectangular,
-        minus_one,
-        Par::Seq,
-    );
-    matmul(below, Accum::Add, left_below, left_top.adjoint(), minus_one, Par::Seq);
+    let mut products = vec![Product::lower(top, left_top)];
+    split_rows(below, left_below, left_top, &mut products);
+    run(products, Accum::Add, threads);
 }
 
-/// Computes the lower triangle of `update <- -L L^H`, where `L` is the part of the panel below its
-/// diagonal block.
+/// Computes the lower triangle of `update <- -L L^H`, where `L` are the rows of the panel below its
+/// columns.
 #[inline(always)]
 fn minus_outer_product<S: pulp::Simd, T: Scalar>(
     simd: S,
@@ -242,28 +271,116 @@ fn minus_outer_product<S: pulp::Simd, T: Scalar>(
     width: usize,
     height: usize,
     update: &mut [T],
+    threads: usize,
 ) {
     let size = height - width;
     if width * size * size < SMALL_PRODUCT {
         return kernels::minus_outer_product(simd, panel, width, height, update);
     }
-    let below = MatRef::from_column_major_slice(panel, height, width).split_at_row(width).1;
-    triangular::matmul(
-        MatMut::from_column_major_slice_mut(update, size, size),
-        BlockStructure::TriangularLower,
-        Accum::Replace,
-        below,
-        BlockStructure::Rectangular,
-        below.adjoint(),
-        BlockStructure::Rectangular,
-        -T::real(1.0),
-        Par::Seq,
-    );
+    let mut rest = MatMut::from_column_major_slice_mut(update, size, size);
+    let mut left = MatRef::from_column_major_slice(panel, height, width).split_at_row(width).1;
+    let mut products = Vec::new();
+    while rest.ncols() > 0 {
+        let columns = rest.ncols().min(STRIP);
+        let (strip, others) = rest.split_at_col_mut(columns);
+        let (diagonal, below) = strip.split_at_row_mut(columns);
+        let (left_top, left_below) = left.split_at_row(columns);
+        products.push(Product::lower(diagonal, left_top));
+        split_rows(below, left_below, left_top, &mut products);
+        (rest, left) = (others.split_at_row_mut(columns).1, left_below);
+    }
+    run(products, Accum::Replace, threads);
+}
+
+/// Large products are split into blocks of so many rows and columns, which threads share. The
+/// blocks do not depend on the number of threads, and so neither do the digits.
+const STRIP: usize = 512;
+
+/// Work, in multiplications, from which products are shared between threads: starting a thread
+/// takes some ten microseconds.
+const WORTH_A_THREAD: usize = 1 << 22;
+
+/// A part of `target <- target - left right^H` (or without the first term).
+struct Product<'a, T> {
+    target: MatMut<'a, T>,
+    left: MatRef<'a, T>,
+    right: MatRef<'a, T>,
+    /// Only the lower triangle of the target counts.
+    lower: bool,
+}
+
+impl<'a, T: Scalar> Product<'a, T> {
+    fn lower(target: MatMut<'a, T>, left: MatRef<'a, T>) -> Self {
+        Product { target, left, right: left, lower: true }
+    }
+
+    fn work(&self) -> usize {
+        self.left.nrows() * self.left.ncols() * self.right.nrows()
+    }
+
+    fn run(self, accumulate: Accum) {
+        let Product { target, left, right, lower } = self;
+        let minus_one = -T::real(1.0);
+        if lower {
+            triangular::matmul(
+                target,
+                BlockStructure::TriangularLower,
+                accumulate,
+                left,
+                BlockStructure::Rectangular,
+                right.adjoint(),
+                BlockStructure::Rectangular,
+                minus_one,
+                Par::Seq,
+            );
+        } else {
+            matmul(target, accumulate, left, right.adjoint(), minus_one, Par::Seq);
+        }
+    }
+}
+
+/// Splits a rectangular product into blocks of rows.
+fn split_rows<'a, T: Scalar>(
+    mut target: MatMut<'a, T>,
+    mut left: MatRef<'a, T>,
+    right: MatRef<'a, T>,
+    products: &mut Vec<Product<'a, T>>,
+) {
+    while target.nrows() > 0 {
+        let rows = target.nrows().min(STRIP);
+        let (block, target_rest) = target.split_at_row_mut(rows);
+        let (left_block, left_rest) = left.split_at_row(rows);
+        products.push(Product { target: block, left: left_block, right, lower: false });
+        (target, left) = (target_rest, left_rest);
+    }
+}
+
+/// Runs products that write to different places.
+fn run<T: Scalar>(products: Vec<Product<T>>, accumulate: Accum, threads: usize) {
+    let work: usize = products.iter().map(Product::work).sum();
+    if threads < 2 || products.len() < 2 || work < WORTH_A_THREAD {
+        return products.into_iter().for_each(|product| product.run(accumulate));
+    }
+    let workers = threads.min(products.len());
+    let waiting = Mutex::new(products);
+    let next = || waiting.lock().ok().and_then(|mut waiting| waiting.pop());
+    let take_turns = || {
+        while let Some(product) = next() {
+            product.run(accumulate);
+        }
+    };
+    std::thread::scope(|scope| {
+        (1..workers).for_each(|_| {
+            scope.spawn(take_turns);
+        });
+        take_turns();
+    });
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parallel::factor;
     use crate::{Complex, Graph, Ordering, SymmetricMatrix};
 
     /// Compares the factor with and without SIMD, for a diagonally dominant band matrix with fronts
@@ -283,8 +400,11 @@ mod tests {
         let entries = symbolic.permute(&matrix).unwrap();
         let mut fast = vec![T::ZERO; symbolic.factor_entries()];
         let mut plain = fast.clone();
-        factor(&symbolic, &entries, &mut fast).unwrap();
-        factor_fronts(pulp::Scalar128b, &symbolic, &entries, &mut plain).unwrap();
+        factor(&symbolic, &entries, &mut fast, 1).unwrap();
+        let all = 0..symbolic.supernodes().count();
+        let mut workspace = Workspace::new(&symbolic).unwrap();
+        let problem = Problem::new(&symbolic, &entries);
+        problem.factor_range(pulp::Scalar128b, all, &mut plain, &mut workspace).unwrap();
         for s in 0..symbolic.supernodes().count() {
             let (columns, rows) =
                 (symbolic.supernodes().columns(s).len(), symbolic.supernodes().rows(s).len());

@@ -20,6 +20,7 @@ pub(crate) struct Supernodes {
     /// Start of each panel in the values of the factor.
     value_ptr: Vec<usize>,
     parent: Vec<u32>,
+    first_descendant: Vec<usize>,
     /// Whether the depth of a supernode in the elimination tree is odd.
     odd: Vec<bool>,
     stack_entries: [usize; 2],
@@ -79,6 +80,25 @@ impl Supernodes {
     /// Largest number of entries on each stack.
     pub(crate) fn stack_entries(&self) -> [usize; 2] {
         self.stack_entries
+    }
+
+    /// Parent in the supernodal elimination tree.
+    pub(crate) fn parent(&self, s: usize) -> Option<usize> {
+        Some(self.parent[s]).filter(|&parent| parent != NONE).map(|parent| parent as usize)
+    }
+    /// First supernode in the subtree of a supernode.
+    pub(crate) fn first_descendant(&self, s: usize) -> usize {
+        self.first_descendant[s]
+    }
+    /// Children in the supernodal elimination tree, the last one first.
+    pub(crate) fn children(&self, s: usize) -> impl Iterator<Item = usize> {
+        // The last descendant of a supernode is its last child, and precedes it.
+        let mut child = s.checked_sub(1).filter(|&c| self.parent(c) == Some(s));
+        std::iter::from_fn(move || {
+            let this = child?;
+            child = self.first_descendant[this].checked_sub(1).filter(|&c| self.parent(c) == Some(s));
+            Some(this)
+        })
     }
 
     /// Marks all ancestors of the marked supernodes.
@@ -232,8 +252,23 @@ impl Builder {
         for s in (0..count).rev().filter(|&s| parent[s] != NONE) {
             odd[s] = !odd[parent[s] as usize];
         }
+        let mut first_descendant: Vec<usize> = (0..count).collect();
+        for s in (0..count).filter(|&s| parent[s] != NONE) {
+            let above = parent[s] as usize;
+            first_descendant[above] = first_descendant[above].min(first_descendant[s]);
+        }
         let stack_entries = stack_entries(&parent, &odd, |s| row_ptr[s + 1] - row_ptr[s]);
-        Supernodes { begin, row_ptr, rows, value_ptr, parent, odd, stack_entries, largest_height }
+        Supernodes {
+            begin,
+            row_ptr,
+            rows,
+            value_ptr,
+            parent,
+            first_descendant,
+            odd,
+            stack_entries,
+            largest_height,
+        }
     }
 }
 

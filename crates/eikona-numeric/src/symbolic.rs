@@ -69,10 +69,11 @@ impl Symbolic {
     pub fn factor_bytes<T: Scalar>(&self) -> usize {
         (self.supernodes.entries() + self.row_idx.len()) * size_of::<T>()
     }
-    /// Returns the bytes needed during factorisation: the factor, the permuted matrix and the
-    /// stacks of update matrices.
-    pub fn predicted_bytes<T: Scalar>(&self) -> usize {
-        self.factor_bytes::<T>() + self.supernodes.stack_entries().iter().sum::<usize>() * size_of::<T>()
+    /// Predicts the peak bytes of a factorisation: the factor, the permuted matrix, and the update
+    /// matrices, for which each thread has stacks of its own.
+    pub fn predicted_bytes<T: Scalar>(&self, threads: usize) -> usize {
+        let stacks: usize = self.supernodes.stack_entries().iter().sum();
+        self.factor_bytes::<T>() + threads.max(1) * stacks * size_of::<T>()
     }
 
     /// Structure of the factor.
@@ -91,8 +92,11 @@ impl Symbolic {
     pub(crate) fn lower_triangle(&self) -> (&[u32], &[u32]) {
         (&self.col_ptr, &self.row_idx)
     }
-    pub(crate) fn out_of_memory<T: Scalar>(&self) -> NumericError {
-        NumericError::OutOfMemory { unknowns: self.unknowns, needed_bytes: self.predicted_bytes::<T>() }
+    pub(crate) fn out_of_memory<T: Scalar>(&self, threads: usize) -> NumericError {
+        NumericError::OutOfMemory {
+            unknowns: self.unknowns,
+            needed_bytes: self.predicted_bytes::<T>(threads),
+        }
     }
     /// Error for the pivot at a position of the elimination order.
     pub(crate) fn not_positive(&self, position: usize) -> NumericError {

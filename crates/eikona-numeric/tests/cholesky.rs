@@ -338,3 +338,43 @@ fn wide_neighbourhoods_are_cut_by_planes() {
         .map(|ordering| Symbolic::new(&graph, ordering).unwrap().factor_entries());
     assert!(20 * dissected < 19 * least, "{dissected} entries, minimum degree has {least}");
 }
+
+/// Random positive definite system on a grid, large enough for several subtrees.
+fn random_grid<T: Scalar>(n: usize, value: impl Fn(usize) -> T) -> (Graph, SymmetricMatrix<T>) {
+    let (graph, _, _) = grid(n, 1.0);
+    let off_diagonal: Vec<T> = (0..graph.pairs.len()).map(value).collect();
+    let mut diagonal: Vec<f64> = (0..n * n).map(|i| 0.1 + noise(i).abs()).collect();
+    for (pair, value) in graph.pairs.iter().zip(&off_diagonal) {
+        pair.iter().for_each(|&i| diagonal[i as usize] += value.abs_sq().sqrt());
+    }
+    (graph, SymmetricMatrix { diagonal, off_diagonal })
+}
+
+fn same_digits_on_threads<T: Scalar>(value: impl Fn(usize) -> T) {
+    let n = 200;
+    let (graph, matrix) = random_grid(n, &value);
+    let (_, _, positions) = grid(n, 1.0);
+    let order = nested_dissection_order(&graph, &positions).unwrap();
+    let symbolic: std::sync::Arc<_> = Symbolic::new(&graph, Ordering::Given(&order)).unwrap().into();
+    let rhs: Vec<T> = (0..n * n).map(value).collect();
+    let expected = Cholesky::new(symbolic.clone(), &matrix).unwrap().solve(&rhs).unwrap();
+    for threads in [2, 3, 8, 100] {
+        let factor = Cholesky::on_threads(symbolic.clone(), &matrix, threads).unwrap();
+        assert!(factor.solve(&rhs).unwrap() == expected, "{threads} threads");
+    }
+    // Two unknowns that are not positive definite, in different subtrees: always the same one.
+    let mut bad = matrix;
+    for i in [n * n / 3, 2 * n * n / 3] {
+        bad.diagonal[i] = -1.0;
+    }
+    let expected = Cholesky::new(symbolic.clone(), &bad).unwrap_err();
+    for threads in [2, 3, 8] {
+        assert_eq!(Cholesky::on_threads(symbolic.clone(), &bad, threads).unwrap_err(), expected);
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_digits_and_the_same_failure() {
+    same_digits_on_threads(noise);
+    same_digits_on_threads(|i| Complex { re: noise(2 * i), im: noise(2 * i + 1) });
+}

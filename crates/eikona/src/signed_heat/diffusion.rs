@@ -39,10 +39,10 @@ impl PreparedDiffusion {
             None => Self::Real(PreparedOn::new(mesh, triangles, vertex_order, RealFrames::of(mesh))?),
         })
     }
-    pub fn predicted_bytes(&self) -> usize {
+    pub fn predicted_bytes(&self, threads: usize) -> usize {
         match self {
-            Self::Complex(prepared) => prepared.symbolic.predicted_bytes::<Complex>(),
-            Self::Real(prepared) => prepared.symbolic.predicted_bytes::<f64>(),
+            Self::Complex(prepared) => prepared.symbolic.predicted_bytes::<Complex>(threads),
+            Self::Real(prepared) => prepared.symbolic.predicted_bytes::<f64>(threads),
         }
     }
     pub fn factor_bytes(&self) -> usize {
@@ -51,10 +51,10 @@ impl PreparedDiffusion {
             Self::Real(prepared) => prepared.symbolic.factor_bytes::<f64>(),
         }
     }
-    pub fn factor(self, time: f64) -> Result<Diffusion, SignedHeatError> {
+    pub fn factor(self, time: f64, threads: usize) -> Result<Diffusion, SignedHeatError> {
         Ok(match self {
-            Self::Complex(prepared) => Diffusion::Complex(prepared.factor(time)?),
-            Self::Real(prepared) => Diffusion::Real(prepared.factor(time)?),
+            Self::Complex(prepared) => Diffusion::Complex(prepared.factor(time, threads)?),
+            Self::Real(prepared) => Diffusion::Real(prepared.factor(time, threads)?),
         })
     }
 }
@@ -63,10 +63,10 @@ impl Diffusion {
     pub fn is_real(&self) -> bool {
         matches!(self, Self::Real(_))
     }
-    pub fn predicted_bytes(&self) -> usize {
+    pub fn predicted_bytes(&self, threads: usize) -> usize {
         match self {
-            Self::Complex(diffusion) => diffusion.factor.symbolic().predicted_bytes::<Complex>(),
-            Self::Real(diffusion) => diffusion.factor.symbolic().predicted_bytes::<f64>(),
+            Self::Complex(diffusion) => diffusion.factor.symbolic().predicted_bytes::<Complex>(threads),
+            Self::Real(diffusion) => diffusion.factor.symbolic().predicted_bytes::<f64>(threads),
         }
     }
     /// The same at another time, with the analysis shared.
@@ -75,10 +75,11 @@ impl Diffusion {
         mesh: &TriangleMesh,
         triangles: &[Triangle],
         time: f64,
+        threads: usize,
     ) -> Result<Diffusion, SignedHeatError> {
         Ok(match self {
-            Self::Complex(diffusion) => Self::Complex(diffusion.at(mesh, triangles, time)?),
-            Self::Real(diffusion) => Self::Real(diffusion.at(mesh, triangles, time)?),
+            Self::Complex(diffusion) => Self::Complex(diffusion.at(mesh, triangles, time, threads)?),
+            Self::Real(diffusion) => Self::Real(diffusion.at(mesh, triangles, time, threads)?),
         })
     }
     /// Steps I and II, see [`DiffusionOn::unit_field`].
@@ -142,16 +143,29 @@ impl<F: EdgeFrames> PreparedOn<F> {
         Ok(PreparedOn { frames, operator, symbolic, edge_of_unknown })
     }
 
-    fn factor(self, time: f64) -> Result<DiffusionOn<F>, SignedHeatError> {
-        DiffusionOn::new(self.frames, self.operator, self.symbolic.into(), self.edge_of_unknown, time)
+    fn factor(self, time: f64, threads: usize) -> Result<DiffusionOn<F>, SignedHeatError> {
+        DiffusionOn::new(
+            self.frames,
+            self.operator,
+            self.symbolic.into(),
+            self.edge_of_unknown,
+            time,
+            threads,
+        )
     }
 }
 
 impl<F: EdgeFrames + Clone> DiffusionOn<F> {
-    fn at(&self, mesh: &TriangleMesh, triangles: &[Triangle], time: f64) -> Result<Self, SignedHeatError> {
+    fn at(
+        &self,
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        time: f64,
+        threads: usize,
+    ) -> Result<Self, SignedHeatError> {
         let operator = self.frames.connection_laplacian(mesh, triangles);
         let symbolic = self.factor.symbolic().clone();
-        Self::new(self.frames.clone(), operator, symbolic, self.edge_of_unknown.clone(), time)
+        Self::new(self.frames.clone(), operator, symbolic, self.edge_of_unknown.clone(), time, threads)
     }
 }
 
@@ -253,10 +267,11 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         symbolic: Arc<Symbolic>,
         edge_of_unknown: Vec<Edge>,
         time: f64,
+        threads: usize,
     ) -> Result<Self, SignedHeatError> {
         let ConnectionLaplacian { graph, mass, matrix } = operator;
         drop::<Graph>(graph);
-        let factor = Cholesky::new(symbolic, &mass_plus(&mass, time, matrix))
+        let factor = Cholesky::on_threads(symbolic, &mass_plus(&mass, time, matrix), threads)
             .map_err(|fault| at_edge(&edge_of_unknown, fault))?;
         Ok(DiffusionOn { frames, factor, mass, edge_of_unknown, time })
     }

@@ -42,6 +42,8 @@ pub(crate) struct Integration {
 pub(crate) struct Memory {
     pub kept_bytes: usize,
     pub limit: Option<usize>,
+    /// Number of threads for factorisations.
+    pub threads: usize,
 }
 
 impl Memory {
@@ -99,20 +101,23 @@ pub(crate) struct Fit {
 }
 
 impl PreparedIntegration {
-    pub fn new(mesh: &TriangleMesh, triangles: &[Triangle]) -> Result<Self, NumericError> {
+    /// Analyses the operator; `beside` is what another thread does meanwhile, with the order of the
+    /// vertices.
+    pub fn new<R: Send>(
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        threads: usize,
+        beside: impl FnOnce(&[u32]) -> R + Send,
+    ) -> Result<(Self, R), NumericError> {
         let laplacian = CotanLaplacian::new(mesh, triangles);
         let vertex_order = nested_dissection_order(&laplacian.graph, mesh.positions())?;
-        let symbolic = Symbolic::new(&laplacian.graph, Ordering::Given(&vertex_order))?;
-        Ok(PreparedIntegration { laplacian, symbolic, vertex_order })
+        let analyse = || Symbolic::new(&laplacian.graph, Ordering::Given(&vertex_order));
+        let (symbolic, other) = side_by_side(threads, analyse, || beside(&vertex_order));
+        Ok((PreparedIntegration { symbolic: symbolic?, laplacian, vertex_order }, other))
     }
 
-    /// The order in which vertices are eliminated.
-    pub fn vertex_order(&self) -> &[u32] {
-        &self.vertex_order
-    }
-
-    pub fn predicted_bytes(&self) -> usize {
-        self.symbolic.predicted_bytes::<f64>()
+    pub fn predicted_bytes(&self, threads: usize) -> usize {
+        self.symbolic.predicted_bytes::<f64>(threads)
     }
 
     pub fn factor_bytes(&self) -> usize {
@@ -148,7 +153,8 @@ impl PreparedIntegration {
         }
         size_of_component.iter_mut().for_each(|a| *a = a.sqrt());
         let matrix = grounded_matrix(&laplacian, grounded.iter());
-        let factor = Cholesky::new(Arc::new(self.symbolic), &matrix).map_err(at_vertex)?;
+        let factor =
+            Cholesky::on_threads(Arc::new(self.symbolic), &matrix, memory.threads).map_err(at_vertex)?;
         Ok(Integration {
             laplacian,
             grounded,
@@ -211,7 +217,7 @@ impl Integration {
         hanging: &'a [bool],
     ) -> Result<WithHanging<'a>, SignedHeatError> {
         let symbolic = self.factor.symbolic();
-        self.memory.check(symbolic.predicted_bytes::<f64>())?;
+        self.memory.check(symbolic.predicted_bytes::<f64>(self.memory.threads))?;
         let mut laplacian = CotanLaplacian {
             graph: self.laplacian.graph.clone(),
             matrix: SymmetricMatrix {
@@ -245,7 +251,8 @@ impl Integration {
             }
         }
         let matrix = grounded_matrix(&laplacian, grounded.iter());
-        let factor = Cholesky::new(symbolic.clone(), &matrix).map_err(at_vertex)?;
+        let factor =
+            Cholesky::on_threads(symbolic.clone(), &matrix, self.memory.threads).map_err(at_vertex)?;
         let integration = Integration {
             laplacian,
             grounded,
@@ -442,4 +449,23 @@ pub(super) fn relative_miss(left: &[f64], right: &[f64]) -> f64 {
 /// The largest absolute value.
 pub(super) fn largest(a: &[f64]) -> f64 {
     a.iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+/// Runs two tasks, on two threads if there are as many.
+fn side_by_side<A: Send, B>(
+    threads: usize,
+    first: impl FnOnce() -> A + Send,
+    second: impl FnOnce() -> B,
+) -> (A, B) {
+    if threads < 2 {
+        return (first(), second());
+    }
+    std::thread::scope(|scope| {
+        let first = scope.spawn(first);
+        let second = second();
+        match first.join() {
+            Ok(first) => (first, second),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    })
 }

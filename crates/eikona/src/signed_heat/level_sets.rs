@@ -161,8 +161,8 @@ impl Integration {
         let levels = self.free_levels(&mut rows, groups, holds);
         let at_vertex = |fault| at_vertex(at_piece(fault, &rows));
         let (symbolic, matrix) = self.held(mesh, &rows, levels).map_err(at_vertex)?;
-        self.memory.check(symbolic.predicted_bytes::<f64>())?;
-        let factor = Cholesky::new(symbolic, &matrix).map_err(at_vertex)?;
+        self.memory.check(symbolic.predicted_bytes::<f64>(self.memory.threads))?;
+        let factor = Cholesky::on_threads(symbolic, &matrix, self.memory.threads).map_err(at_vertex)?;
         let mut rhs = b.to_vec();
         rhs.resize(factor.symbolic().unknowns(), 0.0);
         let misses_of =

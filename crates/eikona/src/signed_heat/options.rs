@@ -106,8 +106,7 @@ pub enum SignConvention {
 pub struct SolverOptions {
     /// Diffusion time. Default: [`DiffusionTime::Automatic`]; the paper's is coefficient 1.
     pub time: DiffusionTime,
-    /// How many threads may factor the two systems: 1 (default) or 2. The digits are the same for
-    /// any number.
+    /// Number of threads for factorisations. Default: 1. The digits are the same for any number.
     pub threads: usize,
     /// Refuse to factor when the factors are predicted to take more bytes than this. Default: no
     /// limit.

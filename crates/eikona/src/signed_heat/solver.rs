@@ -83,31 +83,24 @@ impl Solver {
         let components = Components::of(&mesh);
         phases.end("geometry");
 
-        let integration = PreparedIntegration::new(&mesh, &triangles)?;
-        let diffusion = PreparedDiffusion::new(&mesh, &triangles, integration.vertex_order())?;
+        let analyse_diffusion = |order: &[u32]| PreparedDiffusion::new(&mesh, &triangles, order);
+        let (integration, diffusion) =
+            PreparedIntegration::new(&mesh, &triangles, options.threads, analyse_diffusion)?;
+        let diffusion = diffusion?;
         phases.end("analysis");
-        let needed_bytes = diffusion.predicted_bytes() + integration.predicted_bytes();
-        Memory { kept_bytes: 0, limit: options.memory_limit }.check(needed_bytes)?;
+        let needed_bytes =
+            diffusion.predicted_bytes(options.threads) + integration.predicted_bytes(options.threads);
+        Memory { kept_bytes: 0, limit: options.memory_limit, threads: options.threads }
+            .check(needed_bytes)?;
         let factor_bytes = diffusion.factor_bytes() + integration.factor_bytes();
-        let memory = Memory { kept_bytes: factor_bytes, limit: options.memory_limit };
+        let memory =
+            Memory { kept_bytes: factor_bytes, limit: options.memory_limit, threads: options.threads };
 
         let component_of_vertex = components.of_vertex.into_vec();
         let unreferenced = component_of_vertex.iter().filter(|c| c.is_none()).count();
-        let factor_integration =
-            || integration.factor(&mesh, &triangles, component_of_vertex, components.count, memory);
-        let (diffusion, integration) = if options.threads > 1 {
-            std::thread::scope(|scope| {
-                let other = scope.spawn(factor_integration);
-                let diffusion = diffusion.factor(time.time);
-                match other.join() {
-                    Ok(integration) => (diffusion, integration),
-                    Err(panic) => std::panic::resume_unwind(panic),
-                }
-            })
-        } else {
-            (diffusion.factor(time.time), factor_integration())
-        };
-        let (diffusion, integration) = (diffusion?, integration?);
+        let diffusion = diffusion.factor(time.time, options.threads)?;
+        let integration =
+            integration.factor(&mesh, &triangles, component_of_vertex, components.count, memory)?;
         phases.end("factorisation");
         if unreferenced > 0 {
             warnings.push(format!(
@@ -249,9 +242,9 @@ impl Solver {
             return Ok(made);
         }
         let own = &self.diffusion.diffusion;
-        self.memory.check(own.predicted_bytes())?;
+        self.memory.check(own.predicted_bytes(self.memory.threads))?;
         let time = choose_time(&self.mesh, &self.triangles, wanted)?;
-        let diffusion = own.at(&self.mesh, &self.triangles, time.time)?;
+        let diffusion = own.at(&self.mesh, &self.triangles, time.time, self.memory.threads)?;
         phases.end("factorisation");
         Ok(for_gaps.get_or_init(|| AtTime { time, diffusion }))
     }
