@@ -1,11 +1,9 @@
-//! `cargo bench -p eikona-cli`: what `eikona bench` measures at two sizes, built as that command
-//! is.
+//! `cargo bench -p eikona-cli`: runs `eikona bench` at two sizes, with the same build settings.
 
 use std::process::{Command, ExitCode};
 
 fn main() -> ExitCode {
-    // Only `cargo bench` gives this word: tests that list or run all targets have nothing to do
-    // here.
+    // Only `cargo bench` passes this argument; test runs over all targets should do nothing here.
     if !std::env::args().any(|word| word == "--bench") {
         return ExitCode::SUCCESS;
     }
@@ -17,7 +15,7 @@ fn main() -> ExitCode {
             Ok(status) if status.success() => {}
             Ok(_) => return ExitCode::FAILURE,
             Err(fault) => {
-                eprintln!("error: the command eikona can not be started: {fault}");
+                eprintln!("error: cannot start eikona: {fault}");
                 return ExitCode::FAILURE;
             }
         }

@@ -1,5 +1,5 @@
-//! `eikona demo`: makes a mesh and a broken curve, measures, draws. It runs the commands that it
-//! prints.
+//! `eikona demo`: makes a mesh and a broken curve, computes the distance and draws it, by running
+//! the commands that it prints.
 
 use crate::exit::Failure;
 use crate::progress::say;
@@ -13,13 +13,13 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Example:
   eikona demo")]
 pub struct DemoArguments {
-    /// The folder to write into; it is made if it does not exist
+    /// Output folder; created if it does not exist
     #[arg(short, long, value_name = "DIR", default_value = "eikona-demo")]
     pub output: PathBuf,
 }
 
-/// The commands, with `DIR` for the folder and `REPORT` for the report of the distance: a mesh with
-/// a curve of which 60 % is there, and the distance to it.
+/// The commands: make a mesh and a curve with 60 % of its length kept, and compute the distance to
+/// it. `DIR` stands for the folder and `REPORT` for the report of the second command.
 const COMMANDS: [&str; 2] = [
     "make clay_animal levels=5 -o DIR/animal.ply --broken-curve DIR/broken-loop.json \
      --cut axis=x,at=0,wave=0.13,waves=7,about=0:1.1:0.8 --keep 0.06 --drop 0.04 --seed 3",
@@ -27,8 +27,8 @@ const COMMANDS: [&str; 2] = [
      --report REPORT",
 ];
 
-/// Runs the verb through `run`, which takes a command line with the program's name in front. Gives
-/// the exit code.
+/// Runs the commands through `run`, which takes a command line that starts with the program's name.
+/// Returns the exit code.
 pub fn run(
     arguments: &DemoArguments,
     general: &General,
@@ -38,7 +38,7 @@ pub fn run(
     general.report.as_deref().map_or(Ok(()), check_output)?;
     std::fs::create_dir_all(folder).map_err(|fault| {
         Failure::Failed(format!(
-            "{}: this folder can not be made ({fault}); choose another one with -o DIR",
+            "{}: cannot create this folder ({fault}); choose another one with -o DIR",
             folder.display()
         ))
     })?;
@@ -49,19 +49,19 @@ pub fn run(
         if general.quiet == 0 {
             say(&format!("$ eikona {}", shown(&words)));
         }
-        let flags = passed_on(general);
+        let flags = forwarded_flags(general);
         let code = run([OsString::from("eikona")].into_iter().chain(words).chain(flags).collect());
         if code != 0 {
             return Ok(code);
         }
     }
     if general.quiet == 0 {
-        say(&format!("look at {}", folder.join("distance.png").display()));
+        say(&format!("see {}", folder.join("distance.png").display()));
     }
     Ok(0)
 }
 
-/// A word of [`COMMANDS`] with the names of the files.
+/// A word of [`COMMANDS`] with the file names filled in.
 fn filled_in(word: &str, folder: &Path, report: &Path) -> OsString {
     match word.strip_prefix("DIR/") {
         Some(name) => folder.join(name).into_os_string(),
@@ -70,7 +70,7 @@ fn filled_in(word: &str, folder: &Path, report: &Path) -> OsString {
     }
 }
 
-/// The command as it would be typed.
+/// The command as a user would type it.
 fn shown(words: &[OsString]) -> String {
     let quoted = |word: &OsString| {
         let word = word.to_string_lossy();
@@ -79,7 +79,7 @@ fn shown(words: &[OsString]) -> String {
     words.iter().map(quoted).collect::<Vec<_>>().join(" ")
 }
 
-fn passed_on(general: &General) -> Vec<OsString> {
+fn forwarded_flags(general: &General) -> Vec<OsString> {
     let mut flags = vec![OsString::from("-q"); usize::from(general.quiet)];
     if let Some(threads) = general.threads {
         flags.extend(["--threads".into(), threads.to_string().into()]);

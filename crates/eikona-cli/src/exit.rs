@@ -1,5 +1,4 @@
-//! How the command ends: the exit codes, and failures as one paragraph that says what, where and
-//! what to do.
+//! Exit codes and failures. A message says what is wrong, where, and what to do.
 
 use eikona::contour::ContourError;
 use eikona::curves::TraceError;
@@ -11,27 +10,27 @@ use std::io::ErrorKind;
 use std::path::Path;
 use thiserror::Error;
 
-/// Something went wrong that is neither the user's input nor the way of asking.
+/// The computation or a write failed; neither the command line nor an input file is at fault.
 pub const FAILED: u8 = 1;
-/// The command line can not be understood or asks for what does not exist.
+/// The command line is invalid.
 pub const USAGE: u8 = 2;
-/// A file that was read is missing or wrong.
+/// An input file is missing or invalid.
 pub const INPUT: u8 = 3;
-/// All is done, but there were warnings and `--strict` was given.
+/// The command finished with warnings under `--strict`.
 pub const WARNINGS: u8 = 4;
-/// Stopped by Ctrl-C.
+/// Ctrl-C interrupted the command.
 pub const INTERRUPTED: u8 = 130;
 
-/// Why the command did not do what it was asked for.
+/// Why the command failed.
 #[derive(Debug, Error)]
 pub enum Failure {
-    /// Exit code [`USAGE`].
+    /// Exits with [`USAGE`].
     #[error("{0}")]
     Usage(String),
-    /// Exit code [`INPUT`].
+    /// Exits with [`INPUT`].
     #[error("{0}")]
     Input(String),
-    /// Exit code [`FAILED`].
+    /// Exits with [`FAILED`].
     #[error("{0}")]
     Failed(String),
 }
@@ -46,37 +45,34 @@ impl Failure {
         }
     }
 
-    /// A file could not be read.
+    /// Failure to read a file.
     pub fn reading(path: &Path, fault: FileError) -> Failure {
-        // Of the named file, not of another one that it needs.
+        // Only for the named file, not for another one that it refers to.
         let kind = match &fault {
             FileError::Io { path: of, fault } if Path::new(of) == path => Some(fault.kind()),
             _ => None,
         };
         let (missing, folder) = (kind == Some(ErrorKind::NotFound), kind == Some(ErrorKind::IsADirectory));
         if missing {
-            Failure::Input(format!(
-                "{}: there is no such file; check the name and the folder",
-                path.display()
-            ))
+            Failure::Input(format!("{}: no such file; check the name and the folder", path.display()))
         } else if folder {
-            Failure::Input(format!("{}: this is a folder; name a file", path.display()))
+            Failure::Input(format!("{}: this is a folder; give a file", path.display()))
         } else {
             Failure::Input(fault.in_file(path).to_string())
         }
     }
 
-    /// A curve of a file is not valid.
+    /// Invalid curve in a file.
     pub fn curve(path: &Path, fault: impl std::fmt::Display) -> Failure {
         Failure::Input(format!("{}: {fault}", path.display()))
     }
 
-    /// A file could not be written.
+    /// Failure to write a file.
     pub fn writing(fault: FileError) -> Failure {
         match fault {
             FileError::Io { path, fault } => Failure::Failed(format!(
-                "{path}: this file can not be written ({fault}); no output was left behind. Name a folder that exists and that \
-                 you may write to"
+                "{path}: cannot write this file ({fault}), no output file was written; choose an existing \
+                 folder with write permission"
             )),
             fault @ FileError::InFile { .. } => Failure::Usage(fault.to_string()),
             other => Failure::Failed(other.to_string()),
@@ -89,8 +85,8 @@ impl From<SignedHeatError> for Failure {
         use SignedHeatError as E;
         match fault {
             E::Curve(CurveError::Empty) => Failure::Usage(
-                "there is no curve and no point to measure distance to; give --curve FILE or --points 12,40 (or `l` lines in \
-                 the OBJ file of the mesh)"
+                "no curves or points to measure distance to; give --curve FILE or --points 12,40, or add \
+                 `l` lines to the mesh's OBJ file"
                     .into(),
             ),
             E::Curve(_) | E::NoFaces | E::NoArea | E::Scale { .. } => Failure::Input(fault.to_string()),
@@ -111,7 +107,7 @@ impl From<WindingError> for Failure {
     }
 }
 
-/// A parameter on the command line is out of range.
+/// Only parameters come from the command line; all else comes from files.
 impl From<ContourError> for Failure {
     fn from(fault: ContourError) -> Failure {
         match fault {
@@ -132,7 +128,7 @@ impl From<TraceError> for Failure {
     }
 }
 
-/// A shape or a damage was asked for that can not be made.
+/// Raised by shapes and damage, whose parameters come from the command line.
 impl From<MeshError> for Failure {
     fn from(fault: MeshError) -> Failure {
         Failure::Usage(fault.to_string())

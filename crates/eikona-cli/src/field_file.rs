@@ -1,4 +1,4 @@
-//! Values per vertex as a file: on the mesh, or as a table of numbers.
+//! Output files of values per vertex: on the mesh, or as a table.
 
 use crate::exit::Failure;
 use crate::input::MeshInput;
@@ -8,23 +8,24 @@ use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh, write_mesh_bytes};
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// What a file of vertex values can be.
+/// Formats of vertex values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FieldFormat {
     /// The mesh with the values.
     Mesh(MeshFormat),
-    /// Numbers for numpy, little-endian doubles; one column a field.
+    /// NumPy array of little-endian doubles, one column per field.
     Npy,
-    /// Text with a header line.
+    /// CSV text with a header line.
     Csv,
 }
 
-/// The format of this name, or why it is none.
+/// Determines the format from a file name, or from `given` for standard output.
 pub fn field_format(path: &Path, given: Option<&str>) -> Result<FieldFormat, Failure> {
     let is_stdout = path == Path::new("-");
     if given.is_some() && !is_stdout {
         return Err(Failure::Usage(format!(
-            "--out-format is for the standard output, but this output goes to {}; its name tells the format",
+            "--out-format sets the format of standard output, but this output goes to {}, whose name sets \
+             its format; leave --out-format out",
             path.display()
         )));
     }
@@ -32,8 +33,8 @@ pub fn field_format(path: &Path, given: Option<&str>) -> Result<FieldFormat, Fai
         Some(format) => format!("x.{format}"),
         None if is_stdout => {
             return Err(Failure::Usage(
-                "the output goes to the standard output: name its format with --out-format (ply, obj, off, glb, gltf, vtp, npy or \
-                 csv)"
+                "the format of standard output is not given; add --out-format with ply, obj, off, glb, \
+                 gltf, vtp, npy or csv"
                     .into(),
             ));
         }
@@ -47,18 +48,18 @@ pub fn field_format(path: &Path, given: Option<&str>) -> Result<FieldFormat, Fai
     }
     match MeshFormat::from_path(&name) {
         Some(MeshFormat::Stl) => Err(Failure::Usage(format!(
-            "{}: STL has no place for values at vertices; write .ply, .vtp, .glb, .obj, .off, .npy or .csv",
+            "{}: STL cannot store values per vertex; write .ply, .vtp, .glb, .obj, .off, .npy or .csv",
             path.display()
         ))),
         Some(format) => Ok(FieldFormat::Mesh(format)),
         None => Err(Failure::Usage(format!(
-            "{}: the name tells no output format; end it in .ply, .obj, .off, .vtp, .glb, .gltf, .npy or .csv",
+            "{}: unknown output format; use .ply, .obj, .off, .vtp, .glb, .gltf, .npy or .csv",
             path.display()
         ))),
     }
 }
 
-/// Stages the file of these fields, each with its name.
+/// Stages an output file of named fields.
 pub fn output_fields(
     kind: &'static str,
     path: &Path,
@@ -73,13 +74,12 @@ pub fn output_fields(
         FieldFormat::Mesh(format) => {
             let mut out = input.to_write(format);
             let shown = fields.first().map_or(Vec::new(), |f| colours(f.1));
-            // OFF can not hold numbers, and viewers of glTF show colours only.
+            // OFF cannot store values, and glTF viewers show only colours.
             if matches!(format, MeshFormat::Off | MeshFormat::Glb | MeshFormat::Gltf) {
                 out.vertex_colours = Some(&shown);
             }
             out.vertex_scalars = if format == MeshFormat::Off { Vec::new() } else { fields.to_vec() };
-            // Formats for data keep what the mesh came with; the others are for looking at the new
-            // field.
+            // Data formats keep the fields of the input; the others only show the new field.
             let carried = if matches!(format, MeshFormat::Ply | MeshFormat::Vtp) {
                 Carried::of(input)
             } else {
@@ -88,7 +88,7 @@ pub fn output_fields(
             carried.add_to(&mut out);
             if format == MeshFormat::Off {
                 session.warn(format!(
-                    "{}: OFF holds colours, not values; write .ply or .csv to keep the numbers",
+                    "{}: OFF stores colours instead of values; write .ply or .csv to keep the values",
                     path.display()
                 ));
             }
@@ -110,7 +110,7 @@ pub fn output_fields(
     }
 }
 
-/// Values and colours that the mesh file came with.
+/// Values and colours of the input mesh that the output keeps.
 #[derive(Default)]
 struct Carried<'a> {
     vertex_scalars: Vec<(&'a str, Vec<f64>)>,
@@ -118,9 +118,9 @@ struct Carried<'a> {
     colours: Option<Vec<[u8; 3]>>,
 }
 
-/// What an earlier run has left in the file is not carried on: it would look like a result of this
-/// one. The same holds for `quality`, under which PLY files give their first field once more; a
-/// quality of another origin gets another name.
+/// Results of an earlier run, which the output does not keep: they would look like results of this
+/// one. The same holds for `quality` if it copies the distance, as it does in our PLY files; any
+/// other `quality` is renamed.
 const RESULTS: [&str; 3] = ["distance", "confidence", "distance_to_data"];
 
 const COLOURS: [&str; 3] = ["red", "green", "blue"];
@@ -139,7 +139,7 @@ impl<'a> Carried<'a> {
         if let Some((name, _)) = vertex_scalars.iter_mut().find(|s| s.0 == "quality") {
             *name = "quality_of_input";
         }
-        let colours = whole_colours(&vertex_scalars);
+        let colours = byte_colours(&vertex_scalars);
         if colours.is_some() {
             vertex_scalars.retain(|(name, _)| !COLOURS.contains(name));
         }
@@ -151,7 +151,7 @@ impl<'a> Carried<'a> {
         Carried { vertex_scalars, face_scalars, colours }
     }
 
-    /// Adds all whose names are not taken.
+    /// Adds the values whose names are free.
     fn add_to<'b>(&'b self, out: &mut MeshOut<'b>) {
         let new = |there: &[(&str, &[f64])], name: &str| {
             !name.is_empty() && !there.iter().any(|(other, _)| word(other) == word(name))
@@ -170,13 +170,13 @@ impl<'a> Carried<'a> {
     }
 }
 
-/// A name as files hold it: two that differ only in blanks are one.
+/// A name as files store it: names that differ only in whitespace collide.
 fn word(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_graphic() { c } else { '_' }).collect()
 }
 
-/// The colours of vertices, if the file gives them as bytes.
-fn whole_colours(scalars: &[(&str, Vec<f64>)]) -> Option<Vec<[u8; 3]>> {
+/// Colours per vertex, if the file has all three channels as bytes.
+fn byte_colours(scalars: &[(&str, Vec<f64>)]) -> Option<Vec<[u8; 3]>> {
     let channel = |name: &str| scalars.iter().find(|s| s.0 == name).map(|s| &s.1);
     let channels = [channel(COLOURS[0])?, channel(COLOURS[1])?, channel(COLOURS[2])?];
     let byte = |x: f64| (x.fract() == 0.0 && (0.0..=255.0).contains(&x)).then_some(x as u8);
@@ -186,8 +186,8 @@ fn whole_colours(scalars: &[(&str, Vec<f64>)]) -> Option<Vec<[u8; 3]>> {
     (0..channels[0].len()).map(colour).collect()
 }
 
-/// The head of a file of numpy, format 1.0, before the numbers.
-fn npy_head(kind: &str, shape: &str) -> Vec<u8> {
+/// Header of a NumPy file, format 1.0.
+fn npy_header(kind: &str, shape: &str) -> Vec<u8> {
     let mut header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
     const PREFIX: usize = 10;
     const ALIGNMENT: usize = 64;
@@ -201,18 +201,18 @@ fn npy_head(kind: &str, shape: &str) -> Vec<u8> {
     bytes
 }
 
-/// Whole numbers for numpy: int32 of shape (n,).
+/// NumPy file of int32, shape (n,).
 pub fn npy_of_labels(labels: &[i32]) -> Vec<u8> {
-    let mut bytes = npy_head("<i4", &format!("({},)", labels.len()));
+    let mut bytes = npy_header("<i4", &format!("({},)", labels.len()));
     labels.iter().for_each(|label| bytes.extend(label.to_le_bytes()));
     bytes
 }
 
-/// Doubles for numpy: an array of shape (V,) for one field, (V, n) for n of them.
+/// NumPy file of doubles: shape (V,) for one field, (V, n) for n fields.
 fn npy(fields: &[(&str, &[f64])]) -> Vec<u8> {
     let rows = fields.first().map_or(0, |f| f.1.len());
     let shape = if fields.len() == 1 { format!("({rows},)") } else { format!("({rows}, {})", fields.len()) };
-    let mut bytes = npy_head("<f8", &shape);
+    let mut bytes = npy_header("<f8", &shape);
     for row in 0..rows {
         for (_, values) in fields {
             bytes.extend(values.get(row).copied().unwrap_or(f64::NAN).to_le_bytes());

@@ -1,5 +1,4 @@
-//! The mesh that a verb works on: read from a file or the standard input, repaired where that was
-//! asked for, triangulated.
+//! The input mesh: read from a file or standard input, repaired on request, and triangulated.
 
 use crate::exit::Failure;
 use crate::seams::{Stitch, looks_loose, parse_stitch, stitch_mesh};
@@ -14,40 +13,40 @@ use serde_json::{Value, json};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The mesh file and what is to be repaired in it.
+/// The mesh file and its repairs.
 #[derive(Args, Clone, Debug)]
 pub struct MeshArguments {
-    /// The mesh: .obj, .ply, .stl, .off, .glb, .gltf or .vtp, also with .gz; - for the standard
+    /// Input mesh: .obj, .ply, .stl, .off, .glb, .gltf or .vtp, optionally with .gz; - for standard
     /// input
     #[arg(value_name = "MESH")]
     pub mesh: PathBuf,
-    /// Format of the standard input, when its content does not tell it: obj, ply, stl, off, glb,
-    /// gltf, vtp
+    /// Format of the input if its content does not identify it: obj, ply, stl, off, glb, gltf, vtp
     #[arg(long, value_name = "FORMAT", value_parser = parse_format)]
     pub in_format: Option<MeshFormat>,
-    /// Join vertices at the same place, or at most TOL apart (in the unit of the mesh). STL files,
-    /// which hold loose triangles, are joined at equal places unless `--weld=off` is given
+    /// Merge vertices at equal positions, or at most TOL apart (in the mesh's unit). STL files
+    /// store separate triangles: their vertices at equal positions are merged unless `--weld=off`
+    /// is given
     #[arg(long, value_name = "TOL|off", num_args = 0..=1, require_equals = true, default_missing_value = "0", value_parser = parse_weld)]
     pub weld: Option<Weld>,
-    /// Drop faces without area and faces that name a vertex twice (but not polygons with holes),
-    /// and corners of polygons named twice in a row; the vertices stay
+    /// Drop faces of zero area and faces that repeat a vertex (but not polygons with holes), and
+    /// remove corners repeated in a row; vertices are kept
     #[arg(long)]
     pub drop_degenerate: bool,
-    /// Join boundaries that touch, or are at most TOL apart (in the unit of the mesh): vertices at
-    /// vertices, and vertices inside edges (T-junctions), which are divided there with their faces
+    /// Join boundaries that touch, or are at most TOL apart (in the mesh's unit): merge vertices,
+    /// and split edges and their faces at vertices that lie inside them (T-junctions)
     #[arg(long, value_name = "TOL", num_args = 0..=1, require_equals = true, default_missing_value = "auto", value_parser = parse_stitch)]
     pub stitch: Option<Stitch>,
-    /// Whether a mesh that is not valid is refused with all its faults rather than the first few.
+    /// Whether the error for an invalid mesh lists all faults rather than the first few.
     #[arg(skip)]
     pub all_faults: bool,
 }
 
-/// Whether vertices are joined.
+/// Whether vertices are merged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Weld {
-    /// Not even those of an STL file.
+    /// Never, not even in an STL file.
     Off,
-    /// Those at most this far apart.
+    /// If they are at most this far apart.
     Within(f64),
 }
 
@@ -56,60 +55,58 @@ fn parse_weld(text: &str) -> Result<Weld, String> {
         "off" => Ok(Weld::Off),
         _ => match text.parse::<f64>() {
             Ok(tolerance) if tolerance >= 0.0 && tolerance.is_finite() => Ok(Weld::Within(tolerance)),
-            _ => Err("a length of 0 or more, or \"off\", is expected".into()),
+            _ => Err("expected a length of 0 or more, or \"off\"".into()),
         },
     }
 }
 
-/// A mesh format by its extension.
+/// Parses a mesh format from its file extension.
 pub fn parse_format(text: &str) -> Result<MeshFormat, String> {
     MeshFormat::from_path(format!("x.{}", text.trim_start_matches('.')))
-        .ok_or_else(|| "one of obj, ply, stl, off, glb, gltf, vtp is expected".into())
+        .ok_or_else(|| "expected obj, ply, stl, off, glb, gltf or vtp".into())
 }
 
-/// The faces of output files: as near to those of the input as the repairs allow.
+/// The faces of output files: as close to those of the input as the repairs allow.
 enum Surface {
     /// The polygons of the file.
     File,
-    /// Those after the repairs.
+    /// The repaired polygons.
     Polygons(PolygonMesh),
-    /// The triangles: some of a polygon may have been dropped.
+    /// The triangles, since a repair may have dropped some triangles of a polygon.
     Triangles,
 }
 
-/// A mesh as it was read and as it is worked on.
+/// A mesh as read, and as repaired and triangulated.
 pub struct MeshInput {
     /// As named on the command line.
     pub path: PathBuf,
-    /// All that the file holds.
+    /// Content of the file.
     pub file: MeshFile,
-    /// The triangles that are worked on.
+    /// The repaired triangle mesh that methods work on.
     pub mesh: TriangleMesh,
-    /// How far the polygons, after repairs, are from convex and planar ones. `None` if all faces
-    /// are triangles.
+    /// Convexity and planarity of the repaired polygons. `None` if all faces are triangles.
     pub polygon_quality: Option<PolygonQuality>,
-    /// What goes into output files.
+    /// Faces of output files.
     surface: Surface,
-    /// The face of the file that each triangle is a part of, in their order. `None` if triangles
-    /// have the numbers of faces.
+    /// The face of the file that contains each triangle, ascending. `None` if triangles and faces
+    /// have the same numbers.
     parts_of: Option<Vec<Face>>,
-    /// The mesh that curve files number: that of the file before it was repaired. `None` when it is
-    /// `mesh`.
+    /// The mesh before repairs, whose numbers curve files use. `None` if it equals `mesh`.
     of_file: Option<MeshOfFile>,
-    /// From the vertices of that mesh to those of `mesh`, where they were joined.
+    /// Maps the vertices of that mesh to the welded mesh, if vertices were merged.
     joined: Option<IndexMaps>,
-    /// From there to `mesh`, where boundaries were joined after that.
+    /// Maps the welded mesh to `mesh`, if boundaries were stitched.
     stitched: Option<Stitched>,
 }
 
-/// A mesh as its file numbers it.
+/// The mesh with the numbering of its file.
 struct MeshOfFile {
-    /// Its vertices and whole faces.
+    /// Its vertices and valid faces.
     whole: TriangleMesh,
-    /// Where faces are broken: with a triangle in the place of each, on three vertices of its own
-    /// behind all others; and which faces they are. Files that number the faces count the broken
-    /// ones too.
-    stand_ins: Option<(TriangleMesh, Vec<Face>)>,
+    /// If faces are broken: the mesh with a placeholder triangle for each broken face, on three
+    /// extra vertices at the end, and the ids of the broken faces. Files that number faces count
+    /// the broken ones too.
+    placeholders: Option<(TriangleMesh, Vec<Face>)>,
 }
 
 impl MeshOfFile {
@@ -118,7 +115,7 @@ impl MeshOfFile {
         let broken = maps.dropped_faces();
         let (whole, _) = kept.triangulate()?;
         if broken.is_empty() {
-            return Ok(MeshOfFile { whole, stand_ins: None });
+            return Ok(MeshOfFile { whole, placeholders: None });
         }
         let mut all = PolygonMesh::new(polygons.positions.clone());
         for new in maps.faces.as_slice() {
@@ -131,12 +128,12 @@ impl MeshOfFile {
             }
         }
         let (all, _) = all.triangulate()?;
-        Ok(MeshOfFile { whole, stand_ins: Some((all, broken)) })
+        Ok(MeshOfFile { whole, placeholders: Some((all, broken)) })
     }
 }
 
 impl MeshInput {
-    /// Reads the mesh, repairs what is asked for, says what was done.
+    /// Reads, repairs and triangulates the mesh, and reports the repairs.
     pub fn read(arguments: &MeshArguments, session: &mut Session) -> Result<MeshInput, Failure> {
         let path = arguments.mesh.clone();
         let (file, format) = session.phase("read mesh", || read_file(arguments))?;
@@ -154,7 +151,7 @@ impl MeshInput {
 
         let mut polygons = None;
         let mut parts_of: Vec<Face> = (0..file.mesh.face_count() as u32).map(Face).collect();
-        // Whether numbers of the file are no longer those of the mesh.
+        // Whether the numbers of the file differ from those of the mesh.
         let mut renumbered = false;
         if arguments.drop_degenerate {
             let dropped = drop_broken_polygons(&file.mesh);
@@ -163,12 +160,15 @@ impl MeshInput {
             let lost: usize = faces.iter().map(|f| file.mesh.face(f.index()).len()).sum();
             let doubled = corners(&file.mesh) - lost - corners(&dropped.mesh);
             if doubled > 0 {
-                session.note(&format!("removed {doubled} corners at the same vertex as the corner before"));
+                session.note(&format!(
+                    "removed {doubled} corners that repeat the vertex of the corner \
+                 before"
+                ));
                 repairs.push(json!({"repair": "remove doubled corners", "corners": doubled}));
             }
             if !faces.is_empty() {
                 session.note(&format!(
-                    "dropped {} faces that name a vertex twice or have fewer than 3 corners",
+                    "dropped {} faces that repeat a vertex or have fewer than 3 corners",
                     faces.len()
                 ));
                 repairs.push(
@@ -207,8 +207,8 @@ impl MeshInput {
                 renumbered |= from != to || lost > 0;
                 joined = Some(welded.maps);
             } else if lost > 0 || arguments.drop_degenerate || arguments.stitch.is_some() {
-                // No curve can name the vertices of an STL file, which has none of its own; but its
-                // faces.
+                // Curves can name the faces of an STL file, but not its vertices: the format has no
+                // shared ones.
                 joined_stl = Some(with_vertices(&file.mesh, &welded));
                 renumbered |= lost > 0;
             }
@@ -220,14 +220,16 @@ impl MeshInput {
         let mut polygon_quality = None;
         if !surface.is_triangular() {
             session.note(&format!(
-                "{} polygons were cut into {} triangles: fans from the first corner where these do not fold over, ears elsewhere",
+                "triangulated {} polygons into {} triangles: fans from the first corner where these do not \
+                 fold over, ear clipping elsewhere",
                 surface.face_count(),
                 mesh.face_count()
             ));
             let quality = session.phase("polygons", || PolygonQuality::of(surface));
             if let Some(first) = quality.self_crossing.first() {
                 session.warn(format!(
-                    "{}: polygons that cross themselves: {} (first: {first}); their triangles overlap; correct them",
+                    "{}: {} self-crossing polygons (first: {first}), whose triangles overlap; correct the \
+                     file",
                     path.display(),
                     quality.self_crossing.len()
                 ));
@@ -239,7 +241,7 @@ impl MeshInput {
             let dropped = drop_degenerate_faces(&mesh);
             let faces = dropped.maps.dropped_faces();
             if !faces.is_empty() {
-                session.note(&format!("dropped {} triangles without area", faces.len()));
+                session.note(&format!("dropped {} triangles of zero area", faces.len()));
                 repairs.push(json!({"repair": "drop degenerate faces", "dropped_faces": ids(faces.iter().map(|f| f.0))}));
                 keep(&mut parts_of, &dropped.maps);
                 mesh = dropped.mesh;
@@ -260,7 +262,8 @@ impl MeshInput {
         }
         if weld.is_none() && arguments.stitch.is_none() && looks_loose(&mesh) {
             session.warn(format!(
-                "{}: no two faces share a vertex, so nothing connects them; add --weld to join vertices at the same place",
+                "{}: no two faces share a vertex, so the surface is disconnected; add --weld to merge \
+                 vertices at equal positions",
                 path.display()
             ));
         }
@@ -279,22 +282,22 @@ impl MeshInput {
         Ok(MeshInput { path, file, mesh, polygon_quality, surface, parts_of, of_file, joined, stitched })
     }
 
-    /// Refuses a mesh on which there is nothing to measure.
+    /// Fails if the mesh has no faces.
     pub fn require_faces(&self) -> Result<(), Failure> {
         if self.mesh.face_count() > 0 {
             return Ok(());
         }
         let hint = if is_named_like_curves(&self.path) { format!("\n{IF_CURVES}") } else { String::new() };
         let problem = match self.file.mesh.face_count() {
-            0 => "there are no faces in this file; give a mesh of a surface".into(),
+            0 => "this file has no faces; give a surface mesh".into(),
             n => {
-                format!("the repairs dropped all {n} faces of this file; look at them with `eikona inspect`")
+                format!("the repairs dropped all {n} faces of this file; check it with `eikona inspect`")
             }
         };
         Err(Failure::Input(format!("{}: {problem}{hint}", shown_name(&self.path))))
     }
 
-    /// The mesh to write: polygons as they were where the format can hold them.
+    /// The mesh to write: the original polygons if the format can store them.
     pub fn to_write(&self, format: MeshFormat) -> MeshOut<'_> {
         let triangles_only = matches!(format, MeshFormat::Stl | MeshFormat::Glb | MeshFormat::Gltf);
         match &self.surface {
@@ -304,18 +307,17 @@ impl MeshInput {
         }
     }
 
-    /// Whether the faces of output files that can hold polygons are those of the input file, one by
-    /// one.
+    /// Whether output files that can store polygons have exactly the faces of the input file.
     pub fn writes_faces_of_file(&self) -> bool {
         matches!(self.surface, Surface::File)
     }
 
-    /// Whether the triangles are the faces of the file, with the same numbers.
+    /// Whether the triangles are the faces of the file, with equal numbers.
     pub fn has_faces_of_file(&self) -> bool {
         self.parts_of.is_none()
     }
 
-    /// The face of the file that a triangle is, or is a part of.
+    /// The face of the file that contains a triangle.
     pub fn face_of_file(&self, triangle: Face) -> Face {
         self.parts_of.as_ref().map_or(triangle, |parts_of| parts_of[triangle.index()])
     }
@@ -335,11 +337,14 @@ impl MeshInput {
         if parts_of.get(first) == Some(&face) {
             return Ok(Face(first as u32));
         }
-        Err(format!("{face} was dropped as it has no area or too few corners; name another one"))
+        Err(format!(
+            "{face} was dropped: it has zero area, repeats a vertex, or has too few corners; name \
+         another face"
+        ))
     }
 
-    /// Values given at the vertices of the file, at the vertices of the mesh. Where vertices were
-    /// joined the first one counts.
+    /// Transfers values from the vertices of the file to those of the mesh. Merged vertices take
+    /// the value of the first one.
     pub fn vertex_values(&self, values: &[f64]) -> Vec<f64> {
         if self.joined.is_none() && self.stitched.is_none() {
             return values.to_vec();
@@ -353,51 +358,53 @@ impl MeshInput {
         result
     }
 
-    /// The mesh whose vertices a curve file names.
+    /// The mesh whose vertices curve files name.
     pub fn mesh_for_curves(&self) -> &TriangleMesh {
         self.of_file.as_ref().map_or(&self.mesh, |of_file| &of_file.whole)
     }
 
-    /// The mesh whose vertices, edges and faces a curve file names by number. What it holds more
-    /// than the file is refused by [`MeshInput::check_of_file`]; see [`MeshInput::has_stand_ins`]
-    /// too.
+    /// The mesh for curve files that number vertices, edges and faces. It may contain placeholders
+    /// for broken faces ([`MeshInput::has_placeholders`]), which [`MeshInput::check_of_file`]
+    /// rejects.
     pub fn mesh_for_numbers(&self) -> &TriangleMesh {
-        self.stand_ins().map_or(self.mesh_for_curves(), |(mesh, _)| mesh)
+        self.placeholders().map_or(self.mesh_for_curves(), |(mesh, _)| mesh)
     }
 
-    /// Whether faces of the file are broken, which leaves open what numbers its edges have.
-    pub fn has_stand_ins(&self) -> bool {
-        self.stand_ins().is_some()
+    /// Whether the file has broken faces, which makes its edge numbers ambiguous.
+    pub fn has_placeholders(&self) -> bool {
+        self.placeholders().is_some()
     }
 
-    fn stand_ins(&self) -> Option<&(TriangleMesh, Vec<Face>)> {
-        self.of_file.as_ref()?.stand_ins.as_ref()
+    fn placeholders(&self) -> Option<&(TriangleMesh, Vec<Face>)> {
+        self.of_file.as_ref()?.placeholders.as_ref()
     }
 
-    /// Refuses a point of [`MeshInput::mesh_for_numbers`] that is not on the mesh of the file.
+    /// Fails for a point of [`MeshInput::mesh_for_numbers`] that lies on a placeholder.
     pub fn check_of_file(&self, point: SurfacePoint) -> Result<(), String> {
-        let Some((_, broken)) = self.stand_ins() else { return Ok(()) };
+        let Some((_, broken)) = self.placeholders() else { return Ok(()) };
         let vertices = self.mesh_for_curves().vertex_count();
         match point {
             SurfacePoint::Vertex { vertex } if vertex as usize >= vertices => Err(format!(
-                "vertex {vertex} does not exist: the mesh has {vertices}, numbered from 0; correct the index"
+                "vertex {vertex} does not exist: the mesh has {vertices} vertices, numbered from 0; correct \
+                 the index"
             )),
             SurfacePoint::Face { vertices: [a, ..], .. } if a as usize >= vertices => {
                 let face = broken.get((a as usize - vertices) / 3).map_or(0, |f| f.0);
                 Err(format!(
-                    "a node lies on face {face}, which names a vertex twice and was dropped; name another face, or a vertex"
+                    "a node lies on face {face}, which repeats a vertex or has too few corners and was \
+                     dropped; name another face or a vertex"
                 ))
             }
             _ => Ok(()),
         }
     }
 
-    /// The `l` lines of the file, by vertices of the mesh.
+    /// The `l` lines of the file as vertices of the mesh.
     pub fn lines(&self) -> Vec<Vec<u32>> {
         self.file.lines.iter().map(|line| line.iter().map(|&v| self.new_vertex(v)).collect()).collect()
     }
 
-    /// The vertex of the mesh that a vertex of the file was joined to.
+    /// The vertex of the mesh that a vertex of the file was merged into.
     fn new_vertex(&self, vertex: u32) -> u32 {
         let new = self.joined.as_ref().and_then(|maps| *maps.vertices.get(Vertex(vertex))?);
         let welded = new.map_or(vertex, |v| v.0);
@@ -405,8 +412,8 @@ impl MeshInput {
         stitched.map_or(welded, |v| v.0)
     }
 
-    /// A point named by vertices of the file, named by vertices of the mesh. Where its face or edge
-    /// was dropped, there is no such point any more.
+    /// Converts a point from vertices of the file to vertices of the mesh. The result is invalid if
+    /// its face or edge was dropped.
     pub fn renumber(&self, point: SurfacePoint) -> SurfacePoint {
         let welded = match &self.joined {
             Some(maps) => renumbered(point, maps),
@@ -416,7 +423,7 @@ impl MeshInput {
     }
 }
 
-/// A point named by the vertices that its own were joined to.
+/// Replaces the vertices of a point by those that they were merged into.
 fn renumbered(point: SurfacePoint, maps: &IndexMaps) -> SurfacePoint {
     let new = |v: u32| maps.vertices.get(Vertex(v)).copied().flatten().map_or(v, |v| v.0);
     match point {
@@ -429,13 +436,13 @@ fn renumbered(point: SurfacePoint, maps: &IndexMaps) -> SurfacePoint {
     }
 }
 
-/// Leaves out what stands for faces that a repair has dropped.
+/// Removes the entries of faces that a repair dropped.
 fn keep<T>(of_faces: &mut Vec<T>, maps: &IndexMaps) {
     let mut new = maps.faces.as_slice().iter();
     of_faces.retain(|_| new.next().is_some_and(Option::is_some));
 }
 
-/// The polygons, broken ones too, by the vertices that theirs were joined to.
+/// The polygons, including broken ones, on the welded vertices.
 fn with_vertices(polygons: &PolygonMesh, welded: &RepairedPolygons) -> PolygonMesh {
     let new = |v: &u32| welded.maps.vertices.get(Vertex(*v)).copied().flatten().map_or(*v, |v| v.0);
     let mut joined = PolygonMesh::new(welded.mesh.positions.clone());
@@ -446,14 +453,14 @@ fn with_vertices(polygons: &PolygonMesh, welded: &RepairedPolygons) -> PolygonMe
 fn weld_note(because_stl: bool, from: usize, to: usize, lost: usize) -> String {
     let mut text = if because_stl {
         format!(
-            "STL holds loose triangles: their {from} corners were joined to {to} vertices where they lie at the same place, and \
-             results are given for these (--weld=TOL joins near ones too, --weld=off joins none)"
+            "STL stores separate triangles: merged {from} corners at equal positions into {to} vertices, \
+             which the results refer to (--weld=TOL also merges near ones, --weld=off merges none)"
         )
     } else {
-        format!("joined {from} vertices to {to}; results are given for these, the report has the map")
+        format!("merged {from} vertices into {to}, which the results refer to; the report contains the map")
     };
     if lost > 0 {
-        text += &format!("; {lost} faces that lost a corner by it were dropped");
+        text += &format!("; dropped {lost} faces with fewer than 3 corners left");
     }
     text
 }
@@ -464,15 +471,13 @@ fn read_file(arguments: &MeshArguments) -> Result<(MeshFile, Option<MeshFormat>)
         let mut bytes = Vec::new();
         std::io::stdin()
             .read_to_end(&mut bytes)
-            .map_err(|e| Failure::Input(format!("the standard input can not be read: {e}")))?;
+            .map_err(|e| Failure::Input(format!("cannot read standard input: {e}")))?;
         let bytes = without_gzip(bytes, &shown_name(path)).map_err(|e| Failure::Input(e.to_string()))?;
         if bytes.is_empty() {
-            return Err(Failure::Input("the standard input is empty; pipe a mesh into it".into()));
+            return Err(Failure::Input("standard input is empty; pipe a mesh into it".into()));
         }
         let format = arguments.in_format.or_else(|| MeshFormat::sniff(&bytes)).ok_or_else(|| {
-            Failure::Input(
-                "the format of the standard input can not be told; name it with --in-format".into(),
-            )
+            Failure::Input("the format of standard input is not recognised; name it with --in-format".into())
         })?;
         let file = read_mesh_bytes(&bytes, format).map_err(|e| Failure::reading(path, e))?;
         return Ok((file, Some(format)));
@@ -487,15 +492,15 @@ fn read_file(arguments: &MeshArguments) -> Result<(MeshFile, Option<MeshFormat>)
     Ok((file, Some(format)))
 }
 
-const IF_CURVES: &str = "If this is a curve file, give it with --curve beside a mesh";
+const IF_CURVES: &str = "If this is a curve file, pass it with --curve and give a mesh too";
 
-/// Curve files may be .obj too, but then they are meshes without faces.
+/// Curve files may also be .obj, but those are read as meshes without faces.
 fn is_named_like_curves(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json") || e.eq_ignore_ascii_case("txt"))
 }
 
 fn shown_name(path: &Path) -> String {
-    if path == Path::new("-") { "the standard input".into() } else { path.display().to_string() }
+    if path == Path::new("-") { "standard input".into() } else { path.display().to_string() }
 }
 
 fn invalid(path: &Path, fault: MeshError, all: bool) -> Failure {
@@ -506,8 +511,7 @@ fn invalid(path: &Path, fault: MeshError, all: bool) -> Failure {
             faults.iter().for_each(|f| text += &format!("\n  {f}"));
         }
         if faults.iter().all(|f| matches!(f, Fault::RepeatedVertex { .. } | Fault::TooFewCorners { .. })) {
-            text +=
-                "\n--drop-degenerate removes corners that are named twice in a row and drops the other faces";
+            text += "\n--drop-degenerate removes corners repeated in a row and drops the other faces";
         }
     }
     Failure::Input(text)

@@ -1,5 +1,4 @@
-//! `eikona inspect`: what a mesh is, what is wrong with it, and what to do about it; the same for
-//! curves on it.
+//! `eikona inspect`: topology, quality and faults of a mesh and of curves on it, with advice.
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
@@ -26,18 +25,18 @@ pub struct InspectArguments {
     pub mesh: MeshArguments,
     #[command(flatten)]
     pub source: SourceArguments,
-    /// Print JSON to the standard output
+    /// Print JSON to standard output
     #[arg(long)]
     pub json: bool,
-    /// List every fault rather than the first ones of each kind
+    /// List all faults rather than the first 5 of each kind
     #[arg(long)]
     pub all: bool,
 }
 
-/// How many faults of a kind are listed without `--all`.
+/// Number of faults listed per kind without `--all`.
 const SHOWN: usize = 5;
 
-/// Runs the verb. Gives the exit code.
+/// Runs the command and returns the exit code.
 pub fn run(arguments: &InspectArguments, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("inspect", general);
     let files = files_read(&arguments.mesh, &arguments.source);
@@ -83,7 +82,7 @@ pub fn run(arguments: &InspectArguments, general: &General) -> Result<u8, Failur
     session.finish()
 }
 
-/// All faults of a kind, and what to do about them.
+/// All faults of one kind, with advice.
 struct Kind<'a> {
     name: &'static str,
     key: &'static str,
@@ -102,8 +101,8 @@ impl Kind<'_> {
     }
 }
 
-/// The faults of a mesh, touching boundaries and slivers among them. Slivers of zero area are
-/// listed once, as such.
+/// All faults of a mesh, including unjoined boundaries and slivers. Slivers of zero area are listed
+/// only as faces of zero area.
 fn all_faults(mesh: &TriangleMesh, seams: &Seams) -> Vec<Fault> {
     let mut faults = validate(mesh);
     faults.extend(seams.faults(mesh));
@@ -130,26 +129,26 @@ fn by_kind<'a>(faults: &'a [Fault], orientation: &Orientation, seams: &Seams) ->
 
 fn kind_of(fault: &Fault) -> (&'static str, &'static str) {
     match fault {
-        Fault::NonFinitePosition { .. } => ("positions that are not finite", "non_finite_positions"),
-        Fault::IndexOutOfRange { .. } => ("faces with an index out of range", "indices_out_of_range"),
-        Fault::RepeatedVertex { .. } => ("faces that name a vertex twice", "repeated_vertices"),
+        Fault::NonFinitePosition { .. } => ("vertices with non-finite positions", "non_finite_positions"),
+        Fault::IndexOutOfRange { .. } => ("faces with a vertex index out of range", "indices_out_of_range"),
+        Fault::RepeatedVertex { .. } => ("faces that repeat a vertex", "repeated_vertices"),
         Fault::TooFewCorners { .. } => ("faces with fewer than 3 corners", "too_few_corners"),
-        Fault::ZeroArea { .. } => ("faces without area", "zero_area_faces"),
-        Fault::UnreferencedVertex { .. } => ("vertices that no face uses", "unreferenced_vertices"),
-        Fault::NonmanifoldEdge { .. } => ("edges of more than two faces", "nonmanifold_edges"),
-        Fault::NonmanifoldVertex { .. } => {
-            ("vertices that join several fans of faces", "nonmanifold_vertices")
-        }
+        Fault::ZeroArea { .. } => ("faces of zero area", "zero_area_faces"),
+        Fault::UnreferencedVertex { .. } => ("unreferenced vertices", "unreferenced_vertices"),
+        Fault::NonmanifoldEdge { .. } => ("edges with more than two faces", "nonmanifold_edges"),
+        Fault::NonmanifoldVertex { .. } => ("vertices with several vertex fans", "nonmanifold_vertices"),
         Fault::InconsistentOrientation { .. } => {
-            ("edges between faces of opposite winding", "inconsistent_edges")
+            ("edges between inconsistently oriented faces", "inconsistent_edges")
         }
-        Fault::DuplicateFace { .. } => ("faces that are there twice", "duplicate_faces"),
-        Fault::CoincidentVertices { .. } => ("vertices that lie on another one", "coincident_vertices"),
+        Fault::DuplicateFace { .. } => ("duplicate faces", "duplicate_faces"),
+        Fault::CoincidentVertices { .. } => {
+            ("vertices at the position of another one", "coincident_vertices")
+        }
         Fault::HangingVertex { .. } => {
             ("vertices inside edges of other faces (T-junctions)", "hanging_vertices")
         }
-        Fault::Crack { .. } => ("boundary vertices a small gap away from another one (cracks)", "cracks"),
-        Fault::Sliver { .. } => ("faces with almost no height (slivers)", "slivers"),
+        Fault::Crack { .. } => ("boundary vertices at a small gap from another one (cracks)", "cracks"),
+        Fault::Sliver { .. } => ("faces of almost zero height (slivers)", "slivers"),
         _ => ("other faults", "other"),
     }
 }
@@ -157,28 +156,34 @@ fn kind_of(fault: &Fault) -> (&'static str, &'static str) {
 fn advice(fault: &Fault, orientation: &Orientation, seams: &Seams) -> String {
     match fault {
         Fault::ZeroArea { .. } => {
-            "sdf copes with them; --drop-degenerate removes them (after --weld, if there are slits)".into()
+            "sdf handles them; --drop-degenerate removes them (add --weld if the mesh has slits)".into()
         }
         Fault::UnreferencedVertex { .. } => "harmless; values at them are NaN".into(),
         Fault::NonmanifoldEdge { .. } => {
-            "sdf works; a curve along such an edge has a left side in each of its faces".into()
+            "sdf handles them; a curve along such an edge has a left side in each of its faces".into()
         }
-        Fault::NonmanifoldVertex { .. } => "sdf works; distance goes on through them as from a point".into(),
+        Fault::NonmanifoldVertex { .. } => "sdf handles them; distance continues through them as from a \
+         point source"
+            .into(),
         Fault::InconsistentOrientation { .. } if orientation.is_orientable() => format!(
-            "sdf turns the {} faces over by itself; save a repaired mesh if other programs need it",
+            "sdf flips {} faces internally; repair the file if other programs need it",
             orientation.flipped_faces().len()
         ),
         Fault::InconsistentOrientation { .. } => {
-            "the surface is one-sided: give signed curves their `up` in JSON, or use --unsigned".into()
+            "the surface is not orientable: give signed curves an `up` direction in JSON, or use --unsigned"
+                .into()
         }
-        Fault::DuplicateFace { .. } => "remove the copies, unless the surface is meant to be double".into(),
+        Fault::DuplicateFace { .. } => {
+            "remove the copies, unless the surface is meant to have two sheets".into()
+        }
         Fault::CoincidentVertices { .. } => "add --weld to connect the surface there".into(),
         Fault::HangingVertex { .. } | Fault::Crack { .. } => {
             let more = if seams.truncated { "there are more; " } else { "" };
-            format!("{more}nothing crosses there; {}", remedy(seams))
+            format!("{more}the surface is disconnected there; {}", remedy(seams))
         }
         Fault::Sliver { .. } => {
-            "harmless if they are few; where a region consists of them, distance loses digits: remesh it"
+            "harmless if there are few; distance loses accuracy in regions full of them, which should be \
+             remeshed"
                 .into()
         }
         _ => "correct the file".into(),
@@ -202,7 +207,7 @@ fn mesh_text(input: &MeshInput, topology: &Topology, quality: &Quality) -> Strin
         mesh.face_count()
     );
     if mesh.face_count() == 0 {
-        let _ = writeln!(text, "  surface      none: there are only points, but sdf needs faces");
+        let _ = writeln!(text, "  surface      none: the mesh has vertices but no faces, which sdf needs");
     } else {
         let _ = writeln!(text, "  surface      {}", surface_words(topology));
     }
@@ -232,7 +237,7 @@ fn mesh_text(input: &MeshInput, topology: &Topology, quality: &Quality) -> Strin
     {
         let _ = writeln!(
             text,
-            "  angles       {}° to {max:.3}°; in 99 % of the faces the smallest is above {}°",
+            "  angles       {}° to {max:.3}°; smallest angle at least {}° in 99 % of the faces",
             rounded(min, 3, min),
             rounded(percentile, 3, percentile)
         );
@@ -248,13 +253,13 @@ fn mesh_text(input: &MeshInput, topology: &Topology, quality: &Quality) -> Strin
     text
 }
 
-/// The kinds of polygons that are reported: words, key, and the polygons themselves.
+/// Reported kinds of polygons: words, JSON key, and the polygons.
 fn polygon_kinds(polygons: &PolygonQuality) -> [(&'static str, &'static str, &[Face]); 4] {
     [
         ("not convex", "nonconvex", &polygons.nonconvex),
         ("not planar", "nonplanar", &polygons.nonplanar),
         ("self-crossing", "self_crossing", &polygons.self_crossing),
-        ("with all corners on a line", "collinear", &polygons.collinear),
+        ("collinear", "collinear", &polygons.collinear),
     ]
 }
 
@@ -263,7 +268,7 @@ fn polygons_text(polygons: &PolygonQuality) -> String {
     for (words, key, faces) in polygon_kinds(polygons) {
         let Some(first) = faces.first() else { continue };
         let off = if key == "nonplanar" {
-            format!(", by up to {:.1e} of the size", polygons.largest_deviation)
+            format!(", by up to {:.1e} of the polygon's size", polygons.largest_deviation)
         } else {
             String::new()
         };
@@ -281,7 +286,7 @@ fn polygons_json(polygons: &PolygonQuality) -> Value {
     Value::Object(all)
 }
 
-/// Numbers that belong together.
+/// Formats three numbers to the same precision.
 fn together(numbers: [f64; 3], between: &str) -> String {
     let largest = numbers.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     numbers.map(|x| rounded(x, 6, largest)).join(between)
@@ -317,7 +322,7 @@ fn faults_text(kinds: &[Kind], all: bool) -> String {
     let mut text = String::from("  faults\n");
     for kind in kinds {
         let gap = match kind.largest_gap() {
-            Some(gap) if gap > 0.0 => format!(", the widest gap is {gap:.1e}"),
+            Some(gap) if gap > 0.0 => format!(", widest gap {gap:.1e}"),
             _ => String::new(),
         };
         let _ = writeln!(text, "    {} {}{gap}: {}", kind.faults.len(), kind.name, kind.advice);
@@ -409,25 +414,25 @@ fn curves_text(curves: &SurfaceCurves, report: &CurveReport, all: bool) -> Strin
         let largest = gaps.iter().fold(0.0f64, |a, b| a.max(*b));
         let _ = writeln!(
             text,
-            "  {} open ends; from each the nearest other one is at most {} away",
+            "  {} open ends; the nearest other end is at most {} away",
             report.open_ends.len(),
             length(largest)
         );
     }
     for (kind, words) in [
         (MeetingKind::Crossing, "crossings inside faces"),
-        (MeetingKind::SharedNode, "nodes passed more than once"),
-        (MeetingKind::Touching, "touchings"),
+        (MeetingKind::SharedNode, "nodes visited more than once"),
+        (MeetingKind::Touching, "nodes that touch another segment"),
     ] {
         let found: Vec<_> = report.meetings.iter().filter(|m| m.kind == kind).collect();
         if let Some(first) = found.first() {
             let place = together(first.position, ", ");
-            let _ = writeln!(text, "  {} {words}, the first at ({place})", found.len());
+            let _ = writeln!(text, "  {} {words} (first: {place})", found.len());
         }
     }
     if !report.doubled.is_empty() {
         let sum = length(report.doubled.iter().map(|d| d.length).sum());
-        let _ = writeln!(text, "  {} pieces are covered twice, {sum} long together", report.doubled.len());
+        let _ = writeln!(text, "  {} pieces covered twice, total length {sum}", report.doubled.len());
     }
     text
 }

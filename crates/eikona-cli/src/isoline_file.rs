@@ -1,4 +1,4 @@
-//! Isolines as a file: polylines for other programs, or curves that go straight back in.
+//! Output files of isolines: polylines for other programs, or curves that `--curve` reads.
 
 use crate::exit::Failure;
 use crate::number::{above_zero, brief, finite};
@@ -11,11 +11,11 @@ use eikona_mesh::{CurveFile, CurveFormat, Quality, SurfaceCurves, TriangleMesh, 
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Which isolines are wanted, and where.
+/// Isoline levels and output.
 #[derive(Args, Clone, Debug, Default)]
 pub struct IsolineArguments {
-    /// Isolines of the distance: .obj, .ply, .svg (flat meshes), or .json: curves that `--curve`
-    /// takes again
+    /// Write isolines of the distance: .obj, .ply, .svg (flat meshes), or .json (curves that
+    /// `--curve` reads)
     #[arg(long, value_name = "OUT2")]
     pub isolines: Option<PathBuf>,
     /// Isolines at all multiples of D (also in the picture) [default: about 18 round values]
@@ -27,17 +27,17 @@ pub struct IsolineArguments {
 }
 
 impl IsolineArguments {
-    /// The option that says where they lie, if one does.
+    /// The option that sets the levels, if given.
     pub fn given(&self) -> Option<&'static str> {
         let levels = (!self.levels.is_empty()).then_some("--levels");
         self.spacing.map(|_| "--spacing").or(levels)
     }
 }
 
-/// As many as in a picture.
+/// Same number as in a picture.
 const ABOUT: usize = 18;
 
-/// What a file of isolines can be.
+/// Formats of isolines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum IsolineFormat {
     Obj,
@@ -54,19 +54,19 @@ impl IsolineFormat {
             "svg" => Ok(IsolineFormat::Svg),
             "json" => Ok(IsolineFormat::Json),
             _ => Err(Failure::Usage(format!(
-                "{}: isolines can be written as .obj, .ply, .svg or .json; choose one of these",
+                "{}: unsupported format for isolines; use .obj, .ply, .svg or .json",
                 path.display()
             ))),
         }
     }
 }
 
-/// Refuses a name that tells no format.
+/// Fails if the file name has no known format.
 pub fn check_isoline_path(arguments: &IsolineArguments) -> Result<(), Failure> {
     arguments.isolines.as_deref().map_or(Ok(()), |path| IsolineFormat::of(path).map(|_| ()))
 }
 
-/// Refuses an SVG file of isolines that can not be flat, as soon as the mesh is known.
+/// Fails early for SVG isolines of a mesh that is not flat.
 pub fn check_flat_for_svg(arguments: &IsolineArguments, mesh: &TriangleMesh) -> Result<(), Failure> {
     let Some(path) = arguments.isolines.as_deref() else { return Ok(()) };
     if IsolineFormat::of(path)? != IsolineFormat::Svg {
@@ -78,14 +78,15 @@ pub fn check_flat_for_svg(arguments: &IsolineArguments, mesh: &TriangleMesh) -> 
         return Ok(());
     }
     Err(Failure::Usage(format!(
-        "{}: SVG holds lines in the plane of x and y only, but z of the mesh runs from {} to {}; write .obj, .ply or .json instead",
+        "{}: SVG stores lines in the xy-plane only, but z of the mesh ranges from {} to {}; write .obj, \
+         .ply or .json",
         path.display(),
         brief(low[2]),
         brief(high[2])
     )))
 }
 
-/// Stages the file, if one is wanted. Gives the levels that were asked for, for the picture.
+/// Stages the isoline file, if requested. Returns the requested levels for the picture.
 pub fn output_isolines(
     arguments: &IsolineArguments,
     mesh: &TriangleMesh,
@@ -107,7 +108,7 @@ pub fn output_isolines(
         SurfaceCurves { curves: sets.into_iter().flat_map(|s| s.curves).collect(), points: Vec::new() };
     if curves.is_empty() {
         session.warn(format!(
-            "{}: none of the {} levels occurs, so there are no isolines",
+            "{}: the file has no isolines: the distance reaches none of the {} levels",
             path.display(),
             levels.len()
         ));

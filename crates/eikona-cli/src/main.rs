@@ -1,5 +1,4 @@
-//! The command `eikona`: it reads files, calls the library, prints and writes. No mathematics is
-//! done here.
+//! The command `eikona`: reads files, calls the library, prints and writes. It does no mathematics.
 
 mod bench;
 mod demo;
@@ -30,7 +29,8 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Signed distance to broken curves on real meshes, and the tools around it.
+/// Signed distance and inside/outside labels on surface meshes, from curves with gaps, noise and
+/// crossings
 #[derive(Parser, Debug)]
 #[command(name = "eikona", version, max_term_width = 110, after_help = AFTER_HELP)]
 struct Cli {
@@ -41,31 +41,30 @@ struct Cli {
 }
 
 const AFTER_HELP: &str = "Examples:
-  eikona demo                                      a mesh, a broken curve, its distance, a picture
+  eikona demo                                      mesh, broken curve, distance and picture
   eikona make torus -o torus.ply
-  eikona torus.ply                                 the same as: eikona inspect torus.ply
+  eikona torus.ply                                 same as: eikona inspect torus.ply
   eikona sdf torus.ply --points 0 -o distance.ply --render distance.png
 
 Exit codes: 0 done, 1 failed, 2 bad usage, 3 bad input, 4 finished with warnings under --strict, 130 interrupted.";
 
 #[derive(Subcommand, Debug)]
 enum Verb {
-    /// Signed distance on a surface to curves and points
+    /// Compute signed distance to curves and points on a surface
     Sdf(Box<sdf::SdfArguments>),
-    /// Inside or outside of curves on a surface, and how often
+    /// Label the regions inside and outside of curves by winding number
     Winding(Box<winding::WindingArguments>),
-    /// What a mesh is and what is wrong with it; curves too
+    /// Report the topology, quality and faults of a mesh and its curves
     Inspect(Box<inspect::InspectArguments>),
-    /// Procedural shapes, damaged on request, and curves on them
+    /// Generate shapes and curves, optionally damaged
     Make(Box<make::MakeArguments>),
-    /// A picture of a mesh, its fields and curves
+    /// Draw a mesh with its fields and curves as PNG
     Render(Box<render::RenderArguments>),
-    /// Makes a mesh and a broken curve, measures, draws: a first look
+    /// Run a first example: make a mesh and a broken curve, measure, draw
     Demo(demo::DemoArguments),
-    /// Phases, accuracy and memory on meshes with a known answer
+    /// Measure time, accuracy and memory on meshes with a known answer
     Bench(bench::BenchArguments),
-    /// Completions for a shell, to the standard output: eikona completions bash >
-    /// /etc/bash_completion.d/eikona
+    /// Print shell completions: eikona completions bash > /etc/bash_completion.d/eikona
     Completions {
         /// The shell
         shell: clap_complete::Shell,
@@ -76,30 +75,33 @@ fn main() -> ExitCode {
     let interrupted = || {
         eikona_mesh::io::discard_temporary_files();
         bench::remove_temporary_folder();
-        say("interrupted; no output was left behind");
+        say("interrupted; removed all temporary files");
         std::process::exit(i32::from(exit::INTERRUPTED));
     };
     if let Err(fault) = ctrlc::set_handler(interrupted) {
-        say(&format!("warning: an interruption may leave temporary files behind: {fault}"));
+        say(&format!(
+            "warning: cannot catch Ctrl-C ({fault}); an interruption may leave temporary files \
+         behind"
+        ));
     }
     ExitCode::from(run(std::env::args_os().collect()))
 }
 
-/// Runs the command line, with the program's name in front. Gives the exit code.
+/// Runs a command line that starts with the program's name, and returns the exit code.
 fn run(arguments: Vec<OsString>) -> u8 {
     let cli = match Cli::try_parse_from(with_inspect(arguments)) {
         Ok(cli) => cli,
         Err(mut message) => {
             give_hint(&mut message);
-            // Help and version go to the standard output and are no failure. There is nobody to
-            // tell if printing fails.
+            // Help and version go to standard output and exit with 0. A failure to print them
+            // cannot be reported anywhere.
             let _ = message.print();
             return if message.use_stderr() { exit::USAGE } else { 0 };
         }
     };
     let general = &cli.general;
     if let Some(threads) = general.threads {
-        // A pool that was set up by an earlier verb of the same run serves as well.
+        // This fails if an earlier command of the demo has set up the pool, with the same count.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
     }
     let done = match &cli.verb {
@@ -122,32 +124,33 @@ fn run(arguments: Vec<OsString>) -> u8 {
     })
 }
 
-/// Adds what would help to a message about the command line.
+/// Adds a hint to a usage error.
 fn give_hint(message: &mut clap::Error) {
     let hint = match message.kind() {
         ErrorKind::InvalidSubcommand => {
             let verbs: Vec<String> =
                 Cli::command().get_subcommands().map(|c| c.get_name().to_string()).collect();
-            Some(format!("the verbs are {}; a mesh file alone means inspect", verbs.join(", ")))
+            Some(format!("the commands are {}; a mesh file alone means inspect", verbs.join(", ")))
         }
         ErrorKind::UnknownArgument => match message.get(ContextKind::InvalidArg) {
-            // A second file beside the mesh.
+            // A second file after the mesh.
             Some(ContextValue::String(word)) if Path::new(word).exists() => Some(format!(
-                "one mesh is taken at a time; if {word} holds curves or points, give it with --curve or --points"
+                "only one mesh can be given; if {word} holds curves or points, pass it with --curve or \
+                 --points"
             )),
             _ => None,
         },
         _ => return,
     };
-    // This takes the place of "to pass '-x' as a value, use '-- -x'": no name or number here begins
-    // with a hyphen.
+    // Replaces clap's hint "to pass '-x' as a value, use '-- -x'", which misleads here: options
+    // take negative numbers as they are, and file names rarely begin with a hyphen.
     match hint {
         Some(hint) => message.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint.into()])),
         None => message.remove(ContextKind::Suggested),
     };
 }
 
-/// `eikona MESH` means `eikona inspect MESH`.
+/// Turns `eikona MESH` into `eikona inspect MESH`.
 fn with_inspect(mut arguments: Vec<OsString>) -> Vec<OsString> {
     if let Some(first) = arguments.get(1) {
         let is_verb = Cli::command().get_subcommands().any(|c| first == c.get_name());

@@ -1,4 +1,4 @@
-//! `eikona make`: procedural shapes, damaged on request, and whole or broken curves on them.
+//! `eikona make`: generates shapes, optionally damaged, and whole or broken curves on them.
 
 use crate::exit::Failure;
 use crate::input::parse_format;
@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 /// Arguments of `eikona make`.
 #[derive(Args, Clone, Debug, Default)]
-#[command(after_help = "Without a shape, all shapes are listed with their parameters.
+#[command(after_help = "Without SHAPE, lists all shapes and their parameters.
 
 Examples:
   eikona make torus major=1 minor=0.4 nu=120 nv=48 -o torus.ply
@@ -28,16 +28,16 @@ Examples:
   eikona make clay_animal -o animal.ply --broken-curve loop.json --cut axis=x,at=0.2 --keep 0.1 --drop 0.05
   eikona make torus -o torus.ply --curve-out knot.json --curve torus-knot,p=2,q=3,major=1,minor=0.4")]
 pub struct MakeArguments {
-    /// The shape
+    /// Shape to generate
     #[arg(value_name = "SHAPE")]
     pub shape: Option<String>,
-    /// Its parameters
+    /// Parameters of the shape
     #[arg(value_name = "key=value")]
     pub parameters: Vec<String>,
-    /// The mesh to write: .ply, .obj, .off, .stl, .glb, .gltf, .vtp; - for the standard output
+    /// Output mesh: .ply, .obj, .off, .stl, .glb, .gltf, .vtp; - for standard output
     #[arg(short, long, value_name = "MESH")]
     pub output: Option<PathBuf>,
-    /// Format of the mesh when it goes to the standard output
+    /// Format of the mesh on standard output
     #[arg(long, value_name = "FORMAT", value_parser = parse_format)]
     pub out_format: Option<MeshFormat>,
     #[command(flatten)]
@@ -46,65 +46,66 @@ pub struct MakeArguments {
     pub curve: CurveArguments,
 }
 
-/// What is broken on purpose.
+/// Deliberate damage.
 #[derive(Args, Clone, Debug, Default)]
-#[command(next_help_heading = "Damage, in this order")]
+#[command(next_help_heading = "Damage (applied in this order)")]
 pub struct DamageArguments {
-    /// Move each vertex at random by up to A times its shortest edge
+    /// Move each vertex randomly by up to A times its shortest edge
     #[arg(long, value_name = "A", allow_hyphen_values = true, value_parser = zero_or_more)]
     pub jitter: Option<f64>,
-    /// Tear N round holes
+    /// Remove N round patches of faces
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub holes: Option<usize>,
     /// Remove this share of the faces
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = share)]
     pub remove_faces: Option<f64>,
-    /// Turn this share of the faces over
+    /// Flip this share of the faces
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = share)]
     pub flip_faces: Option<f64>,
-    /// Renumber vertices and faces at random
+    /// Renumber vertices and faces randomly
     #[arg(long)]
     pub shuffle: bool,
-    /// Give every face vertices of its own
+    /// Give each face its own vertices
     #[arg(long)]
     pub unweld: bool,
-    /// Seed of all that is random [default: 1; curves are broken evenly without it]
+    /// Random seed [default: 1 for damage; curves are broken evenly without a seed]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
 }
 
-/// The curve that goes with the mesh.
+/// A curve on the mesh.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Curves")]
 pub struct CurveArguments {
-    /// Write the whole curve (the cut, or the one named by --curve)
+    /// Write the whole curve, from --cut or --curve
     #[arg(long, value_name = "C.json")]
     pub curve_out: Option<PathBuf>,
-    /// Write the curve in pieces
+    /// Write the curve broken into pieces
     #[arg(long, value_name = "C.json")]
     pub broken_curve: Option<PathBuf>,
-    /// A curve in space by its name: circle, latitude, wavy-latitude, torus-knot, trefoil or
-    /// figure-eight, with its parameters. (The curves of a file are given to `eikona sdf`.)
+    /// Generate a curve in space: circle, latitude, wavy-latitude, torus-knot, trefoil or
+    /// figure-eight, with its parameters. (To use a curve file, pass it to `eikona sdf`.)
     #[arg(long, value_name = "NAME[,key=value..]", conflicts_with = "cut")]
     pub curve: Option<String>,
-    /// The cut of the mesh with a plane: its axis and where (a coordinate, or a share such as 30%);
-    /// with wave=A it rises and falls by A, waves=N times in a turn about the middle of the mesh,
-    /// or about=x:y:z
+    /// Cut the mesh with a plane, given by its axis and position (a coordinate, or a share such as
+    /// 30%). wave=A makes the plane rise and fall by A, waves=N times per turn about the middle of
+    /// the mesh or about=x:y:z
     #[arg(long, value_name = "axis=z,at=0.3[,wave=A,..]", allow_hyphen_values = true)]
     pub cut: Option<String>,
-    /// Share of the curve's length that each piece has [default: 0.1]
+    /// Length of each piece, as a share of the curve's length [default: 0.1]
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = parse_keep)]
     pub keep: Option<f64>,
-    /// Share that each gap has; 0 leaves the curve whole [default: 0.05]
+    /// Length of each gap, as a share of the curve's length; 0 leaves the curve whole [default:
+    /// 0.05]
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = share)]
     pub drop: Option<f64>,
 }
 
 fn parse_keep(text: &str) -> Result<f64, String> {
-    share(text).ok().filter(|x| *x > 0.0).ok_or("a share above 0, at most 1, is expected".into())
+    share(text).ok().filter(|x| *x > 0.0).ok_or("expected a share above 0 and at most 1".into())
 }
 
-/// Runs the verb. Gives the exit code.
+/// Runs the command and returns the exit code.
 pub fn run(arguments: &MakeArguments, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("make", general);
     let Some(shape) = &arguments.shape else {
@@ -113,7 +114,7 @@ pub fn run(arguments: &MakeArguments, general: &General) -> Result<u8, Failure> 
     };
     let Some(output) = &arguments.output else {
         return Err(Failure::Usage(format!(
-            "say where to write the mesh: eikona make {shape} -o {shape}.ply"
+            "no output is given; write the mesh with: eikona make {shape} -o {shape}.ply"
         )));
     };
     let curves = &arguments.curve;
@@ -155,17 +156,24 @@ pub fn run(arguments: &MakeArguments, general: &General) -> Result<u8, Failure> 
 fn mesh_format(output: &Path, given: Option<MeshFormat>) -> Result<MeshFormat, Failure> {
     if given.is_some() && output != Path::new("-") {
         return Err(Failure::Usage(format!(
-            "--out-format is for the standard output, but the mesh goes to {}; its name tells the format",
+            "--out-format sets the format of standard output, but the mesh goes to {}, whose name sets its \
+             format; leave --out-format out",
             output.display()
         )));
     }
     if output == Path::new("-") {
-        let missing = || Failure::Usage("name the format of the standard output with --out-format".into());
+        let missing = || {
+            Failure::Usage(
+                "the format of standard output is not given; add --out-format with \
+         ply, obj, off, stl, glb, gltf or vtp"
+                    .into(),
+            )
+        };
         return given.ok_or_else(missing);
     }
     MeshFormat::from_path(output).ok_or_else(|| {
         Failure::Usage(format!(
-            "{}: the name tells no mesh format; end it in .ply, .obj, .off, .stl, .glb, .gltf or .vtp",
+            "{}: unknown mesh format; use .ply, .obj, .off, .stl, .glb, .gltf or .vtp",
             output.display()
         ))
     })
@@ -186,14 +194,14 @@ fn key_values<'a>(words: impl Iterator<Item = &'a str>) -> Result<Vec<(&'a str, 
     words
         .map(|word| {
             word.split_once('=').map(|(k, v)| (k.trim(), v.trim())).ok_or_else(|| {
-                Failure::Usage(format!("{word:?} is not a parameter; parameters are given as key=value"))
+                Failure::Usage(format!("{word:?} is not a parameter; write parameters as key=value"))
             })
         })
         .collect()
 }
 
 fn damaged(mut mesh: TriangleMesh, damages: &DamageArguments) -> Result<TriangleMesh, Failure> {
-    /// Faces around the middle of a hole, counted in rings.
+    /// Radius of a hole in rings of faces.
     const HOLE_RINGS: usize = 2;
     let seed = damages.seed.unwrap_or(1);
     if let Some(amount) = damages.jitter {
@@ -217,7 +225,7 @@ fn damaged(mut mesh: TriangleMesh, damages: &DamageArguments) -> Result<Triangle
     Ok(mesh)
 }
 
-/// What can be refused before a mesh is made.
+/// Checks the curve options before the mesh is generated.
 fn check_curves(wanted: &CurveArguments) -> Result<(), Failure> {
     let named = wanted.curve.as_deref().map(named_curve).transpose()?.is_some();
     let cut = wanted.cut.as_deref().map(parse_cut).transpose()?.is_some();
@@ -226,32 +234,37 @@ fn check_curves(wanted: &CurveArguments) -> Result<(), Failure> {
     let mut outputs = outputs.into_iter().flatten().peekable();
     if outputs.peek().is_some() && !described {
         return Err(Failure::Usage(
-            "say which curve: --cut axis=z,at=0.3 (where a plane cuts the mesh) or --curve circle".into(),
+            "a curve file is requested, but no curve; add --cut axis=z,at=0.3 (the cut of the mesh with a \
+             plane) or --curve circle"
+                .into(),
         ));
     }
     if outputs.peek().is_none() && (described || wanted.keep.is_some() || wanted.drop.is_some()) {
         return Err(Failure::Usage(
-            "say where to write the curve: --curve-out C.json (whole) or --broken-curve C.json (in pieces)"
+            "a curve is described, but no curve file requested; add --curve-out C.json (whole) or \
+             --broken-curve C.json (in pieces)"
                 .into(),
         ));
     }
     if wanted.broken_curve.is_none() && (wanted.keep.is_some() || wanted.drop.is_some()) {
         return Err(Failure::Usage(
-            "--keep and --drop break a curve, but --curve-out writes it whole; write the pieces with --broken-curve C.json".into(),
+            "--keep and --drop have no effect on --curve-out, which writes the whole curve; write the \
+             pieces with --broken-curve C.json"
+                .into(),
         ));
     }
     outputs.try_for_each(|path| curve_format(path).map(|_| ()))
 }
 
-/// Refuses a seed where nothing is drawn by it.
+/// Fails for a seed if nothing is random.
 fn check_seed(arguments: &MakeArguments) -> Result<(), Failure> {
     let damage = &arguments.damage;
     let shares = [damage.jitter, damage.remove_faces, damage.flip_faces].iter().any(Option::is_some);
     let random = shares || damage.holes.is_some() || damage.shuffle || arguments.curve.broken_curve.is_some();
     match damage.seed {
         Some(seed) if !random => Err(Failure::Usage(format!(
-            "--seed {seed}: nothing here is random; give it with --jitter, --holes, --remove-faces, --flip-faces, --shuffle or \
-             --broken-curve"
+            "--seed {seed} has no effect: nothing is random; leave it out, or add --jitter, --holes, \
+             --remove-faces, --flip-faces, --shuffle or --broken-curve"
         ))),
         _ => Ok(()),
     }
@@ -296,8 +309,8 @@ fn write_curves(
             file.curves.curves.push(traced.curve);
         }
         session.note(&match pieces.as_slice() {
-            [_] => "the curve in 1 piece".to_string(),
-            all => format!("the curve in {} pieces", all.len()),
+            [_] => "curve: 1 piece".to_string(),
+            all => format!("curve: {} pieces", all.len()),
         });
         session.report.result.insert("pieces".into(), json!(pieces.len()));
         output_curves(path, &file, mesh, session)?;
@@ -324,10 +337,7 @@ pub fn output_curves(
 
 pub fn curve_format(path: &Path) -> Result<CurveFormat, Failure> {
     CurveFormat::from_extension(path).ok_or_else(|| {
-        Failure::Usage(format!(
-            "{}: curves can be written as .json, .obj or .txt; choose one of these",
-            path.display()
-        ))
+        Failure::Usage(format!("{}: unknown curve format; use .json, .obj or .txt", path.display()))
     })
 }
 
@@ -346,8 +356,7 @@ fn broken(lines: &[Vec<[f64; 3]>], arguments: &MakeArguments) -> Result<Vec<Vec<
     Ok(pieces)
 }
 
-/// The values of a comma-separated list of `key=value`; keys that are not known, or come twice, are
-/// refused.
+/// The values of a comma-separated list of `key=value`, without unknown or repeated keys.
 struct Keys<'a> {
     what: &'a str,
     values: Vec<(&'a str, &'a str)>,
@@ -358,15 +367,13 @@ impl<'a> Keys<'a> {
         let values = key_values(words.iter().copied())?;
         if let Some((key, _)) = values.iter().find(|(k, _)| !known.contains(k)) {
             return Err(Failure::Usage(format!(
-                "{what} has no parameter {key:?}; it has {}",
+                "{what} has no parameter {key:?}; its parameters are {}",
                 known.join(", ")
             )));
         }
         let twice = |&(i, (key, _)): &(usize, &(&str, &str))| values[..i].iter().any(|(k, _)| k == key);
         if let Some((_, (key, value))) = values.iter().enumerate().find(twice) {
-            return Err(Failure::Usage(format!(
-                "{what}: {key}={value}: {key} was given before; give it once"
-            )));
+            return Err(Failure::Usage(format!("{what}: {key}={value} repeats {key}; give it once")));
         }
         Ok(Keys { what, values })
     }
@@ -375,12 +382,11 @@ impl<'a> Keys<'a> {
     }
     fn number<T: std::str::FromStr>(&self, key: &str, default: T) -> Result<T, Failure> {
         let Some(text) = self.text(key) else { return Ok(default) };
-        text.parse()
-            .map_err(|_| Failure::Usage(format!("{}: {key}={text} is not a number that fits", self.what)))
+        text.parse().map_err(|_| Failure::Usage(format!("{}: {key}={text} is not a valid number", self.what)))
     }
 }
 
-/// The curves that `make --curve` knows.
+/// Names of curves for `make --curve`.
 pub const CURVE_NAMES: [&str; 6] =
     ["circle", "latitude", "wavy-latitude", "torus-knot", "trefoil", "figure-eight"];
 
@@ -414,11 +420,11 @@ fn named_curve(text: &str) -> Result<Vec<[f64; 3]>, Failure> {
             let is_file = Path::new(text).exists() || CurveFormat::from_extension(Path::new(text)).is_some();
             return Err(Failure::Usage(if is_file {
                 format!(
-                    "--curve {text}: make takes the name of a curve to make ({known}), not a file; to measure the distance to the \
-                     curves of a file: eikona sdf MESH --curve {text} -o distance.ply"
+                    "--curve {text}: `make` expects the name of a curve ({known}), not a file; for the \
+                     distance to the curves of a file: eikona sdf MESH --curve {text} -o distance.ply"
                 )
             } else {
-                format!("there is no curve {name:?} to make; there are {known}")
+                format!("--curve {text}: no curve is named {name:?}; choose one of {known}")
             }));
         }
     })
@@ -431,7 +437,7 @@ fn parse_point(text: &str) -> Result<[f64; 3], Failure> {
     })
 }
 
-/// A cut of a mesh with a plane, as asked for.
+/// A requested cut of a mesh with a plane.
 struct Cut {
     axis: usize,
     place: Place,
@@ -439,10 +445,10 @@ struct Cut {
     wave: Wave,
 }
 
-/// Where on its axis a plane lies.
+/// Position of a plane along its axis.
 enum Place {
     Coordinate(f64),
-    /// Of the bounding box, from its lower end.
+    /// Share of the bounding box, from its lower end.
     Share(f64),
 }
 
@@ -453,13 +459,15 @@ fn parse_cut(text: &str) -> Result<Cut, Failure> {
         "x" => 0,
         "y" => 1,
         "z" => 2,
-        other => return Err(Failure::Usage(format!("--cut: axis={other} is none of x, y, z"))),
+        other => {
+            return Err(Failure::Usage(format!("--cut: axis={other} is not an axis; give one of x, y, z")));
+        }
     };
     let at = keys.text("at").unwrap_or("50%");
     let number = |text: &str| {
         finite(text).map_err(|_| {
             Failure::Usage(format!(
-                "--cut: at={at} is no place; give a coordinate such as 0.3 or a share such as 30%"
+                "--cut: at={at} is not a position; give a coordinate such as 0.3 or a share such as 30%"
             ))
         })
     };
@@ -473,7 +481,7 @@ fn parse_cut(text: &str) -> Result<Cut, Failure> {
         && let Some(key) = ["about", "waves"].into_iter().find(|key| keys.text(key).is_some())
     {
         return Err(Failure::Usage(format!(
-            "--cut: {key} is for a wave, but the plane is flat; give wave=A too, how far it rises and falls"
+            "--cut: {key} has no effect on a flat plane; add wave=A, the height of the wave"
         )));
     }
     Ok(Cut { axis, place, about, wave })
@@ -481,7 +489,7 @@ fn parse_cut(text: &str) -> Result<Cut, Failure> {
 
 fn cut_mesh(mesh: &TriangleMesh, cut: &Cut) -> Result<Vec<eikona_mesh::Curve>, Failure> {
     let Some([low, high]) = Quality::of(mesh).bounding_box else {
-        return Err(Failure::Usage("--cut: the mesh has no faces to cut".into()));
+        return Err(Failure::Usage("--cut: the mesh has no faces to cut; choose other parameters".into()));
     };
     let axis = cut.axis;
     let at = match cut.place {
@@ -494,7 +502,8 @@ fn cut_mesh(mesh: &TriangleMesh, cut: &Cut) -> Result<Vec<eikona_mesh::Curve>, F
     let curves = wavy_plane_cut(mesh, point, normal, cut.wave)?;
     if curves.is_empty() {
         return Err(Failure::Usage(format!(
-            "--cut: the plane {}={} does not meet the mesh, which lies between {} and {}",
+            "--cut: the plane {}={} does not meet the mesh, which lies between {} and {}; choose a position \
+             between them",
             ["x", "y", "z"][axis],
             brief(at),
             brief(low[axis]),

@@ -1,52 +1,49 @@
-//! Numbers on the command line: what is out of range is refused before any work, with the range.
+//! Parsers of numbers on the command line. They check ranges before any work, and errors state the
+//! range.
 
 use std::ops::RangeInclusive;
 
 fn number(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
-    text.trim()
-        .parse()
-        .ok()
-        .filter(|x: &f64| x.is_finite() && fits(*x))
-        .ok_or(format!("{expected} is expected"))
+    text.trim().parse().ok().filter(|x: &f64| x.is_finite() && fits(*x)).ok_or(format!("expected {expected}"))
 }
 
-/// Any number but NaN and infinity.
+/// Parses any finite number.
 pub fn finite(text: &str) -> Result<f64, String> {
     number(text, |_| true, "a finite number")
 }
 
-/// A length, a spacing, a factor.
+/// Parses a number above 0.
 pub fn above_zero(text: &str) -> Result<f64, String> {
     number(text, |x| x > 0.0, "a number above 0")
 }
 
-/// An amount that may be nothing.
+/// Parses a number of 0 or more.
 pub fn zero_or_more(text: &str) -> Result<f64, String> {
-    number(text, |x| x >= 0.0, "a number that is 0 or more")
+    number(text, |x| x >= 0.0, "a number of 0 or more")
 }
 
-/// A part of a whole.
+/// Parses a share from 0 to 1.
 pub fn share(text: &str) -> Result<f64, String> {
     number(text, |x| (0.0..=1.0).contains(&x), "a share from 0 to 1")
 }
 
-/// A number of a range of the library.
+/// Parses a number in a range that the library defines.
 pub fn within(text: &str, range: &RangeInclusive<f64>) -> Result<f64, String> {
     let expected = format!("a number from {} to {}", brief(*range.start()), brief(*range.end()));
     number(text, |x| range.contains(&x), &expected)
 }
 
-/// As short as it is exact: "1e-9", "0.5", "1".
+/// Formats a number as briefly as is exact: "1e-9", "0.5", "1".
 pub fn brief(x: f64) -> String {
     let text = format!("{x:?}");
     text.strip_suffix(".0").unwrap_or(&text).to_string()
 }
 
-/// A number among others of which the largest has this size: with so many digits behind the point
-/// if these show it, else with an exponent.
+/// Formats a number with this many decimals, or with an exponent if `size`, the largest of the
+/// numbers shown together, would lose its leading digits.
 pub fn rounded(x: f64, digits: usize, size: f64) -> String {
     const LARGE: f64 = 1e9;
-    /// Digits that are shown at least.
+    /// Significant digits to show at least.
     const FIGURES: i32 = 3;
     let small = 10f64.powi(FIGURES - 1 - digits as i32);
     let size = size.abs();
@@ -62,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ends_of_the_ranges() {
+    fn ranges_include_their_ends() {
         assert_eq!(
             (finite("-1e3"), above_zero("1e-300"), zero_or_more("0")),
             (Ok(-1e3), Ok(1e-300), Ok(0.0))
@@ -72,12 +69,12 @@ mod tests {
             assert!(finite(bad).is_err() && above_zero(bad).is_err() && zero_or_more(bad).is_err(), "{bad}");
         }
         assert_eq!((within("1e-9", &(1e-9..=1.0)), within("1", &(1e-9..=1.0))), (Ok(1e-9), Ok(1.0)));
-        assert_eq!(within("9e-10", &(1e-9..=1.0)), Err("a number from 1e-9 to 1 is expected".into()));
+        assert_eq!(within("9e-10", &(1e-9..=1.0)), Err("expected a number from 1e-9 to 1".into()));
         assert!(above_zero("0").is_err() && zero_or_more("-1").is_err() && share("1.01").is_err());
     }
 
     #[test]
-    fn small_and_large_numbers_have_an_exponent() {
+    fn small_and_large_numbers_use_an_exponent() {
         let own = |x: f64| rounded(x, 6, x);
         assert_eq!(
             [own(0.0), own(1.5), own(-1e-4), own(5e8)],

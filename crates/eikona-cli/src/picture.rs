@@ -1,5 +1,4 @@
-//! Pictures: camera and style flags, and the one way in which every verb draws a mesh with its
-//! field and curves.
+//! Pictures: camera and style options, and the drawing shared by all commands.
 
 use crate::exit::Failure;
 use crate::number::finite;
@@ -11,35 +10,35 @@ use eikona_render::{
 };
 use std::path::Path;
 
-/// How the picture is made.
+/// Camera and style.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureArguments {
     /// Width and height in pixels [default: 1200x900]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
-    /// Turn to the right, in degrees [default: 30]
+    /// Rotate the camera to the right, in degrees [default: 30; 0 for a planar mesh]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = finite)]
     pub azimuth: Option<f64>,
-    /// Turn upwards, in degrees [default: 20]
+    /// Raise the camera, in degrees [default: 20; 38 for a mesh that lies flat, 0 for a planar one]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = finite)]
     pub elevation: Option<f64>,
-    /// Magnification of the fitted picture [default: 1]
+    /// Magnification relative to the fitted view [default: 1]
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = parse_zoom)]
     pub zoom: Option<f64>,
-    /// Which axis points up [default: y, or the thin side of a mesh that lies flat]
+    /// Axis that points up [default: y; z for a nonplanar mesh that is thin along z]
     #[arg(long, value_name = "x|y|z", value_parser = parse_up)]
     pub up: Option<UpAxis>,
-    /// No perspective
+    /// Use an orthographic projection
     #[arg(long)]
     pub ortho: bool,
     /// Leave the background transparent
     #[arg(long)]
     pub transparent: bool,
-    /// No colour bar
+    /// Omit the colour bar
     #[arg(long)]
     pub no_bar: bool,
-    /// Draw the edges of the mesh
+    /// Draw the mesh edges
     #[arg(long)]
     pub wireframe: bool,
     /// Colour map: signed, viridis, magma, lagoon, phase, gray
@@ -51,7 +50,7 @@ pub struct PictureArguments {
 }
 
 impl PictureArguments {
-    /// The first option that was given.
+    /// The first picture option given.
     pub fn given(&self) -> Option<&'static str> {
         let flags = [
             (self.size.is_some(), "--size"),
@@ -67,7 +66,7 @@ impl PictureArguments {
         flags.into_iter().find(|(given, _)| *given).map(|(_, flag)| flag).or(self.about_values())
     }
 
-    /// The first option about the colours of values that was given.
+    /// The first option given that maps values to colours.
     pub fn about_values(&self) -> Option<&'static str> {
         self.map.as_ref().map(|_| "--map").or(self.range.map(|_| "--range"))
     }
@@ -75,7 +74,7 @@ impl PictureArguments {
 
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    let (width, height) = sides.ok_or("two whole numbers such as 1200x900 are expected")?;
+    let (width, height) = sides.ok_or("expected two whole numbers such as 1200x900")?;
     let options = RenderOptions { width, height, ..RenderOptions::default() };
     options.validate().map(|()| (width, height)).map_err(|e| e.to_string())
 }
@@ -87,13 +86,13 @@ fn parse_zoom(text: &str) -> Result<f64, String> {
     options.validate().map(|()| zoom).map_err(|e| e.to_string())
 }
 
-/// Refuses a picture whose name says that it is something else.
+/// Fails if a picture's name does not end in .png.
 pub fn check_picture_path(path: &Path) -> Result<(), Failure> {
     if path == Path::new("-") || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
         return Ok(());
     }
     Err(Failure::Usage(format!(
-        "{}: pictures are written as PNG; name it {}",
+        "{}: pictures are PNG files; name it {}",
         path.display(),
         path.with_extension("png").display()
     )))
@@ -105,7 +104,7 @@ fn parse_up(text: &str) -> Result<UpAxis, String> {
         "y" | "Y" => Ok(UpAxis::Y),
         "z" | "Z" => Ok(UpAxis::Z),
         "auto" => Ok(UpAxis::Auto),
-        _ => Err("x, y, z or auto is expected".into()),
+        _ => Err("expected x, y, z or auto".into()),
     }
 }
 
@@ -116,30 +115,30 @@ fn parse_map(text: &str) -> Result<String, String> {
 fn parse_range(text: &str) -> Result<(f64, f64), String> {
     let ends = text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
     ends.filter(|(a, b): &(f64, f64)| a < b && a.is_finite() && b.is_finite())
-        .ok_or_else(|| "two finite numbers such as -1,1 are expected, the smaller first".into())
+        .ok_or_else(|| "expected two finite numbers such as -1,1, the smaller first".into())
 }
 
-/// What is drawn on the mesh.
+/// Fields and curves to draw on the mesh.
 #[derive(Clone, Default)]
 pub struct Drawing<'a> {
-    /// Values per vertex, and their name over the colour bar.
+    /// Values per vertex, and the title of the colour bar.
     pub field: Option<(&'a [f64], &'a str)>,
-    /// Values per face, and their name; drawn when there are none per vertex.
+    /// Values per face and their title; drawn if there are none per vertex.
     pub face_field: Option<(&'a [f64], &'a str)>,
-    /// Numerators and denominators per corner, and the name of the quotient; drawn when there are
-    /// none per vertex or face.
+    /// Numerators and denominators per corner, and the title of the quotient; drawn if there are no
+    /// values per vertex or face.
     pub quotient: Option<([&'a [f64]; 2], &'a str)>,
-    /// Whole numbers per face, drawn as regions.
+    /// Integers per face, drawn as regions; drawn if there are no other values.
     pub labels: Option<&'a [i64]>,
     /// Isolines of the field.
     pub levels: Option<Levels>,
     /// Curves and points on the mesh.
     pub curves: Option<&'a SurfaceCurves>,
-    /// The mesh that the curves are on, where it is not the one that is drawn.
+    /// The mesh that the curves lie on, if it is not the one drawn.
     pub curves_of: Option<&'a TriangleMesh>,
-    /// Borders of regions, drawn thinner and beneath the curves.
+    /// Borders of regions, drawn thinner and below the curves.
     pub borders: Option<&'a SurfaceCurves>,
-    /// The colour map where none was asked for; otherwise the signs of the values choose it.
+    /// Default colour map. `None` chooses one by the signs of the values.
     pub map: Option<ColorMap>,
 }
 
@@ -149,13 +148,13 @@ const CURVE: CurveStyle =
 const BORDER: CurveStyle =
     CurveStyle { color: [176, 24, 62], width: 2.4, rim: Some(([255, 255, 255], 1.0)), arrow_spacing: None };
 
-/// A style with its widths in a picture so many times as large.
+/// Scales the widths of a style.
 fn scaled(style: &CurveStyle, scale: f64) -> CurveStyle {
     let rim = style.rim.map(|(color, width)| (color, width * scale));
     CurveStyle { width: style.width * scale, rim, ..style.clone() }
 }
 
-/// The picture as a PNG file.
+/// Draws a PNG file.
 pub fn draw(
     mesh: &TriangleMesh,
     drawing: &Drawing,
@@ -181,7 +180,7 @@ pub fn draw(
     if arguments.wireframe {
         options.wireframe = Some(Wireframe::default());
     }
-    // Widths are in pixels: those of the curves grow with the picture.
+    // Widths are in pixels: scale those of curves with the picture.
     let scale = f64::from(options.height) / 900.0;
     let mut scene = Scene::new(mesh);
     if let Some((values, title)) = drawing.field {
@@ -218,7 +217,7 @@ pub fn draw(
     Ok(render(&scene, &options)?.to_png_bytes()?)
 }
 
-/// Colours of the values as a colour map shows them, for files that hold colours but no numbers.
+/// Colour-maps values, for formats that show colours only.
 pub fn colours(values: &[f64]) -> Vec<[u8; 3]> {
     const NO_VALUE: [u8; 3] = [128, 128, 128];
     let finite = values.iter().filter(|x| x.is_finite());

@@ -1,4 +1,4 @@
-//! A line on the terminal that says what is being done, once the command has run for a second.
+//! A progress line on the terminal that names the current phase after the first second.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};
@@ -6,16 +6,17 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Quick commands show nothing.
+/// Commands that finish sooner show nothing.
 const PATIENCE: Duration = Duration::from_secs(1);
 const TICK: Duration = Duration::from_millis(120);
 
-/// Prints a line to the standard error. When nobody reads it (`2>&1 | head`) the work goes on.
+/// Prints a line to standard error. Failures are ignored, so that a closed pipe (`2>&1 | head`)
+/// does not stop the work.
 pub fn say(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{text}");
 }
 
-/// The line. It goes away when dropped.
+/// The progress line. Disappears when dropped.
 #[derive(Default)]
 pub struct Progress {
     shared: Arc<(Mutex<State>, Condvar)>,
@@ -30,8 +31,7 @@ struct State {
 }
 
 impl Progress {
-    /// A line that appears after a second if standard error is a terminal; otherwise nothing ever
-    /// appears.
+    /// Creates a line that appears after a second if wanted and standard error is a terminal.
     pub fn new(wanted: bool) -> Progress {
         let mut progress = Progress::default();
         if wanted && std::io::stderr().is_terminal() {
@@ -41,7 +41,7 @@ impl Progress {
         progress
     }
 
-    /// What is being done from now on.
+    /// Sets the name of the current phase.
     pub fn phase(&self, name: &str) {
         let mut state = self.shared.0.lock().unwrap_or_else(PoisonError::into_inner);
         state.phase = name.to_string();
@@ -87,7 +87,7 @@ impl Drop for Progress {
             bar.finish_and_clear();
         }
         if let Some(thread) = self.thread.take() {
-            // A thread that only draws a line has nothing to say.
+            // A failure of the drawing thread does not matter.
             let _ = thread.join();
         }
     }

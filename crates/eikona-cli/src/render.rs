@@ -1,4 +1,4 @@
-//! `eikona render`: a picture of a mesh, with a field of its file and curves on it.
+//! `eikona render`: draws a mesh with a field of its file and curves.
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// Arguments of `eikona render`.
 #[derive(Args, Clone, Debug)]
-// Always refused, so not offered.
+// These options are always refused, so the help hides them.
 #[command(mut_arg("flip", |arg| arg.hide(true)), mut_arg("unsigned", |arg| arg.hide(true)))]
 #[command(after_help = "Example (the first two lines make the files):
   eikona make torus -o torus.ply
@@ -22,18 +22,18 @@ use std::path::{Path, PathBuf};
 pub struct RenderArguments {
     #[command(flatten)]
     pub mesh: MeshArguments,
-    /// The picture; - for the standard output
+    /// Output picture; - for standard output
     #[arg(short, long, value_name = "PNG")]
     pub output: PathBuf,
-    /// The field of the file to show, or none [default: distance, else quality, else the first
-    /// one]; uv-quotient is u / v of the texture coordinates of an OBJ file, divided at each pixel
-    /// (what `eikona winding -o OUT.obj` writes)
+    /// Field of the file to show, or none [default: distance, else quality, else the first field];
+    /// uv-quotient divides the texture coordinates u / v of an OBJ file per pixel (as written by
+    /// `eikona winding -o OUT.obj`)
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
-    /// About how many isolines; 0 for none [default: 18]
+    /// Approximate number of isolines; 0 for none [default: 18; 0 for uv-quotient]
     #[arg(long, value_name = "N", conflicts_with = "spacing", allow_negative_numbers = true)]
     pub isolines: Option<u32>,
-    /// Isolines at all multiples of D
+    /// Draw isolines at all multiples of D
     #[arg(long, value_name = "D", allow_hyphen_values = true, value_parser = above_zero)]
     pub spacing: Option<f64>,
     #[command(flatten)]
@@ -42,7 +42,7 @@ pub struct RenderArguments {
     pub picture: PictureArguments,
 }
 
-/// Runs the verb. Gives the exit code.
+/// Runs the command and returns the exit code.
 pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("render", general);
     check_arguments(arguments, general)?;
@@ -51,7 +51,7 @@ pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure
     let shown = choose_field(&input, arguments.field.as_deref())?;
     warn_of_idle(arguments, &shown, &mut session);
     let curves = read_curves(arguments, &input, &mut session)?;
-    // Regions of one value but for rounding would be covered with isolines of it.
+    // Rounding would cover regions of constant value with isolines.
     let default = if matches!(shown, Shown::Quotient(_)) { 0 } else { 18 };
     let levels = match (arguments.spacing, arguments.isolines.or(Some(default))) {
         (Some(spacing), _) => Some(Levels::Spacing(spacing)),
@@ -83,7 +83,7 @@ pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure
     session.finish()
 }
 
-/// What can be refused before any work is done.
+/// Checks the arguments before any work.
 fn check_arguments(arguments: &RenderArguments, general: &General) -> Result<(), Failure> {
     let outputs: Vec<&Path> =
         [Some(arguments.output.as_path()), general.report.as_deref()].into_iter().flatten().collect();
@@ -91,40 +91,41 @@ fn check_arguments(arguments: &RenderArguments, general: &General) -> Result<(),
     check_picture_path(&arguments.output)?;
     if let Some(flag) = arguments.source.about_sides().first() {
         return Err(Failure::Usage(format!(
-            "{flag}: pictures do not show the sides of curves; leave it out (eikona sdf takes it)"
+            "{flag}: pictures do not show the sides of curves; leave it out, or pass it to eikona sdf"
         )));
     }
     if arguments.field.as_deref() == Some("none")
         && let Some(flag) = arguments.isoline_flag().or(arguments.picture.about_values())
     {
         return Err(Failure::Usage(format!(
-            "{flag} is for a field, but --field none shows none; leave one of them out"
+            "{flag} needs a field, but --field none shows none; leave one of them out"
         )));
     }
     Ok(())
 }
 
 impl RenderArguments {
-    /// The option that asks for isolines, if one does.
+    /// The option that requests isolines, if given.
     fn isoline_flag(&self) -> Option<&'static str> {
         let counted = self.isolines.filter(|count| *count > 0).map(|_| "--isolines");
         self.spacing.map(|_| "--spacing").or(counted)
     }
 }
 
-/// Says which options have no effect on what the file holds.
+/// Warns of options that have no effect on this file.
 fn warn_of_idle(arguments: &RenderArguments, shown: &Shown, session: &mut Session) {
     let isolines = arguments.isoline_flag();
     match shown {
         Shown::Nothing if arguments.field.is_none() => {
             for flag in isolines.into_iter().chain(arguments.picture.about_values()) {
-                session.warn(format!("{flag} has no effect: there is no field in the file to show"));
+                session.warn(format!("{flag} has no effect: the file has no field to show"));
             }
         }
         Shown::Face(name, _) => {
             if let Some(flag) = isolines {
                 session.warn(format!(
-                    "{flag} has no effect: the field {name} has one value for each face, and only fields at vertices have isolines"
+                    "{flag} has no effect: the field {name} has one value per face, but isolines need one \
+                     per vertex"
                 ));
             }
         }
@@ -150,7 +151,7 @@ enum Shown<'a> {
 
 const UV_QUOTIENT: &str = "uv-quotient";
 
-/// Not shown unless asked for: they say how the surface looks, not what was computed on it.
+/// Shown only on request: these describe the appearance of the surface, not a result.
 const APPEARANCE: [&str; 10] = ["nx", "ny", "nz", "red", "green", "blue", "alpha", "s", "t", "u"];
 
 fn choose_field<'a>(input: &'a MeshInput, wanted: Option<&str>) -> Result<Shown<'a>, Failure> {
@@ -171,8 +172,9 @@ fn choose_field<'a>(input: &'a MeshInput, wanted: Option<&str>) -> Result<Shown<
     if let Some((name, values)) = input.file.face_scalars.iter().find(|s| s.0 == wanted) {
         if values.len() != input.mesh.face_count() {
             return Err(Failure::Input(format!(
-                "the field {wanted} has a value for each of {} polygons, but they were cut or dropped; only fields at vertices can \
-                 be shown then",
+                "{}: the field {wanted} has one value per face for {} faces, but the faces were \
+                 triangulated, split or dropped; show a field with one value per vertex",
+                input.path.display(),
                 values.len()
             )));
         }
@@ -183,7 +185,9 @@ fn choose_field<'a>(input: &'a MeshInput, wanted: Option<&str>) -> Result<Shown<
     {
         if uvs.len() != 3 * input.mesh.face_count() || !input.file.mesh.is_triangular() {
             return Err(Failure::Input(format!(
-                "the {} texture coordinates belong to corners of polygons that were cut or dropped; give triangles",
+                "{}: the {} texture coordinates belong to corners of faces that were triangulated, split or \
+                 dropped; give triangles",
+                input.path.display(),
                 uvs.len()
             )));
         }
@@ -195,7 +199,7 @@ fn choose_field<'a>(input: &'a MeshInput, wanted: Option<&str>) -> Result<Shown<
         scalars.iter().chain(&input.file.face_scalars).map(|s| s.0.as_str()).chain(of_texture).collect();
     let known = if names.is_empty() { "none".to_string() } else { names.join(", ") };
     Err(Failure::Input(format!(
-        "{}: there is no field {wanted:?} in this file; its fields are: {known}",
+        "{}: this file has no field {wanted:?}; its fields are: {known}",
         input.path.display()
     )))
 }

@@ -1,33 +1,33 @@
-//! The report of a run as JSON: what went in, what was chosen, how long it took, what was noticed,
-//! what came out.
+//! The JSON report of a run: input, options, timings, warnings and results.
 
 use eikona::signed_heat::Phases;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::time::Duration;
 
-/// Raised whenever a key changes its meaning or goes away; new keys leave it.
+/// Schema version. Incremented when a key changes its meaning or disappears, not for new keys.
 pub const VERSION: u32 = 1;
 
-/// A phase and how long it took.
+/// A phase and its duration.
 #[derive(Clone, Debug, Serialize)]
 pub struct Phase {
-    /// Its name, with the step it belongs to: "prepare: factorisation".
+    /// Name, with the step it belongs to: "prepare: factorisation".
     pub name: String,
-    /// Seconds of the clock on the wall.
+    /// Wall-clock seconds.
     pub seconds: f64,
 }
 
-/// A file that was written.
+/// An output file.
 #[derive(Clone, Debug, Serialize)]
 pub struct Output {
-    /// What it holds: "distance", "isolines", "picture", "mesh", "curve", "report".
+    /// Content: "distance", "isolines", "picture", "mesh", "curve", "regions", "split mesh",
+    /// "labels", "loops" or "report".
     pub kind: &'static str,
-    /// As named on the command line; "-" is the standard output.
+    /// Path as given on the command line; "-" is standard output.
     pub path: String,
 }
 
-/// The report. The parts that differ from verb to verb are in `input`, `options` and `result`.
+/// The report. `input`, `options` and `result` depend on the command.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     eikona: &'static str,
@@ -35,26 +35,26 @@ pub struct Report {
     tool_version: &'static str,
     verb: &'static str,
     arguments: Vec<String>,
-    /// Facts about what was read.
+    /// Facts about the input files.
     pub input: Map<String, Value>,
-    /// What was asked for, defaults included.
+    /// Options, including defaults.
     pub options: Map<String, Value>,
-    /// What came out, in numbers.
+    /// Results as numbers.
     pub result: Map<String, Value>,
-    /// In the order in which they ran.
+    /// Phases in the order in which they ran.
     pub phases: Vec<Phase>,
-    /// From start to the writing of this report.
+    /// Seconds from start to the writing of this report.
     pub seconds: f64,
-    /// The most memory the process has held, where the system tells.
+    /// Peak memory of the process, if the system provides it.
     pub peak_memory_bytes: Option<u64>,
-    /// Sentences for the user.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
-    /// What was written.
+    /// Output files.
     pub outputs: Vec<Output>,
 }
 
 impl Report {
-    /// An empty report of this verb.
+    /// Creates an empty report of a command.
     pub fn new(verb: &'static str) -> Report {
         Report {
             eikona: "report",
@@ -78,22 +78,21 @@ impl Report {
         self.phases.push(Phase { name: name.into(), seconds: time.as_secs_f64() });
     }
 
-    /// Adds the phases of a step of the library.
+    /// Adds the phases of a library step.
     pub fn phases_of(&mut self, step: &str, phases: &Phases) {
         for (name, time) in &phases.0 {
             self.phase(format!("{step}: {name}"), *time);
         }
     }
 
-    /// The text of the file.
+    /// Formats the report as JSON text.
     pub fn to_json(&self) -> String {
-        // A report holds only strings, numbers and lists: there is no way to fail. NaN becomes
-        // null.
+        // This cannot fail, since a report holds only strings, numbers and lists. NaN becomes null.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 }
 
-/// The most memory that this process has held, from the system's process table (Linux only).
+/// Peak resident memory of this process, from /proc (Linux only).
 pub fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

@@ -1,4 +1,4 @@
-//! `eikona sdf`: signed distance on a surface to curves and points.
+//! `eikona sdf`: signed distance to curves and points on a surface.
 
 use crate::exit::Failure;
 use crate::field_file::{FieldFormat, field_format, output_fields};
@@ -37,57 +37,56 @@ pub struct SdfArguments {
     pub picture: PictureArguments,
 }
 
-/// How the distance is computed.
+/// Options of the method.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Method")]
 pub struct MethodArguments {
-    /// Diffusion time: a coefficient of h², with h half the mean edge length (1 is the paper's);
-    /// auto: by the gaps of the curves; smooth: for smooth closed curves without ridges of the
-    /// distance
+    /// Diffusion time, as a coefficient of h², where h is half the mean edge length (the paper uses
+    /// 1); auto: chosen from the gaps of the curves; smooth: for smooth closed curves, where the
+    /// distance has no ridges
     #[arg(long, value_name = "auto|smooth|COEFF", default_value = "auto", allow_hyphen_values = true, value_parser = parse_time)]
     pub time: DiffusionTime,
-    /// What the curves are held to: auto (closed curves exactly at zero, broken ones as firmly as
-    /// they agree with each other), zero, soft (near zero, with this weight), per-component (each
-    /// piece at a level of its own), or nothing (free)
+    /// Level-set constraint on the curves: auto (closed curves exactly zero, broken curves as
+    /// firmly as their pieces agree), zero, soft (near zero, with weight W), per-component (each
+    /// piece at its own level), or free (no constraint)
     #[arg(long, value_name = "auto|zero|soft[=W]|per-component|free", default_value = "auto", value_parser = parse_level_sets)]
     pub level_sets: LevelSets,
-    /// Keep the diffused vectors normal to the curves, so that their corners are not rounded
+    /// Keep the diffused vectors normal to the curves, which preserves corners of the curves
     #[arg(long, conflicts_with = "unsigned")]
     pub preserve_normals: bool,
-    /// On which side of a curve, seen along its direction, the distance is negative or positive
-    /// [default: left-negative]
+    /// Sign of the distance on the left of a curve, seen along its direction [default:
+    /// left-negative]
     #[arg(long, value_name = "left-negative|left-positive", conflicts_with = "unsigned", value_parser = parse_sign)]
     pub sign: Option<SignConvention>,
-    /// Also write how far each value rests on data: the fields `confidence` (0 to 1) and
+    /// Also write how well the curves determine each value: the fields `confidence` (0 to 1) and
     /// `distance_to_data`
     #[arg(long)]
     pub confidence: bool,
-    /// Refuse to factor when that is predicted to take more than this, such as 2GiB or 500MB
+    /// Stop before the factorisation if its predicted memory exceeds SIZE, such as 2GiB or 500MB
     #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = parse_bytes)]
     pub memory_limit: Option<usize>,
 }
 
-/// What is written.
+/// Output files.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Outputs")]
 pub struct OutputArguments {
-    /// The mesh with the distance at its vertices (.ply and .vtp: beside the values that the input
-    /// came with; .glb, .gltf; .obj: as texture u; .off: as colours), or the numbers alone (.npy,
-    /// .csv); - for the standard output
+    /// Write the mesh with one distance per vertex (.ply and .vtp also keep the input's fields;
+    /// .glb, .gltf; .obj: as texture coordinate u; .off: as colours), or the values alone (.npy,
+    /// .csv); - for standard output
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
-    /// Format of the output when it goes to the standard output: ply, obj, off, vtp, glb, gltf,
-    /// npy, csv
+    /// Format of the output on standard output: ply, obj, off, vtp, glb, gltf, npy, csv
     #[arg(long, value_name = "FORMAT")]
     pub out_format: Option<String>,
     #[command(flatten)]
     pub isolines: IsolineArguments,
-    /// A picture of the distance, its isolines and the curves
+    /// Draw the distance, its isolines and the curves
     #[arg(long, value_name = "PNG")]
     pub render: Option<PathBuf>,
 }
 
-/// A diffusion time: `auto`, `smooth` or a coefficient.
+/// Parses a diffusion time: `auto`, `smooth` or a coefficient.
 pub fn parse_time(text: &str) -> Result<DiffusionTime, String> {
     match text {
         "auto" => return Ok(DiffusionTime::Automatic),
@@ -96,11 +95,11 @@ pub fn parse_time(text: &str) -> Result<DiffusionTime, String> {
     }
     match text.parse::<f64>() {
         Ok(c) if eikona::signed_heat::TIME_COEFFICIENTS.contains(&c) => Ok(DiffusionTime::Coefficient(c)),
-        _ => Err("auto, smooth or a number from 1e-9 to 1e9 is expected; the paper's is 1".into()),
+        _ => Err("expected auto, smooth or a number from 1e-9 to 1e9 (the paper uses 1)".into()),
     }
 }
 
-/// A diffusion time as [`parse_time`] reads it.
+/// Formats a diffusion time as [`parse_time`] reads it.
 pub fn time_word(time: DiffusionTime) -> String {
     match time {
         DiffusionTime::Coefficient(c) => c.to_string(),
@@ -111,7 +110,7 @@ pub fn time_word(time: DiffusionTime) -> String {
     }
 }
 
-/// Holds a curve tightly; see [`LevelSets::Soft`].
+/// Default weight, which holds a curve tightly; see [`LevelSets::Soft`].
 const SOFT_WEIGHT: f64 = 100.0;
 
 fn parse_level_sets(text: &str) -> Result<LevelSets, String> {
@@ -124,11 +123,11 @@ fn parse_level_sets(text: &str) -> Result<LevelSets, String> {
         _ => match text.strip_prefix("soft=").map(str::parse::<f64>) {
             Some(Ok(w)) if SOFT_WEIGHTS.contains(&w) => Ok(LevelSets::Soft(w)),
             Some(_) => Err(format!(
-                "the weight of soft must be a number from {:e} to {:e}, such as soft=100",
+                "expected soft=W with a weight W from {:e} to {:e}, such as soft=100",
                 SOFT_WEIGHTS.start(),
                 SOFT_WEIGHTS.end()
             )),
-            None => Err("auto, zero, soft, soft=W, per-component or free is expected".into()),
+            None => Err("expected auto, zero, soft, soft=W, per-component or free".into()),
         },
     }
 }
@@ -137,7 +136,7 @@ fn parse_sign(text: &str) -> Result<SignConvention, String> {
     match text {
         "left-negative" => Ok(SignConvention::LeftNegative),
         "left-positive" => Ok(SignConvention::LeftPositive),
-        _ => Err("left-negative or left-positive is expected".into()),
+        _ => Err("expected left-negative or left-positive".into()),
     }
 }
 
@@ -157,11 +156,11 @@ fn parse_bytes(text: &str) -> Result<usize, String> {
     let (number, unit) = unit.unwrap_or((text, 1.0));
     match number.trim().parse::<f64>() {
         Ok(x) if x >= 0.0 && (x * unit).is_finite() => Ok((x * unit) as usize),
-        _ => Err("a size such as 2GiB, 500MB or 1000000 is expected".into()),
+        _ => Err("expected a size such as 2GiB, 500MB or 1000000".into()),
     }
 }
 
-/// Runs the verb. Gives the exit code.
+/// Runs the command and returns the exit code.
 pub fn run(arguments: &SdfArguments, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("sdf", general);
     let format = check_arguments(arguments, general)?;
@@ -173,7 +172,7 @@ pub fn run(arguments: &SdfArguments, general: &General) -> Result<u8, Failure> {
         warn_of_sides(&arguments.method.about_sides(), &mut session);
     }
     if source.curves.is_empty() && arguments.method.level_sets == LevelSets::PerComponent {
-        session.warn("--level-sets per-component holds nothing: there is no curve, only points");
+        session.warn("--level-sets per-component has no effect: there are only points and no curves");
     }
     warn_if_short(arguments.method.time, &mut session);
     warn_of_seams(&input.mesh, &source, &mut session);
@@ -183,14 +182,14 @@ pub fn run(arguments: &SdfArguments, general: &General) -> Result<u8, Failure> {
 }
 
 impl MethodArguments {
-    /// The options given that are about the sides of curves.
+    /// The given options that concern the sides of curves.
     fn about_sides(&self) -> Vec<&'static str> {
         let flags = [(self.sign.is_some(), "--sign"), (self.preserve_normals, "--preserve-normals")];
         flags.into_iter().filter(|(given, _)| *given).map(|(_, flag)| flag).collect()
     }
 }
 
-/// What can be refused before any work is done.
+/// Checks the arguments before any work.
 fn check_arguments(arguments: &SdfArguments, general: &General) -> Result<Option<FieldFormat>, Failure> {
     let outputs = &arguments.outputs;
     let isolines = outputs.isolines.isolines.as_deref();
@@ -198,7 +197,8 @@ fn check_arguments(arguments: &SdfArguments, general: &General) -> Result<Option
     let paths: Vec<_> = paths.into_iter().flatten().collect();
     if paths.is_empty() {
         return Err(Failure::Usage(
-            "nothing would be written; give -o OUT.ply, --render OUT.png, --isolines OUT.obj or --report R.json".into(),
+            "no output is given; add -o OUT.ply, --render OUT.png, --isolines OUT.obj or --report R.json"
+                .into(),
         ));
     }
     check_outputs(&paths, &files_read(&arguments.mesh, &arguments.source))?;
@@ -210,26 +210,24 @@ fn check_arguments(arguments: &SdfArguments, general: &General) -> Result<Option
     if let Some(word) = given
         && outputs.output.is_none()
     {
-        return Err(Failure::Usage(format!(
-            "--out-format {word} is the format of an output; give -o - with it"
-        )));
+        return Err(Failure::Usage(format!("--out-format {word} has no effect without an output; add -o -")));
     }
     Ok(format)
 }
 
-/// Refuses options that would do nothing beside the others.
+/// Fails for options that would have no effect.
 fn check_idle(arguments: &SdfArguments) -> Result<(), Failure> {
     let outputs = &arguments.outputs;
-    let wrong = |flag: &str, what: &str| Err(Failure::Usage(format!("{flag} is for {what} with it")));
+    let wrong = |flag: &str, what: &str| Err(Failure::Usage(format!("{flag} has no effect without {what}")));
     if let (Some(flag), None) = (arguments.picture.given(), &outputs.render) {
-        return wrong(flag, "a picture; give --render OUT.png");
+        return wrong(flag, "a picture; add --render OUT.png");
     }
     if let (Some(flag), None, None) = (outputs.isolines.given(), &outputs.isolines.isolines, &outputs.render)
     {
-        return wrong(flag, "isolines; give --isolines OUT.obj or --render OUT.png");
+        return wrong(flag, "isolines; add --isolines OUT.obj or --render OUT.png");
     }
     if arguments.method.confidence && outputs.output.is_none() {
-        return wrong("--confidence", "fields beside the distance; give -o OUT.ply");
+        return wrong("--confidence", "an output that stores fields; add -o OUT.ply");
     }
     let mut flags = arguments.method.about_sides();
     if arguments.method.level_sets == LevelSets::PerComponent {
@@ -238,8 +236,7 @@ fn check_idle(arguments: &SdfArguments) -> Result<(), Failure> {
     arguments.source.check_sides(&flags)
 }
 
-/// A coefficient of the diffusion time below this lets the vectors that are diffused die out within
-/// an edge.
+/// For smaller coefficients of the diffusion time, the diffused vectors decay within one edge.
 const SHORT_TIME: f64 = 1e-2;
 
 fn warn_if_short(time: DiffusionTime, session: &mut Session) {
@@ -247,8 +244,8 @@ fn warn_if_short(time: DiffusionTime, session: &mut Session) {
         && c < SHORT_TIME
     {
         session.warn(format!(
-            "--time {c:?} is below {SHORT_TIME}: the result follows the edges of the mesh rather than the distance; leave --time out, \
-             or use the paper's value 1"
+            "--time {c:?} is below {SHORT_TIME}, where the result depends on the mesh edges more than on \
+             the distance; leave --time out, or use the paper's value 1"
         ));
     }
 }
@@ -347,7 +344,7 @@ fn solve(
     Ok(solution)
 }
 
-/// The name of level sets as the command line has it, and the weight of soft ones.
+/// The level sets as named on the command line, and the weight of soft ones.
 fn level_sets_words(level_sets: LevelSets) -> (&'static str, Value) {
     match level_sets {
         LevelSets::Automatic => ("auto", Value::Null),
@@ -417,7 +414,7 @@ fn write_outputs(
             field: Some((distance, if signed { "signed distance" } else { "distance" })),
             levels: Some(levels),
             curves: Some(source),
-            // An unsigned distance that dips below zero by rounding is still no signed one.
+            // The map is fixed: an unsigned distance may be negative by rounding.
             map: (!signed).then(ColorMap::viridis),
             ..Drawing::default()
         };

@@ -1,16 +1,16 @@
-//! Boundaries that lie on one another without being joined: what is said of them, and the repair.
+//! Boundaries that touch without sharing vertices: warnings and the repair.
 
 use crate::exit::Failure;
 use crate::session::Session;
 use eikona_mesh::{Components, MeshError, Seams, Stitched, SurfaceCurves, TriangleMesh, stitch};
 use serde_json::{Value, json};
 
-/// How far apart boundaries may be that are joined.
+/// Largest distance between boundaries that `--stitch` joins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stitch {
-    /// As far as they are taken for one, see [`eikona_mesh::SEAM_TOLERANCE`].
+    /// The default tolerance, see [`eikona_mesh::SEAM_TOLERANCE`].
     Touching,
-    /// A length in the unit of the mesh.
+    /// A length in the mesh's unit.
     Within(f64),
 }
 
@@ -18,11 +18,11 @@ pub fn parse_stitch(text: &str) -> Result<Stitch, String> {
     match text.parse::<f64>() {
         _ if text == "auto" => Ok(Stitch::Touching),
         Ok(tolerance) if tolerance >= 0.0 && tolerance.is_finite() => Ok(Stitch::Within(tolerance)),
-        _ => Err("a length of 0 or more, or \"auto\", is expected".into()),
+        _ => Err("expected a length of 0 or more, or \"auto\"".into()),
     }
 }
 
-/// Joins the boundaries of a mesh. `None` if there is nothing to join.
+/// Stitches the boundaries of a mesh. Returns `None` if there is nothing to stitch.
 pub fn stitch_mesh(
     mesh: &TriangleMesh,
     how: Stitch,
@@ -42,14 +42,15 @@ pub fn stitch_mesh(
     }
     let results = if stitched.joined_vertices > 0 {
         format!(
-            "; {} vertices remain, results are given for these, the report has the map",
+            "; the results refer to the {} remaining vertices, the report contains the map",
             stitched.mesh.vertex_count()
         )
     } else {
         String::new()
     };
     session.note(&format!(
-        "stitched: {} vertices joined to others, {} inserted into edges, {} faces divided; the widest gap was {:.1e}{results}",
+        "stitched: {} vertices merged into others, {} inserted into edges, {} faces split; widest gap \
+         {:.1e}{results}",
         stitched.joined_vertices, stitched.inserted_vertices, stitched.divided_faces, stitched.largest_gap
     ));
     let vertex_map: Vec<u32> = stitched.vertices.as_slice().iter().map(|v| v.0).collect();
@@ -62,7 +63,7 @@ pub fn stitch_mesh(
     Ok(Some((stitched, facts)))
 }
 
-/// The repair that joins these boundaries.
+/// Names the repair that joins these boundaries.
 pub fn remedy(seams: &Seams) -> &'static str {
     if seams.hanging.is_empty() && seams.largest_gap() == 0.0 {
         "add --weld to connect the surface there"
@@ -71,16 +72,16 @@ pub fn remedy(seams: &Seams) -> &'static str {
     }
 }
 
-/// Whether every face has three vertices of its own.
+/// Whether no two faces share a vertex.
 pub fn looks_loose(mesh: &TriangleMesh) -> bool {
     mesh.face_count() > 1 && mesh.vertices().all(|v| mesh.vertex_corners(v).len() <= 1)
 }
 
-/// Warns of boundaries that touch without being joined, on parts of the surface that the curves and
-/// points lie on: results would differ if they were joined.
+/// Warns of boundaries that touch without sharing vertices, on components with a curve or point,
+/// where joining them would change the result.
 pub fn warn_of_seams(mesh: &TriangleMesh, source: &SurfaceCurves, session: &mut Session) {
     if looks_loose(mesh) {
-        return; // which is said when the mesh is read
+        return; // reading the mesh has warned of this
     }
     let mut seams = session.phase("find seams", || Seams::of(mesh));
     if seams.is_empty() {
@@ -114,11 +115,11 @@ pub fn warn_of_seams(mesh: &TriangleMesh, source: &SurfaceCurves, session: &mut 
     }
     let gap = match seams.largest_gap() {
         0.0 => String::new(),
-        gap => format!("; the widest gap is {gap:.1e}"),
+        gap => format!("; widest gap {gap:.1e}"),
     };
     let at_least = if seams.truncated { "at least " } else { "" };
     session.warn(format!(
-        "boundaries touch without being joined, and nothing crosses them: {at_least}{}{gap}; {}",
+        "boundaries touch without sharing vertices, which disconnects the surface: {at_least}{}{gap}; {}",
         parts.join("; "),
         remedy(&seams)
     ));

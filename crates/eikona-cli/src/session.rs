@@ -1,5 +1,5 @@
-//! One run of the command: what it says, what it notes for the report, and its output files, which
-//! appear together at the end or not at all.
+//! One run of a command: messages, the report, and output files, which appear together at the end
+//! or not at all.
 
 use crate::exit::Failure;
 use crate::progress::Progress;
@@ -11,34 +11,34 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// What every verb takes.
+/// Options of every command.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "General options")]
 pub struct General {
-    /// Write a report as JSON: input, options, phases with seconds, residuals, warnings, outputs
+    /// Write a JSON report: input, options, seconds per phase, residuals, warnings, outputs
     #[arg(long, global = true, value_name = "R.json")]
     pub report: Option<PathBuf>,
-    /// Threads to use [default: as many as there are cores]; the digits are the same for any number
+    /// Number of threads [default: number of cores]; results do not depend on it
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Print how long each phase took
+    /// Print the time of each phase
     #[arg(long, global = true)]
     pub timings: bool,
-    /// End with exit code 4 if there were warnings (outputs are written all the same)
+    /// Exit with code 4 if there are warnings (outputs are still written)
     #[arg(long, global = true)]
     pub strict: bool,
-    /// Print nothing but errors and warnings; twice: errors only
+    /// Print only errors and warnings; twice: only errors
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub quiet: u8,
-    /// Say more
+    /// Print more details
     #[arg(short, long, global = true)]
     pub verbose: bool,
 }
 
-/// Warnings of a kind that are printed.
+/// Number of warnings printed per kind.
 const PRINTED: usize = 5;
 
-/// A warning with its numbers left out: those that differ in nothing else are of one kind.
+/// The kind of a warning: its text with all numbers replaced.
 fn kind_of(warning: &str) -> String {
     let mut kind = String::with_capacity(warning.len());
     let mut rest = warning.chars().peekable();
@@ -48,7 +48,7 @@ fn kind_of(warning: &str) -> String {
             continue;
         }
         kind.push('N');
-        // The rest of the number, with point and exponent; a full stop behind it is left.
+        // The rest of the number, with point and exponent, but without a full stop after it.
         loop {
             let mut ahead = rest.clone();
             if ahead.next_if(|c| matches!(c, 'e' | '.')).is_some() {
@@ -63,21 +63,21 @@ fn kind_of(warning: &str) -> String {
     kind
 }
 
-/// One run of a verb.
+/// One run of a command.
 pub struct Session {
     general: General,
     started: Instant,
     progress: Progress,
     staged: Vec<StagedFile>,
     stdout: Option<Vec<u8>>,
-    /// How many warnings of each kind there were.
+    /// Number of warnings of each kind.
     warned: BTreeMap<String, usize>,
-    /// What will be in the report.
+    /// Report of the run.
     pub report: Report,
 }
 
 impl Session {
-    /// Starts the clock.
+    /// Starts a run and its clock.
     pub fn new(verb: &'static str, general: &General) -> Session {
         Session {
             general: general.clone(),
@@ -96,7 +96,7 @@ impl Session {
         self.general.threads.map_or(cores, usize::from)
     }
 
-    /// Runs a part of the work, measured under this name.
+    /// Runs a phase of the work and records its time.
     pub fn phase<T>(&mut self, name: &str, work: impl FnOnce() -> T) -> T {
         self.progress.phase(name);
         let start = Instant::now();
@@ -105,28 +105,27 @@ impl Session {
         result
     }
 
-    /// As [`Session::phase`] for work that measures its own phases.
+    /// Like [`Session::phase`], for work that measures its own phases.
     pub fn unmeasured<T>(&mut self, name: &str, work: impl FnOnce() -> T) -> T {
         self.progress.phase(name);
         work()
     }
 
-    /// Says something good to know.
+    /// Prints a note, unless quiet.
     pub fn note(&mut self, text: &str) {
         if self.general.quiet == 0 {
             self.progress.print(text);
         }
     }
 
-    /// Says something for those who want to know more.
+    /// Prints a detail if verbose.
     pub fn detail(&mut self, text: &str) {
         if self.general.verbose {
             self.progress.print(text);
         }
     }
 
-    /// Says something that the user should look at. Of one kind only the first few are printed; the
-    /// report has all.
+    /// Records a warning and prints it, unless it is one of many of its kind.
     pub fn warn(&mut self, text: impl Into<String>) {
         let text = text.into();
         let count = self.warned.entry(kind_of(&text)).or_default();
@@ -137,25 +136,27 @@ impl Session {
         self.report.warnings.push(text);
     }
 
-    /// Says how many warnings were not printed.
+    /// Prints how many warnings of each kind were left out.
     fn count_the_rest(&self) {
-        let place =
-            if self.general.report.is_some() { "in the report" } else { "in a report: --report R.json" };
+        let place = if self.general.report.is_some() { "the report" } else { "--report R.json" };
         for (kind, count) in self.warned.iter().filter(|(_, count)| **count > PRINTED) {
-            self.progress.print(&format!("warning: … and {} more (all {place}): {kind}", count - PRINTED));
+            self.progress
+                .print(&format!("warning: … and {} more ({place} lists all): {kind}", count - PRINTED));
         }
     }
 
-    /// Checks before the work that the report can be written.
+    /// Checks before the work that the report path is usable.
     pub fn check_report(&self) -> Result<(), Failure> {
         self.general.report.as_deref().map_or(Ok(()), check_output)
     }
 
-    /// Adds an output file. It appears when the session is finished.
+    /// Adds an output file, which appears when the run finishes.
     pub fn output(&mut self, kind: &'static str, path: &Path, bytes: Vec<u8>) -> Result<(), Failure> {
         if path == Path::new("-") {
             if self.stdout.is_some() {
-                return Err(Failure::Usage("only one output can go to the standard output (-)".into()));
+                return Err(Failure::Usage(
+                    "two outputs go to standard output (-); give one of them a file".into(),
+                ));
             }
             self.stdout = Some(bytes);
             self.list(kind, path);
@@ -166,7 +167,7 @@ impl Session {
         Ok(())
     }
 
-    /// Adds an output file that is written already but has not its name yet.
+    /// Adds an output file that is written under a temporary name.
     pub fn staged_output(&mut self, kind: &'static str, path: &Path, file: StagedFile) {
         self.staged.push(file);
         self.list(kind, path);
@@ -176,8 +177,8 @@ impl Session {
         self.report.outputs.push(Output { kind, path: path.display().to_string() });
     }
 
-    /// Writes the report, gives all files their names, says what was written and how long it took.
-    /// Gives the exit code.
+    /// Writes the report, publishes all files, and prints timings and outputs. Returns the exit
+    /// code.
     pub fn finish(mut self) -> Result<u8, Failure> {
         self.report.seconds = self.started.elapsed().as_secs_f64();
         self.report.peak_memory_bytes = peak_memory_bytes();
@@ -188,12 +189,12 @@ impl Session {
                 self.output(last.kind, &path, text.into_bytes())?;
             }
         }
-        // First, since files that are not published yet go away if this fails.
+        // Standard output comes first: if it fails, no file is published.
         if let Some(bytes) = self.stdout.take() {
             print_bytes(&bytes)?;
         }
         publish_files(std::mem::take(&mut self.staged)).map_err(Failure::writing)?;
-        self.progress = Progress::default(); // the line goes away before the last words
+        self.progress = Progress::default(); // removes the progress line before the last messages
         if self.general.quiet < 2 {
             self.count_the_rest();
         }
@@ -201,7 +202,7 @@ impl Session {
             for phase in &self.report.phases {
                 self.progress.print(&format!("{:>9.3} s  {}", phase.seconds, phase.name));
             }
-            self.progress.print(&format!("{:>9.3} s  in all", self.report.seconds));
+            self.progress.print(&format!("{:>9.3} s  total", self.report.seconds));
         }
         for output in self.report.outputs.iter().filter(|o| o.path != "-" && self.general.quiet == 0) {
             self.progress.print(&format!("wrote {} ({})", output.path, output.kind));
@@ -210,19 +211,19 @@ impl Session {
     }
 }
 
-/// Writes to the standard output. A reader that has gone away (`| head`) is no failure.
+/// Writes to standard output. A closed pipe (`| head`) is not a failure.
 pub fn print_bytes(bytes: &[u8]) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(fault) if fault.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Failure::Failed(format!("the standard output can not be written: {fault}")))
+            Err(Failure::Failed(format!("cannot write to standard output: {fault}")))
         }
         _ => Ok(()),
     }
 }
 
-/// Refuses early what could not be written late, two outputs that are one file, and an output that
-/// is one of the inputs.
+/// Checks output paths before the work: each is a file in an existing folder, differs from the
+/// others, and is no input file.
 pub fn check_outputs(outputs: &[&Path], inputs: &[&Path]) -> Result<(), Failure> {
     let stdio = Path::new("-");
     let read: Vec<(PathBuf, &Path)> =
@@ -234,14 +235,17 @@ pub fn check_outputs(outputs: &[&Path], inputs: &[&Path]) -> Result<(), Failure>
         let shown = path.display();
         if let Some((_, other)) = seen.iter().find(|(f, _)| *f == file) {
             return Err(Failure::Usage(if *other == path {
-                format!("{shown}: two outputs have this name; give each its own")
+                format!("{shown}: two outputs have this name; name them differently")
             } else {
-                format!("{} and {shown}: two outputs go to this one file; give each its own", other.display())
+                format!(
+                    "{} and {shown}: two outputs are the same file; name them differently",
+                    other.display()
+                )
             }));
         }
         if let Some((_, input)) = read.iter().find(|(f, _)| *f == file) {
             return Err(Failure::Usage(format!(
-                "{shown}: this output would take the place of the input {}; give it another name",
+                "{shown}: this output would overwrite the input {}; give it another name",
                 input.display()
             )));
         }
@@ -250,9 +254,8 @@ pub fn check_outputs(outputs: &[&Path], inputs: &[&Path]) -> Result<(), Failure>
     Ok(())
 }
 
-/// The file that a name leads to, however it is spelled and through whatever links. (An output
-/// takes the place of one hard link and leaves the others as they are, so these are files of their
-/// own.)
+/// The file that a path refers to, however it is spelled, with symbolic links followed. (Hard links
+/// count as different files: an output replaces only one of them.)
 fn file_of(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     path.canonicalize().unwrap_or_else(|_| match (folder.canonicalize(), path.file_name()) {
@@ -261,22 +264,18 @@ fn file_of(path: &Path) -> PathBuf {
     })
 }
 
-/// Refuses early what could not be written late: a folder, or a file in a folder that does not
-/// exist.
+/// Fails early if an output is a folder, or a file in a folder that does not exist.
 pub fn check_output(path: &Path) -> Result<(), Failure> {
     if path == Path::new("-") {
         return Ok(());
     }
     if path.is_dir() {
-        return Err(Failure::Usage(format!(
-            "{}: this is a folder, but an output must be a file; name a file in it",
-            path.display()
-        )));
+        return Err(Failure::Usage(format!("{}: this is a folder; name a file in it", path.display())));
     }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|f| !f.is_dir()) {
         return Err(Failure::Usage(format!(
-            "{}: the folder {} does not exist; make it first",
+            "{}: the folder {} does not exist; create it first",
             path.display(),
             folder.display()
         )));

@@ -1,5 +1,5 @@
-//! The curves and points that distance is measured to: read from files, brought to the mesh, traced
-//! across its faces.
+//! The source curves and points: read from files, projected to the mesh and traced across its
+//! faces.
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
@@ -16,38 +16,37 @@ use eikona_mesh::{
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Where the curves and points come from.
+/// Input curves and points.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Curves and points")]
 pub struct SourceArguments {
-    /// A file of curves: JSON of eikona, OBJ with `l` lines, or the text formats of
-    /// signed-heat-demo and SWN; may be repeated. Without it and --points, the `l` lines of the
-    /// mesh's own OBJ file are taken
+    /// Curve file: eikona's JSON, OBJ with `l` lines, or the text formats of signed-heat-demo and
+    /// SWN; may be repeated. Without it and --points, the `l` lines of the mesh's own OBJ file are
+    /// used
     #[arg(long, value_name = "FILE")]
     pub curve: Vec<PathBuf>,
-    /// Isolated points: vertex numbers from 0 ("12,40"), or a curve file with points, whose curves
-    /// are left out; may be repeated
+    /// Isolated points: vertex numbers from 0 ("12,40"), or a curve file, of which only the points
+    /// are used; may be repeated
     #[arg(long, value_name = "V,V,..|FILE", allow_hyphen_values = true, value_parser = parse_points)]
     pub points: Vec<Points>,
-    /// Take all curves as unsigned: distance grows on both sides
+    /// Treat all curves as unsigned: the distance is positive on both sides
     #[arg(long, conflicts_with = "flip")]
     pub unsigned: bool,
-    /// Reverse the direction of all curves, which exchanges left and right
+    /// Reverse all curves, which swaps left and right
     #[arg(long)]
     pub flip: bool,
-    /// Trace segments that span several faces, and polylines in space, over the mesh (this is the
-    /// default)
+    /// Trace segments that span several faces, and polylines in space, over the mesh (default)
     #[arg(long, overrides_with = "no_trace")]
     pub trace: bool,
-    /// Refuse curves that would have to be traced
+    /// Fail for curves that need tracing
     #[arg(long)]
     pub no_trace: bool,
 }
 
-/// Isolated points, as named on the command line.
+/// Isolated points, as given on the command line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Points {
-    /// Numbers of vertices of the file.
+    /// Vertex numbers of the mesh file.
     Vertices(Vec<u32>),
     /// A curve file.
     File(PathBuf),
@@ -59,15 +58,14 @@ fn parse_points(text: &str) -> Result<Points, String> {
     if !is_list && (Path::new(text).exists() || !is_number) {
         return Ok(Points::File(text.into()));
     }
-    const EXPECTED: &str = "vertex numbers from 0, such as 12,40, or the name of a curve file are expected";
+    const EXPECTED: &str = "expected vertex numbers from 0, such as 12,40, or a curve file";
     let mut vertices = Vec::new();
     for words in text.split(',') {
         if words.trim().is_empty() {
-            return Err(format!("a number is missing before or behind a comma; {EXPECTED}"));
+            return Err(format!("a number is missing before or after a comma; {EXPECTED}"));
         }
         for word in words.split_whitespace() {
-            let vertex =
-                word.parse().map_err(|_| format!("{word} is not the number of a vertex; {EXPECTED}"))?;
+            let vertex = word.parse().map_err(|_| format!("{word} is not a vertex number; {EXPECTED}"))?;
             vertices.push(vertex);
         }
     }
@@ -75,25 +73,25 @@ fn parse_points(text: &str) -> Result<Points, String> {
 }
 
 impl SourceArguments {
-    /// The options given that are about the sides of curves.
+    /// The given options that concern the sides of curves.
     pub fn about_sides(&self) -> Vec<&'static str> {
         let flags = [(self.flip, "--flip"), (self.unsigned, "--unsigned")];
         flags.into_iter().filter(|(given, _)| *given).map(|(_, flag)| flag).collect()
     }
 
-    /// Refuses options about curves, these and `more`, where only points are given.
+    /// Fails for options about curves, including `more`, if only points are given.
     pub fn check_sides(&self, more: &[&str]) -> Result<(), Failure> {
         let flags = self.about_sides();
         match flags.iter().chain(more).next() {
             Some(flag) if self.curve.is_empty() && !self.points.is_empty() => Err(Failure::Usage(format!(
-                "{flag} is for curves, but --points gives none; leave it out, or give --curve FILE too"
+                "{flag} needs curves, but there is only --points; leave it out, or add --curve FILE"
             ))),
             _ => Ok(()),
         }
     }
 }
 
-/// The files that a verb with these arguments reads.
+/// The input files of these arguments.
 pub fn files_read<'a>(mesh: &'a MeshArguments, source: &'a SourceArguments) -> Vec<&'a Path> {
     let points = source.points.iter().filter_map(|points| match points {
         Points::File(path) => Some(path),
@@ -102,17 +100,17 @@ pub fn files_read<'a>(mesh: &'a MeshArguments, source: &'a SourceArguments) -> V
     [&mesh.mesh].into_iter().chain(&source.curve).chain(points).map(PathBuf::as_path).collect()
 }
 
-/// Says that these options have no effect, for lack of a curve with two sides.
+/// Warns that these options have no effect without a signed curve.
 pub fn warn_of_sides(flags: &[&str], session: &mut Session) {
     for flag in flags {
-        session.warn(format!("{flag} has no effect: no curve here is signed"));
+        session.warn(format!("{flag} has no effect: there is no signed curve"));
     }
 }
 
-/// A polyline farther from the mesh than this share of its bounding box gets a warning.
+/// Polylines farther from the mesh than this share of its longest side are reported.
 const FAR: f64 = 0.01;
 
-/// The source, with every segment in one face.
+/// Reads the source and traces it, so that each segment lies in one face.
 pub fn read_source(
     arguments: &SourceArguments,
     input: &MeshInput,
@@ -123,10 +121,7 @@ pub fn read_source(
     for path in &arguments.curve {
         let file = read_curve_file(path, input, session)?;
         if file.curves.is_empty() && file.polylines.is_empty() {
-            return Err(Failure::curve(
-                path,
-                "there is no curve in this file; check that it is the right one",
-            ));
+            return Err(Failure::curve(path, "this file contains no curve; check that it is the right file"));
         }
         let added = bring_to_mesh(file, path, arguments, input, session, &mut facts)?;
         curves.curves.extend(added.curves);
@@ -171,13 +166,12 @@ pub fn read_source(
     Ok((curves, report))
 }
 
-/// The curves that the mesh's own file has as `l` lines; those that lie off the surface are left
-/// out if others remain.
+/// The curves from the `l` lines of the mesh file. Those off the surface are left out; fails if
+/// none remain.
 fn own_lines(input: &MeshInput, session: &mut Session) -> Result<CurveFile, Failure> {
     let path = &input.path;
     let mut file = curves_from_lines(&input.lines(), &input.mesh).map_err(|e| Failure::curve(path, e))?;
-    session
-        .note(&format!("the {} line elements of the mesh's own file are the curve", input.file.lines.len()));
+    session.note(&format!("using the {} line elements of the mesh file as curves", input.file.lines.len()));
     for warning in &file.warnings {
         session.warn(format!("{}: {warning}", path.display()));
     }
@@ -185,7 +179,8 @@ fn own_lines(input: &MeshInput, session: &mut Session) -> Result<CurveFile, Fail
         if file.curves.is_empty() {
             return Err(Failure::curve(
                 path,
-                "the l lines of this file make no curve on its surface; name the curve with --curve FILE or points with --points",
+                "the `l` lines of this file contain no curve on its surface; give a curve with --curve FILE \
+                 or points with --points",
             ));
         }
         return Ok(file);
@@ -203,13 +198,13 @@ fn own_lines(input: &MeshInput, session: &mut Session) -> Result<CurveFile, Fail
         return Err(Failure::curve(
             path,
             format!(
-                "the l lines of this file lie off its surface, the first by {first:.3e}; name the curve with --curve FILE or points \
-                 with --points"
+                "the `l` lines of this file lie off its surface, the first by {first:.3e}; give a curve \
+                 with --curve FILE or points with --points"
             ),
         ));
     }
     session.warn(format!(
-        "{}: {} polylines of this file lie off its surface, the first by {first:.3e}; they were left out",
+        "{}: left out {} polylines that lie off the surface, the first by {first:.3e}",
         path.display(),
         far.len()
     ));
@@ -218,8 +213,8 @@ fn own_lines(input: &MeshInput, session: &mut Session) -> Result<CurveFile, Fail
     Ok(file)
 }
 
-/// The source as [`read_source`] finds it, for verbs that can do without: `l` lines of the mesh's
-/// own file that are no curve on its surface get a warning.
+/// Like [`read_source`], for commands that need no source: invalid `l` lines of the mesh file only
+/// give a warning.
 pub fn read_source_if_any(
     arguments: &SourceArguments,
     input: &MeshInput,
@@ -234,19 +229,19 @@ pub fn read_source_if_any(
     match read_source(arguments, input, session) {
         Ok(found) => Ok(Some(found)),
         Err(Failure::Input(fault)) => {
-            session.warn(format!("{fault}; the l lines of this file were passed over"));
+            session.warn(format!("{fault}; ignored the `l` lines of this file"));
             Ok(None)
         }
         Err(failure) => Err(failure),
     }
 }
 
-/// The content of a curve file, before anything is traced.
+/// Reads a curve file, without tracing.
 pub fn read_curve_file(path: &Path, input: &MeshInput, session: &mut Session) -> Result<CurveFile, Failure> {
     let bytes = std::fs::read(path).map_err(|e| match path.to_str().filter(|name| CURVE_NAMES.contains(name)) {
         Some(name) => Failure::Input(format!(
-            "{name}: there is no such file; {name} is a curve that `make` writes into one: eikona make SHAPE -o MESH --curve {name} \
-             --curve-out {name}.json"
+            "{name}: no such file; {name} names a curve that `make` writes to a file: eikona make SHAPE -o \
+             MESH --curve {name} --curve-out {name}.json"
         )),
         None => Failure::reading(path, eikona_mesh::FileError::io(path, e)),
     })?;
@@ -272,18 +267,18 @@ pub fn read_curve_file(path: &Path, input: &MeshInput, session: &mut Session) ->
     Ok(file)
 }
 
-/// Refuses numbers of edges and faces in a text file where those at hand are not those of the
-/// mesh's file.
+/// Fails for edge and face numbers in a text file that are ambiguous for this mesh.
 fn refuse_numbers(path: &Path, bytes: &[u8], input: &MeshInput) -> Result<(), Failure> {
     let (words, why): (&[&str], _) = if !input.file.mesh.is_triangular() {
         (
             &["e", "f"],
-            "gives an edge or face of the polygons by number, but they are cut into triangles first",
+            "names an edge or face of a polygon mesh by number, but polygons are triangulated first",
         )
-    } else if input.has_stand_ins() {
+    } else if input.has_placeholders() {
         (
             &["e"],
-            "gives an edge by number, but faces of the mesh that name a vertex twice leave the numbers unsure",
+            "names an edge by number, but edge numbers are ambiguous: the mesh has faces that repeat a \
+             vertex or have too few corners",
         )
     } else {
         return Ok(());
@@ -294,8 +289,8 @@ fn refuse_numbers(path: &Path, bytes: &[u8], input: &MeshInput) -> Result<(), Fa
         Some(line) => Err(Failure::curve(
             path,
             format!(
-                "line {} {why}; name vertices instead (v i, or JSON with the ends of the edge), or give the curve as a polyline in \
-                 space",
+                "line {} {why}; name vertices instead (v i, or JSON with the edge's vertices), or give a \
+                 polyline in space",
                 line + 1
             ),
         )),
@@ -313,7 +308,7 @@ fn read_points(
         Points::Vertices(numbers) => numbers,
         Points::File(path) if !path.exists() => {
             return Err(Failure::Input(format!(
-                "--points {}: there is no such file, and this is no list of vertex numbers such as 12,40 either",
+                "--points {}: no such file, and not a list of vertex numbers such as 12,40",
                 path.display()
             )));
         }
@@ -322,7 +317,7 @@ fn read_points(
             if file.curves.points.is_empty() {
                 return Err(Failure::curve(
                     path,
-                    "there are no isolated points in this file; give its curves with --curve",
+                    "this file contains no isolated points; pass its curves with --curve",
                 ));
             }
             file.curves.located_points(&input.mesh).map_err(|e| Failure::curve(path, e))?;
@@ -330,9 +325,8 @@ fn read_points(
             if left_out > 0 && !arguments.curve.contains(path) {
                 let path = path.display();
                 let counted = if left_out == 1 { "1 curve".into() } else { format!("{left_out} curves") };
-                session.warn(format!(
-                    "{path} has {counted}, which --points leaves out; --curve {path} takes both"
-                ));
+                session
+                    .warn(format!("{path} has {counted}, which --points ignores; --curve {path} uses both"));
             }
             return Ok(file.curves.points);
         }
@@ -350,7 +344,7 @@ fn read_points(
     numbers.iter().map(point).collect()
 }
 
-/// Traces what lies across faces or in space.
+/// Traces segments that cross faces, and polylines in space.
 fn bring_to_mesh(
     file: CurveFile,
     path: &Path,
@@ -384,7 +378,7 @@ fn bring_to_mesh(
     if let (Some(_), true) = (lines.first(), arguments.no_trace) {
         return Err(Failure::curve(
             path,
-            "polyline 0 lies in space and would have to be projected and traced; leave out --no-trace",
+            "polyline 0 lies in space and must be projected and traced; leave out --no-trace",
         ));
     }
     if !lines.is_empty() {
@@ -401,7 +395,7 @@ fn bring_to_mesh(
     }
     if traced_curves + lines.len() > 0 {
         session.detail(&format!(
-            "{name}: {} curves traced over the faces; points in space lay at most {largest:.3e} from the mesh",
+            "{name}: traced {} curves; points in space are at most {largest:.3e} from the mesh",
             traced_curves + lines.len()
         ));
     }
@@ -412,7 +406,7 @@ fn bring_to_mesh(
     Ok(result)
 }
 
-/// For each curve the first node whose segment lies in no single face, if there is one.
+/// For each curve, the first node whose segment does not lie in one face.
 fn first_across(mesh: &TriangleMesh, curves: &SurfaceCurves) -> Result<Vec<Option<usize>>, CurveError> {
     curves.located_points(mesh)?;
     let first = |(c, curve): (usize, &Curve)| {
@@ -429,8 +423,8 @@ fn trace_line(line: &SpacePolyline, input: &MeshInput, bvh: &Bvh) -> Result<Trac
     trace_polyline(&input.mesh, bvh, &line.points, line.closed, line.kind, DEFAULT_TOLERANCE)
 }
 
-/// The fault without the number of the only curve that was traced; the caller knows which one it
-/// is.
+/// The fault without its curve number, which counts only the traced curve; the caller adds the
+/// right one.
 fn of_one_curve(fault: TraceError) -> String {
     match fault {
         TraceError::Curve(CurveError::AtNode { node, fault, .. }) => format!("node {node}: {fault}"),
@@ -454,8 +448,8 @@ fn warn_if_far(path: &Path, largest: f64, input: &MeshInput, session: &mut Sessi
     let size = longest_side(input);
     if largest > FAR * size {
         session.warn(format!(
-            "{}: a point of the curve lies {largest:.3e} from the mesh, whose longest side is {size:.3e}; check that both belong \
-             together and are in one unit",
+            "{}: a point of the curve lies {largest:.3e} from the mesh, whose bounding box has a longest \
+             side of {size:.3e}; check that curve and mesh belong together and have the same unit",
             path.display()
         ));
     }

@@ -1,4 +1,4 @@
-//! `eikona winding`: inside or outside of curves on a surface.
+//! `eikona winding`: labels the regions inside and outside of curves on a surface.
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
@@ -24,11 +24,10 @@ use std::path::{Path, PathBuf};
   eikona make torus -o torus.ply --curve-out cut.json --cut axis=x,at=0.9
   eikona winding torus.ply --curve cut.json -o labels.ply --render labels.png
 
-Where curves cross faces the mesh is cut along them, and across their gaps along what completes them (--completion-shape); the output is
-the cut mesh, with the field `parent`. Labels for the faces of
-your own mesh: --input-labels. Faces have the numbers of your file, from 0, also where polygons are cut into triangles and faces are
-dropped.")]
-// Curves without two sides bound nothing: what asks for them is refused, and need not be offered.
+The output is the mesh cut along the curves, and along their completion in the gaps (--completion-shape). The
+field `parent` maps its faces to yours; --input-labels writes labels for the faces of your own mesh. Face
+numbers are those of your file, from 0, even if polygons are triangulated or faces are dropped.")]
+// Points and unsigned curves bound nothing, so these options are refused and the help hides them.
 #[command(mut_arg("points", |arg| arg.hide(true)), mut_arg("unsigned", |arg| arg.hide(true)))]
 #[command(mut_arg("curve", |arg| arg.help(CURVE_HELP)))]
 pub struct WindingArguments {
@@ -44,36 +43,37 @@ pub struct WindingArguments {
     pub picture: PictureArguments,
 }
 
-const CURVE_HELP: &str = "A file of curves: JSON of eikona, OBJ with `l` lines, or the text formats of signed-heat-demo and SWN; may be \
-repeated. Without it, the `l` lines of the mesh's own OBJ file are taken";
+const CURVE_HELP: &str = "Curve file: eikona's JSON, OBJ with `l` lines, or the text formats of \
+ signed-heat-demo and SWN; may be repeated. Without it, the `l` lines of the mesh's own OBJ file are used";
 
-/// How the winding number is computed.
+/// Options of the method.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Method")]
 pub struct MethodArguments {
-    /// Take the nonbounding part off everywhere (full), or only along the curve, as the authors'
-    /// program does
+    /// Where to remove the nonbounding part: everywhere (full), or only along the curve, as in the
+    /// authors' program
     #[arg(long, value_enum, default_value = "full")]
     pub completion: CompletionName,
-    /// What completes the curve in its gaps: shortest paths across faces (straight), or paths along
-    /// edges of the mesh (edges)
+    /// How to complete the curve in its gaps: by shortest paths across faces (straight) or by paths
+    /// along mesh edges (edges)
     #[arg(long, value_enum, value_name = "SHAPE", default_value = "straight")]
     pub completion_shape: ShapeName,
-    /// Cost of a nonbounding loop along the curve, as a share of its cost elsewhere: from 1e-9 to 1
+    /// Cost of nonbounding loops along the curve, relative to elsewhere: from 1e-9 to 1
     #[arg(long, value_name = "SHARE", default_value = "0.01", allow_hyphen_values = true, value_parser = parse_epsilon)]
     pub epsilon: f64,
-    /// The face of the file (numbered from 0; of a polygon its first triangle) whose label is 0.
-    /// Without it: the label that covers most of the area is 0
+    /// Face with label 0, by its number in the file, from 0; the first triangle for a polygon.
+    /// Without it, the label of the largest area is 0
     #[arg(long, value_name = "FACE")]
     pub reference: Option<u32>,
-    /// Leave open pieces of the curve with fewer than 8 edges as they are. Without it they are
-    /// bisected, as short pieces have little effect otherwise
+    /// Do not refine open pieces of the curve with fewer than 8 edges. By default they are
+    /// bisected, since short pieces have little effect otherwise
     #[arg(long)]
     pub keep_short: bool,
-    /// Solve on intrinsic Delaunay triangles: better where faces are badly shaped
+    /// Solve on the intrinsic Delaunay triangulation, which helps if faces are badly shaped
     #[arg(long)]
     pub delaunay: bool,
-    /// Look for stretches of the curve that seem reversed: if there are few (auto), always or never
+    /// Find stretches of the curve that look reversed: if the curve has few stretches (auto),
+    /// always, or never
     #[arg(long, value_enum, value_name = "WHEN", default_value = "auto")]
     pub diagnose: DiagnosisName,
 }
@@ -101,56 +101,58 @@ pub enum CompletionName {
 /// See [`CompletionShape`].
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum ShapeName {
-    /// Shortest paths across faces; the mesh is cut there
+    /// Shortest paths across faces, along which the mesh is cut
     Straight,
     /// Paths along edges
     Edges,
 }
 
-/// What is written.
+/// Output files.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Outputs")]
 pub struct OutputArguments {
-    /// The mesh with `label`, `margin` and `parent` (the face of your file) at its faces (.ply,
-    /// .vtp); with the winding number at its corners as homogeneous texture coordinates u/v (.obj);
-    /// cut open between regions, with colours and `label` at its vertices (.glb, .gltf); label,
-    /// margin and parent of each face (.csv); or the labels alone (.npy)
+    /// Write the mesh with `label`, `margin` and `parent` (the face of your file) per face (.ply,
+    /// .vtp); with the winding number per corner as homogeneous texture coordinates u/v (.obj); or
+    /// cut open between regions, with colours and `label` per vertex (.glb, .gltf). Without the
+    /// mesh: label, margin and parent per face (.csv), or labels (.npy)
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
-    /// The mesh cut open between regions: with `label` and `parent` at its faces (.ply, .vtp), with
-    /// `label` at its vertices (.glb, .gltf), with the colours of the regions (these, .obj, .off),
-    /// or bare (.stl)
+    /// Write the mesh cut open between regions: with `label` and `parent` per face (.ply, .vtp),
+    /// with `label` per vertex (.glb, .gltf), with the colours of the regions (all of these, .obj,
+    /// .off), or without data (.stl)
     #[arg(long, value_name = "OUT")]
     pub split: Option<PathBuf>,
-    /// A label for each face of your file: where it was cut, that of the larger part; where it was
-    /// dropped, none (.csv: nothing behind the comma; .npy, int32: -2147483648)
+    /// Write one label per face of your file (.csv, .npy). A cut face has the label of most of its
+    /// area; a dropped face has none (.csv: empty; .npy, int32: -2147483648)
     #[arg(long, value_name = "OUT")]
     pub input_labels: Option<PathBuf>,
-    /// The completed boundary of the regions, as lines of an OBJ file
+    /// Write the completed boundary of the regions as OBJ lines
     #[arg(long, value_name = "OBJ")]
     pub bounding: Option<PathBuf>,
-    /// The completed loops that bound nothing, as lines of an OBJ file
+    /// Write the completed nonbounding loops as OBJ lines
     #[arg(long, value_name = "OBJ")]
     pub nonbounding: Option<PathBuf>,
-    /// The part of the curve itself that bounds, as lines of an OBJ file
+    /// Write the bounding part of the curve as OBJ lines
     #[arg(long, value_name = "OBJ")]
     pub bounding_part: Option<PathBuf>,
-    /// The part of the curve itself that bounds nothing, as lines of an OBJ file
+    /// Write the nonbounding part of the curve as OBJ lines
     #[arg(long, value_name = "OBJ")]
     pub nonbounding_part: Option<PathBuf>,
-    /// The curves with the stretches that look reversed turned over (.json); see --diagnose
+    /// Write the curves with stretches that look reversed turned around (.json, .obj or .txt); see
+    /// --diagnose
     #[arg(long, value_name = "JSON")]
     pub suggested: Option<PathBuf>,
-    /// A picture of the regions, their completed boundary (thin) and the curves
+    /// Draw the regions, their completed boundary (thin) and the curves
     #[arg(long, value_name = "PNG")]
     pub render: Option<PathBuf>,
-    /// A picture of the winding number before it is rounded, with its jumps, and the curves
+    /// Draw the winding number before rounding, with its jumps, and the curves
     #[arg(long, value_name = "PNG")]
     pub render_values: Option<PathBuf>,
 }
 
 impl OutputArguments {
-    /// The names of files of lines: completed loops and parts of the curve, those that bound first.
+    /// Paths of the OBJ outputs: completed loops, then parts of the curve, each with the bounding
+    /// ones first.
     pub fn lines(&self) -> [Option<&Path>; 4] {
         [&self.bounding, &self.nonbounding, &self.bounding_part, &self.nonbounding_part]
             .map(|path| path.as_deref())
@@ -161,7 +163,7 @@ fn parse_epsilon(text: &str) -> Result<f64, String> {
     within(text, &EPSILONS)
 }
 
-/// Runs the verb. Gives the exit code.
+/// Runs the command and returns the exit code.
 pub fn run(arguments: &WindingArguments, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("winding", general);
     let source = &arguments.source;
@@ -170,7 +172,7 @@ pub fn run(arguments: &WindingArguments, general: &General) -> Result<u8, Failur
     input.require_faces()?;
     if source.curve.is_empty() && input.file.lines.is_empty() {
         return Err(Failure::Usage(
-            "there is no curve; give --curve FILE (or `l` lines in the OBJ file of the mesh)".into(),
+            "there is no curve; give --curve FILE, or add `l` lines to the mesh's OBJ file".into(),
         ));
     }
     let reference = reference(&arguments.method, &input)?;
@@ -181,20 +183,24 @@ pub fn run(arguments: &WindingArguments, general: &General) -> Result<u8, Failur
     session.finish()
 }
 
-/// What can be refused before any work is done.
+/// Checks the arguments before any work.
 fn check_arguments(arguments: &WindingArguments, general: &General) -> Result<Formats, Failure> {
     let source = &arguments.source;
     if !source.points.is_empty() || source.unsigned {
         let flag = if source.unsigned { "--unsigned" } else { "--points" };
         return Err(Failure::Usage(format!(
-            "{flag}: points and curves without direction bound nothing; winding takes oriented curves only"
+            "{flag}: points and unsigned curves bound no region; give oriented curves with --curve FILE"
         )));
     }
     let outputs = &arguments.outputs;
     if let Some(path) = &outputs.suggested {
         curve_format(path)?;
         if let DiagnosisName::Never = arguments.method.diagnose {
-            return Err(Failure::Usage("--suggested and --diagnose never exclude each other".into()));
+            return Err(Failure::Usage(
+                "--suggested needs the diagnosis that --diagnose never turns off; \
+             leave one of them out"
+                    .into(),
+            ));
         }
     }
     let pictures = [outputs.render.as_deref(), outputs.render_values.as_deref()];
@@ -204,19 +210,20 @@ fn check_arguments(arguments: &WindingArguments, general: &General) -> Result<Fo
     let paths: Vec<&Path> = files.into_iter().chain(others).flatten().collect();
     if paths.is_empty() {
         return Err(Failure::Usage(
-            "nothing would be written; give -o OUT.ply, --render OUT.png, --bounding OUT.obj or --report R.json".into(),
+            "no output is given; add -o OUT.ply, --render OUT.png, --bounding OUT.obj or --report R.json"
+                .into(),
         ));
     }
     check_outputs(&paths, &files_read(&arguments.mesh, &arguments.source))?;
     if let (Some(flag), [None, None]) = (arguments.picture.given(), pictures) {
         return Err(Failure::Usage(format!(
-            "{flag} is for a picture; give --render OUT.png or --render-values OUT.png with it"
+            "{flag} has no effect without a picture; add --render OUT.png or --render-values OUT.png"
         )));
     }
     if let (Some(flag), None) = (arguments.picture.about_values(), &outputs.render_values) {
         return Err(Failure::Usage(format!(
-            "{flag} is for values, but --render shows regions, which have colours of their own; give --render-values OUT.png \
-             with it"
+            "{flag} has no effect on --render, which shows regions in fixed colours; add --render-values \
+             OUT.png"
         )));
     }
     pictures.into_iter().flatten().try_for_each(check_picture_path)?;
@@ -261,9 +268,9 @@ fn solve(
     if let (Some(path), None) = (&arguments.outputs.suggested, &report.orientation) {
         let mut reasons = report.warnings.iter().filter(|w| w.starts_with("the orientation"));
         return Err(Failure::Failed(format!(
-            "{}: no curve can be suggested{}; leave --suggested out",
+            "{}: cannot suggest a curve{}; leave --suggested out",
             path.display(),
-            reasons.next().map_or(String::new(), |reason| format!(", as {reason}"))
+            reasons.next().map_or(String::new(), |reason| format!(": {reason}"))
         )));
     }
     session.report.phases_of("solve", &report.phases);
@@ -295,7 +302,7 @@ fn solve(
     let loops =
         |n: usize, one: &str, many: &str| if n == 1 { format!("1 {one}") } else { format!("{n} {many}") };
     session.note(&format!(
-        "{}; {} regions, {} nothing; the curve has {} inside the surface",
+        "{}; {} regions, {} no region; the curve has {} inside the surface",
         shown_labels(&regions),
         loops(bounding, "completed loop bounds", "completed loops bound"),
         loops(nonbounding, "bounds", "bound"),
@@ -303,7 +310,7 @@ fn solve(
     ));
     if let Some(completion) = report.completion.as_ref().filter(|c| c.straightened > 0) {
         session.note(&format!(
-            "{} of the completion straightened, from {:.6} to {:.6} long",
+            "straightened {} of the completion, length {:.6} before and {:.6} after",
             loops(completion.straightened, "piece", "pieces"),
             completion.length_before,
             completion.length_after,
@@ -312,7 +319,7 @@ fn solve(
     Ok(winding)
 }
 
-/// These labels, which are sorted, one by one if they are few.
+/// Formats sorted labels: all of them if there are few, else their range.
 fn shown_labels(regions: &[i32]) -> String {
     const FEW: usize = 10;
     match regions {

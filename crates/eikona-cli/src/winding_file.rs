@@ -15,7 +15,7 @@ use eikona_render::{ColorMap, Levels, label_color};
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// What the names of the outputs stand for.
+/// Formats of the outputs, from their file names.
 #[derive(Clone, Copy, Debug)]
 pub struct Formats {
     output: Option<MainFormat>,
@@ -26,11 +26,11 @@ pub struct Formats {
 /// Formats of the main output.
 #[derive(Clone, Copy, Debug)]
 enum MainFormat {
-    /// Values at faces.
+    /// Values per face.
     Faces,
-    /// Texture coordinates at corners.
+    /// Texture coordinates per corner.
     Corners,
-    /// The mesh cut open, with values at vertices.
+    /// The mesh cut open, with values per vertex.
     Split(MeshFormat),
     Table(TableFormat),
 }
@@ -43,18 +43,16 @@ enum TableFormat {
 }
 
 impl Formats {
-    /// Of the names given.
+    /// Determines the formats from the file names.
     ///
     /// # Errors
-    /// [`Failure::Usage`] for a name that stands for no format that the output can have, with those
-    /// it can.
+    /// [`Failure::Usage`] for a format that the output does not support, with those it does.
     pub fn of(outputs: &OutputArguments) -> Result<Formats, Failure> {
         let wrong = |path: &Path, what: &str| Failure::Usage(format!("{}: {what}", path.display()));
-        const MAIN: &str =
-            "regions can be written as .ply, .vtp, .obj, .glb, .gltf, .csv or .npy; choose one of these";
-        const SPLIT: &str = "the split mesh can be written as .ply, .vtp, .obj, .off, .stl, .glb or .gltf; choose one of these";
-        const TABLE: &str =
-            "labels for the faces of the input are written as .npy or .csv; choose one of these";
+        const MAIN: &str = "unsupported format for regions; use .ply, .vtp, .obj, .glb, .gltf, .csv or .npy";
+        const SPLIT: &str = "unsupported format for the split mesh; use .ply, .vtp, .obj, .off, .stl, .glb \
+         or .gltf";
+        const TABLE: &str = "unsupported format for labels of the input faces; use .npy or .csv";
         let main = |path: &Path| match (table_format(path), MeshFormat::from_path(path)) {
             (Some(table), _) => Ok(MainFormat::Table(table)),
             (_, Some(MeshFormat::Ply | MeshFormat::Vtp)) => Ok(MainFormat::Faces),
@@ -66,7 +64,7 @@ impl Formats {
         let table = |path: &Path| table_format(path).ok_or_else(|| wrong(path, TABLE));
         for path in outputs.lines().into_iter().flatten() {
             if MeshFormat::from_path(path) != Some(MeshFormat::Obj) {
-                return Err(wrong(path, "loops are written as .obj; name it so"));
+                return Err(wrong(path, "unsupported format for loops and parts of the curve; use .obj"));
             }
         }
         Ok(Formats {
@@ -86,7 +84,7 @@ fn table_format(path: &Path) -> Option<TableFormat> {
     }
 }
 
-/// Stages all that was asked for.
+/// Stages all requested outputs.
 pub fn write_outputs(
     arguments: &WindingArguments,
     formats: &Formats,
@@ -99,12 +97,13 @@ pub fn write_outputs(
         let same_faces = !winding.is_cut() && input.has_faces_of_file();
         if let (MainFormat::Table(_), None, false) = (format, &outputs.split, same_faces) {
             session.warn(format!(
-                "{}: this is about the {} faces of a mesh that is in no file: yours, of {} faces, {}; give -o OUT.ply for labels \
-                 and mesh together, or --input-labels for labels of your faces",
+                "{}: this table indexes the {} faces of a mesh that is not being written: your mesh with {} \
+                 faces {}; use -o OUT.ply to write mesh and labels together, or --input-labels for labels \
+                 of your faces",
                 path.display(),
                 winding.mesh.face_count(),
                 input.file.mesh.face_count(),
-                if winding.is_cut() { "was cut for the curves" } else { "was triangulated or repaired" }
+                if winding.is_cut() { "was cut along the curves" } else { "was triangulated or repaired" }
             ));
         }
         match format {
@@ -126,17 +125,14 @@ pub fn write_outputs(
         let labels = labels_of_file(winding, input);
         if let Some(first) = labels.iter().position(Option::is_none) {
             let faces = match labels.iter().filter(|label| label.is_none()).count() {
-                1 => "1 face was".to_string(),
-                dropped => format!("{dropped} faces were"),
+                1 => "1 dropped face has".to_string(),
+                dropped => format!("{dropped} dropped faces have"),
             };
             let instead = match format {
-                TableFormat::Npy => format!("{NO_LABEL} stands in its place"),
-                TableFormat::Csv => "its place is left empty".into(),
+                TableFormat::Npy => format!("written as {NO_LABEL}"),
+                TableFormat::Csv => "written as an empty field".into(),
             };
-            session.warn(format!(
-                "{}: {faces} dropped, the first is face {first}: such a face has no label, {instead}",
-                path.display()
-            ));
+            session.warn(format!("{}: {faces} no label (first: face {first}); {instead}", path.display()));
         }
         let bytes = match format {
             TableFormat::Npy => {
@@ -173,8 +169,7 @@ pub fn write_outputs(
         let file = CurveFile { curves: orientation.suggested(curves), ..CurveFile::default() };
         output_curves(path, &file, &input.mesh, session)?;
     }
-    // The winding number is of a mesh that may have been cut; the curves name points of the one
-    // that was read.
+    // The winding number lives on a mesh that may be cut; the curves name points of the input mesh.
     let curves = Drawing { curves: Some(curves), curves_of: Some(&input.mesh), ..Drawing::default() };
     if let Some(path) = &outputs.render {
         let labels: Vec<i64> = winding.labels.as_slice().iter().map(|&l| i64::from(l)).collect();
@@ -187,8 +182,8 @@ pub fn write_outputs(
         let [numerator, denominator] = homogeneous(winding);
         let drawing = Drawing {
             quotient: Some(([&numerator, &denominator], "winding number")),
-            levels: levels_between_whole_numbers(&numerator),
-            // 0 is white whatever the signs, and +1 and -1 have the colours that regions have.
+            levels: levels_between_integers(&numerator),
+            // A fixed map keeps 0 white, and gives +1 and -1 the colours of regions.
             map: Some(ColorMap::signed()),
             ..curves
         };
@@ -203,8 +198,9 @@ fn curves_of(loops: &[JumpLoop]) -> SurfaceCurves {
     SurfaceCurves { curves: loops.iter().map(curve).collect(), points: Vec::new() }
 }
 
-/// At each corner the winding number and 1, or twice 0 where it has no value (an endpoint):
-/// interpolated linearly and divided at each pixel. Shifted so that labels are the values rounded.
+/// Homogeneous winding number per corner, to be interpolated linearly and divided per pixel: the
+/// value and 1, or 0 and 0 where it has no value (endpoints). Shifted so that labels are the
+/// rounded values.
 fn homogeneous(winding: &Winding) -> [Vec<f64>; 2] {
     let shift = |corner: usize| winding.shift[winding.island.as_slice()[corner / 3] as usize];
     let values = winding.values.as_slice().iter().enumerate();
@@ -213,9 +209,9 @@ fn homogeneous(winding: &Winding) -> [Vec<f64>; 2] {
     [numerator, denominator]
 }
 
-/// Tenths, but no whole numbers: whole regions have these but for rounding, which isolines would
-/// show.
-fn levels_between_whole_numbers(values: &[f64]) -> Option<Levels> {
+/// Multiples of 0.1 without integers: regions have integer values up to rounding, which isolines
+/// would show.
+fn levels_between_integers(values: &[f64]) -> Option<Levels> {
     const MOST: f64 = 50.0;
     let (low, high) = values.iter().fold((0.0f64, 0.0f64), |(l, h), &w| (l.min(w), h.max(w)));
     let whole = (low.floor(), high.ceil());
@@ -226,12 +222,11 @@ fn levels_between_whole_numbers(values: &[f64]) -> Option<Levels> {
     Some(Levels::Values(units.flat_map(|n| (1..10).map(move |i| n as f64 + 0.1 * f64::from(i))).collect()))
 }
 
-/// Stands for the label of a face that was dropped, where labels are whole numbers: the least
-/// int32, which no label comes near.
+/// Label of a dropped face in integer files: the smallest int32, which is far from any label.
 const NO_LABEL: i32 = i32::MIN;
 
-/// The label of each face of the file: the one that covers most of it, of labels that cover the
-/// same area the smallest. `None` if the face was dropped.
+/// The label of each face of the file: the one that covers most of its area, and the smallest in a
+/// tie. `None` if the face was dropped.
 fn labels_of_file(winding: &Winding, input: &MeshInput) -> Vec<Option<i32>> {
     let of_triangles = winding.input_labels();
     if input.has_faces_of_file() {
@@ -240,12 +235,12 @@ fn labels_of_file(winding: &Winding, input: &MeshInput) -> Vec<Option<i32>> {
     winding.labels_of_groups(input.file.mesh.face_count(), |triangle| input.face_of_file(triangle).index())
 }
 
-/// The face of the file that each face lies in.
+/// The face of the file that contains each face.
 fn parents(winding: &Winding, input: &MeshInput) -> impl Iterator<Item = Face> {
     winding.face_parent.iter().map(|&triangle| input.face_of_file(triangle))
 }
 
-/// Labels and parents of the faces.
+/// Labels and parents per face.
 fn as_numbers(winding: &Winding, input: &MeshInput) -> [Vec<f64>; 2] {
     let labels = winding.labels.as_slice().iter().map(|&l| f64::from(l)).collect();
     [labels, parents(winding, input).map(|f| f.index() as f64).collect()]
@@ -282,7 +277,7 @@ fn write_corners(path: &Path, winding: &Winding, session: &mut Session) -> Resul
     stage("regions", path, &out, session)
 }
 
-/// The mesh cut open, with all that the format holds.
+/// Writes the mesh cut open, with all data that the format can store.
 fn write_split(
     kind: &'static str,
     path: &Path,
@@ -307,7 +302,8 @@ fn write_split(
     stage(kind, path, &out, session)
 }
 
-/// Every vertex of a split mesh has faces of one label. One that has no faces gets 0.
+/// Labels per vertex of a split mesh, whose faces agree at each vertex. Unreferenced vertices get
+/// 0.
 fn labels_at_vertices(split: &TriangleMesh, winding: &Winding) -> Vec<i32> {
     let label = |v| split.vertex_corners(v).first().map_or(0, |c| winding.labels[c.face()]);
     split.vertices().map(label).collect()

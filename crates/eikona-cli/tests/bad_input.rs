@@ -1,6 +1,5 @@
-//! What the public solvers fail on (rows of a table of their behaviour), and what people type
-//! wrongly: the right answer, or the right exit code with the element in the message and no file
-//! left behind.
+//! Input on which the public solvers fail, and usage errors. The command gives the right answer, or
+//! the right exit code with a message that names the element and without output files.
 
 mod run;
 
@@ -13,7 +12,7 @@ fn grid() -> Folder {
     folder
 }
 
-/// A mesh as text with more vertices and faces at its end; `line.json` still fits.
+/// The grid with more vertices and faces at its end; `line.json` still fits.
 fn with_mesh(more: &str) -> Folder {
     let folder = grid();
     folder.write("mesh.obj", &(grid_obj() + more));
@@ -43,7 +42,7 @@ fn a_component_without_a_source_is_nan_with_a_warning() {
     }
     let strict = folder.run("sdf mesh.obj --curve line.json -o out.csv --strict");
     assert_eq!(strict.code, Some(4));
-    assert_eq!(folder.column("out.csv", "distance").len(), 37, "outputs are written all the same");
+    assert_eq!(folder.column("out.csv", "distance").len(), 37, "outputs are still written");
     for name in ["out.ply", "out.obj", "out.glb", "out.vtp", "out.off"] {
         folder.done(&format!("sdf mesh.obj --curve line.json -o {name} --render out.png --size 200x150"));
         folder.done(&format!("inspect {name}"));
@@ -51,7 +50,7 @@ fn a_component_without_a_source_is_nan_with_a_warning() {
 }
 
 #[test]
-fn two_components_with_a_source_each_have_a_zero_each() {
+fn each_component_with_a_source_has_its_own_zero_level() {
     let folder = with_mesh(SECOND_SQUARE);
     folder.write(
         "two.json",
@@ -71,8 +70,9 @@ fn two_components_with_a_source_each_have_a_zero_each() {
 }
 
 #[test]
-fn a_face_without_area_does_no_harm() {
-    // Vertex 33 lies on the edge from vertex 0 to vertex 3, with a face between.
+fn a_face_of_zero_area_is_harmless() {
+    // Vertex 33 lies on the edge from vertex 0 to vertex 3, and a face of zero area connects the
+    // three.
     let folder = with_mesh("v 0.5 0 0\nf 1 4 34\n");
     let outcome = folder.done("sdf mesh.obj --curve line.json -o out.csv");
     let distance = folder.column("out.csv", "distance");
@@ -85,7 +85,7 @@ fn a_face_without_area_does_no_harm() {
 }
 
 #[test]
-fn a_face_that_names_a_vertex_twice_is_refused_or_dropped() {
+fn a_face_that_repeats_a_vertex_is_refused_or_dropped() {
     let folder = with_mesh("f 1 4 4\n");
     folder.refused(
         "sdf mesh.obj --curve line.json -o out.csv",
@@ -105,14 +105,14 @@ fn a_sliver_is_solved() {
 }
 
 #[test]
-fn vertices_that_no_face_uses_keep_their_place() {
+fn unreferenced_vertices_keep_their_number() {
     let folder = with_mesh("v 7 7 7\n");
     let outcome = folder.done("sdf mesh.obj --curve line.json -o out.csv");
     let distance = folder.column("out.csv", "distance");
     assert_line_distance(&distance);
     assert!(distance.len() == 34 && distance[33].is_nan());
     assert!(outcome.stderr.contains("used by no face"), "{}", outcome.stderr);
-    // One in front of all others: every index in the file moves up by one.
+    // An unreferenced vertex before all others shifts every index by one.
     let moved = |line: &str| {
         let words = line.split(' ').map(|w| w.parse::<u32>().map_or(w.to_string(), |i| (i + 1).to_string()));
         words.collect::<Vec<_>>().join(" ")
@@ -128,7 +128,7 @@ fn vertices_that_no_face_uses_keep_their_place() {
 }
 
 #[test]
-fn an_index_that_no_vertex_has_is_refused() {
+fn a_vertex_index_out_of_range_is_refused() {
     let folder = with_mesh("f 1 4 99\n");
     folder.refused("sdf mesh.obj --curve line.json -o out.ply --report r.json", 3, &["mesh.obj", "99"]);
     folder.write("mesh.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n");
@@ -166,7 +166,7 @@ fn curves_that_do_not_fit_the_mesh_are_refused() {
     folder.write("empty.json", r#"{"eikona":"curves","version":1}"#);
     folder.refused("sdf grid.obj --curve empty.json -o out.ply", 3, &["empty.json", "no curve"]);
     folder.refused("sdf grid.obj -o out.ply", 2, &["--curve", "--points"]);
-    // Numbers of edges mean nothing once polygons are cut into triangles.
+    // Edge numbers are ambiguous once polygons are triangulated.
     folder.write("quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
     folder.write("edges.txt", "signed_curve\ne 0 0.5\ne 2 0.5\n");
     folder.refused("sdf quad.obj --curve edges.txt -o out.ply", 3, &["edges.txt", "line 2", "polygons"]);
@@ -175,7 +175,7 @@ fn curves_that_do_not_fit_the_mesh_are_refused() {
 #[test]
 fn a_segment_inside_an_edge_has_the_sign_of_its_own_direction() {
     let folder = grid();
-    // Edge nodes only: pieces of the two edges of the line x = 5, upwards and downwards.
+    // Only edge nodes: parts of an edge of the line x = 5, upwards and downwards.
     let up = r#"{"eikona":"curves","version":1,"curves":[{"nodes":[{"edge":[15,16],"t":0.2},{"edge":[15,16],"t":0.8}]}]}"#;
     folder.write("up.json", up);
     folder.write("down.json", &up.replace("0.2", "0.9").replace("0.8", "0.3"));
@@ -192,19 +192,20 @@ fn a_segment_inside_an_edge_has_the_sign_of_its_own_direction() {
 }
 
 #[test]
-fn unsigned_distance_is_nowhere_negative() {
+fn unsigned_distance_is_nonnegative_up_to_discretisation() {
     let folder = Folder::new();
     folder.done("make grid nx=40 ny=20 width=2 height=1 -o g.ply");
     folder.write("line.obj", "v 0.51 0.3 0\nv 1.33 0.71 0\nl 1 2\n");
     folder.done("sdf g.ply --curve line.obj --unsigned -o out.csv");
     let distance = folder.column("out.csv", "distance");
-    // Between the nodes of the curve the value may dip by a share of an edge, whose length is 0.05.
+    // Between nodes of the curve the value may dip below zero by a fraction of the edge length
+    // 0.05.
     let lowest = distance.iter().fold(f64::INFINITY, |a, b| a.min(*b));
     assert!(lowest > -0.01, "{lowest}");
 }
 
 #[test]
-fn a_point_in_a_square_has_round_distances() {
+fn distance_to_a_point_in_a_square_is_euclidean() {
     let folder = Folder::new();
     folder.done("make grid nx=40 ny=20 width=2 height=1 -o g.obj");
     let text = folder.read("g.obj");
@@ -222,7 +223,7 @@ fn a_point_in_a_square_has_round_distances() {
 }
 
 #[test]
-fn what_people_type_wrongly_is_told_with_exit_code_2() {
+fn usage_errors_exit_with_code_2() {
     let folder = grid();
     folder.refused("sfd grid.obj", 2, &["sfd", "sdf"]);
     folder.refused("sdf grid.obj --curv line.json -o out.ply", 2, &["--curve"]);
@@ -257,9 +258,9 @@ fn what_people_type_wrongly_is_told_with_exit_code_2() {
 }
 
 #[test]
-fn numbers_out_of_range_are_refused_before_the_work() {
+fn numbers_out_of_range_are_refused_before_any_work() {
     let folder = grid();
-    // The mesh is never read: it does not exist.
+    // The mesh does not exist, so it is never read.
     for (flags, words) in [
         ("--size 0x0", ["--size", "0 x 0"]),
         ("--size 9", ["--size", "1200x900"]),
@@ -290,8 +291,8 @@ fn numbers_out_of_range_are_refused_before_the_work() {
         ("--out-format csv", ["out.ply", "standard output"]),
         ("--points 1,,2", ["missing", "12,40"]),
         ("--points 1,", ["missing", "12,40"]),
-        ("--points 1.5", ["1.5 is not the number of a vertex", "12,40"]),
-        ("--points -1", ["-1 is not the number of a vertex", "12,40"]),
+        ("--points 1.5", ["1.5 is not a vertex number", "12,40"]),
+        ("--points -1", ["-1 is not a vertex number", "12,40"]),
     ] {
         folder.refused(&format!("sdf none.obj -o out.ply --points 0 {flags}"), 2, &words);
     }
@@ -326,23 +327,23 @@ fn numbers_out_of_range_are_refused_before_the_work() {
 }
 
 #[test]
-fn mistaken_files_and_flags_get_a_hint() {
+fn misplaced_files_and_unknown_flags_get_a_hint() {
     let folder = grid();
     folder.refused("sdf grid.obj line.json -o out.ply", 2, &["line.json", "--curve"]);
-    folder.refused("sdf line.json --points 0 -o out.ply", 3, &["line.json", "--curve beside a mesh"]);
+    folder.refused("sdf line.json --points 0 -o out.ply", 3, &["line.json", "pass it with --curve"]);
     folder.refused("bench sdf --faces -1", 2, &["1 to 100000000"]);
     folder.refused("bench sdf --faces 0", 2, &["1 to 100000000"]);
     let outcome = folder.run("sdf grid.obj -p 0 -o out.ply");
     assert!(outcome.code == Some(2) && !outcome.stderr.contains("-- -p"), "{}", outcome.stderr);
     folder.write("points.obj", "v 0 0 0\nv 1 0 0\n");
-    assert!(folder.done("points.obj").text().contains("only points"));
+    assert!(folder.done("points.obj").text().contains("no faces"));
     folder.refused("render points.obj -o out.png", 3, &["points.obj", "no faces"]);
-    folder.refused("line.json", 3, &["line.json", "--curve beside a mesh"]);
+    folder.refused("line.json", 3, &["line.json", "pass it with --curve"]);
 }
 
 #[cfg(unix)]
 #[test]
-fn a_reader_of_messages_that_goes_away_does_no_harm() {
+fn a_closed_stderr_pipe_is_harmless() {
     use std::process::{Command, Stdio};
     let folder = grid();
     let mut child = Command::new(env!("CARGO_BIN_EXE_eikona"))
@@ -360,14 +361,14 @@ fn a_reader_of_messages_that_goes_away_does_no_harm() {
 fn svg_is_refused_as_soon_as_the_mesh_is_not_flat() {
     let folder = grid();
     folder.done("make torus nu=12 nv=8 -o t.obj");
-    // The curve does not exist: it would be read next.
+    // The curve, which would be read next, does not exist.
     folder.refused("sdf t.obj --curve none.json --isolines i.svg", 2, &["i.svg", "z of the mesh", ".obj"]);
     folder.done("sdf grid.obj --curve line.json --isolines i.svg");
     assert!(folder.read("i.svg").starts_with("<svg"));
 }
 
 #[test]
-fn names_of_curves_and_files_of_curves_are_told_apart() {
+fn curve_names_and_curve_files_are_distinguished() {
     let folder = grid();
     let remedy = "eikona sdf MESH --curve line.json";
     folder.refused("make torus -o t.ply --curve line.json --curve-out c.json", 2, &["torus-knot", remedy]);
@@ -381,7 +382,7 @@ fn names_of_curves_and_files_of_curves_are_told_apart() {
 }
 
 #[test]
-fn damage_of_nothing_changes_nothing() {
+fn zero_damage_changes_nothing() {
     let folder = Folder::new();
     folder.done("make torus nu=12 nv=8 -o a.ply --curve-out whole.json --cut axis=x,at=0.1");
     folder.done("make torus nu=12 nv=8 -o b.ply --jitter 0 --holes 0 --remove-faces 0 --flip-faces 0");
@@ -400,7 +401,7 @@ fn damage_of_nothing_changes_nothing() {
 }
 
 #[test]
-fn a_time_too_short_is_warned_of() {
+fn a_short_diffusion_time_gives_a_warning() {
     let folder = grid();
     for (time, warned) in [("1e-9", true), ("0.009", true), ("0.01", false), ("1", false), ("auto", false)] {
         let outcome = folder.done(&format!("sdf grid.obj --curve line.json -o out.csv --time {time}"));
@@ -411,12 +412,12 @@ fn a_time_too_short_is_warned_of() {
 #[test]
 fn many_warnings_of_a_kind_are_counted_and_all_reported() {
     let folder = Folder::new();
-    folder.done("make torus nu=12 nv=8 -o u.ply --unweld"); // 192 loose triangles
+    folder.done("make torus nu=12 nv=8 -o u.ply --unweld"); // 192 separate triangles
     let outcome = folder.done("sdf u.ply --points 0 -o out.csv --report r.json");
     let lines: Vec<&str> = outcome.stderr.lines().filter(|l| l.contains("reached by no curve")).collect();
     assert_eq!(lines.len(), 6, "{}", outcome.stderr);
-    assert!(lines[5].contains("and 186 more (all in the report)"), "{}", lines[5]);
-    assert!(outcome.stderr.contains("add --weld"), "other kinds are printed all the same");
+    assert!(lines[5].contains("and 186 more (the report lists all)"), "{}", lines[5]);
+    assert!(outcome.stderr.contains("add --weld"), "other kinds are still printed");
     let warnings = folder.json("r.json")["warnings"].as_array().unwrap().clone();
     let of_components = warnings.iter().filter(|w| w.as_str().unwrap().contains("reached by no curve"));
     assert_eq!(of_components.count(), 191);
@@ -426,7 +427,7 @@ fn many_warnings_of_a_kind_are_counted_and_all_reported() {
 }
 
 #[test]
-fn missing_and_senseless_files_have_exit_code_3() {
+fn missing_and_invalid_files_exit_with_code_3() {
     let folder = grid();
     folder.refused("sdf nothing.obj --curve line.json -o out.ply", 3, &["nothing.obj", "no such file"]);
     folder.refused("nothing.obj", 3, &["nothing.obj", "no such file"]);
@@ -442,7 +443,7 @@ fn missing_and_senseless_files_have_exit_code_3() {
 }
 
 #[test]
-fn failures_of_the_machine_have_exit_code_1() {
+fn other_failures_exit_with_code_1() {
     let folder = grid();
     folder.refused("sdf grid.obj --curve line.json -o out.ply --memory-limit 1kB", 1, &["limit"]);
     folder.refused(
@@ -450,21 +451,20 @@ fn failures_of_the_machine_have_exit_code_1() {
         1,
         &["pip install potpourri3d"],
     );
-    // A later output that can not be written takes the earlier ones with it: no folder can have a
-    // file below a file.
+    // An output that cannot be written prevents the others too: a file cannot contain a file.
     folder.write("file", "");
     folder.refused("sdf grid.obj --curve line.json -o out.ply --render file/out.png", 2, &["file"]);
 }
 
 #[cfg(unix)]
 #[test]
-fn a_folder_that_can_not_be_written_to_leaves_nothing_behind() {
+fn an_unwritable_folder_leaves_no_output() {
     use std::os::unix::fs::PermissionsExt;
     let folder = grid();
     let locked = folder.0.join("locked");
     std::fs::create_dir(&locked).unwrap();
     std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o555)).unwrap();
-    // Nothing is locked for the superuser: there, the kernel's own folder serves.
+    // The superuser can write to any folder but /proc.
     let target =
         if std::fs::write(locked.join("probe"), "").is_ok() { "/proc/out.png" } else { "locked/out.png" };
     let _ = std::fs::remove_file(locked.join("probe"));
@@ -478,7 +478,7 @@ fn a_folder_that_can_not_be_written_to_leaves_nothing_behind() {
 
 #[cfg(unix)]
 #[test]
-fn an_interruption_ends_with_130_and_leaves_nothing_behind() {
+fn an_interruption_exits_with_130_and_leaves_no_output() {
     use std::process::{Command, Stdio};
     let folder = Folder::new();
     let mut child = Command::new(env!("CARGO_BIN_EXE_eikona"))

@@ -1,4 +1,4 @@
-//! Curve files as people have them, and lines in the mesh's own file (reports.md F8, F9, F23).
+//! Curve files in the wild, and lines in the mesh's own file (reports.md F8, F9, F23).
 
 mod run;
 
@@ -6,7 +6,7 @@ use flate2::{Compression, write::GzEncoder};
 use run::Folder;
 use std::io::Write;
 
-/// A unit square of 4 x 4 cells, 25 vertices.
+/// A unit square of 4 x 4 cells with 25 vertices.
 fn square() -> (Folder, String) {
     let folder = Folder::new();
     folder.done("make grid nx=4 ny=4 width=1 height=1 -o grid.obj");
@@ -19,7 +19,7 @@ fn distances(folder: &Folder, mesh: &str, options: &str) -> Vec<f64> {
     folder.column("d.csv", "distance")
 }
 
-/// The distance to the upward line x = 0.5 at the first 25 vertices, which are those of the grid.
+/// Checks the distance to the upward line x = 0.5 at the 25 vertices of the grid.
 #[track_caller]
 fn assert_is_line(folder: &Folder, distance: &[f64]) {
     let grid = folder.read("grid.obj");
@@ -31,7 +31,7 @@ fn assert_is_line(folder: &Folder, distance: &[f64]) {
 }
 
 #[test]
-fn stray_lines_in_the_mesh_file_stop_no_job_that_does_not_need_them() {
+fn stray_lines_in_the_mesh_file_do_not_stop_commands_without_need_of_them() {
     let (folder, grid) = square();
     for (name, stray) in [
         ("far.obj", "v 5 5 5\nv 6 6 6\nl 26 27\n"),
@@ -53,7 +53,7 @@ fn stray_lines_in_the_mesh_file_stop_no_job_that_does_not_need_them() {
 }
 
 #[test]
-fn lines_of_an_object_of_their_own_in_the_mesh_file_are_traced() {
+fn lines_over_their_own_vertices_in_the_mesh_file_are_traced() {
     let (folder, grid) = square();
     let own = "v 0.5 0 0\nv 0.5 1 0\nl 26 27\n";
     let variations = [
@@ -69,15 +69,15 @@ fn lines_of_an_object_of_their_own_in_the_mesh_file_are_traced() {
         folder.write("own.obj", &format!("{grid}{lines}"));
         let distance = distances(&folder, "own.obj", "");
         assert_is_line(&folder, &distance);
-        assert!(distance[25..].iter().all(|d| d.is_nan()), "{name}: vertices of no face have no distance");
+        assert!(distance[25..].iter().all(|d| d.is_nan()), "{name}: unreferenced vertices have no distance");
     }
-    // The same as from a file of its own. (Two more unknowns may change the order of elimination.)
+    // A separate file gives the same. (Two more unknowns may change the elimination order.)
     folder.write("own.obj", &format!("{grid}{own}"));
     folder.write("line.obj", "v 0.5 0 0\nv 0.5 1 0\nl 1 2\n");
     let alone = distances(&folder, "grid.obj", "--curve line.obj");
     let own = distances(&folder, "own.obj", "");
     assert!(own.iter().zip(&alone).all(|(a, b)| (a - b).abs() < 1e-12), "{own:?} and {alone:?}");
-    // A closed one.
+    // A closed curve.
     folder.write(
         "loop.obj",
         &format!("{grid}v 0.25 0.25 0\nv 0.75 0.25 0\nv 0.75 0.75 0\nv 0.25 0.75 0\nl 26 27 28 29 26\n"),
@@ -87,7 +87,7 @@ fn lines_of_an_object_of_their_own_in_the_mesh_file_are_traced() {
 }
 
 #[test]
-fn curve_obj_files_are_read_as_mesh_files_are() {
+fn curve_obj_files_are_read_like_mesh_files() {
     let (folder, _) = square();
     folder.write("plain.obj", "v 0.5 0 0\nv 0.5 0.5 0\nv 0.5 1 0\nl 1 2 3\n");
     let plain = distances(&folder, "grid.obj", "--curve plain.obj");
@@ -121,7 +121,7 @@ fn curve_obj_files_are_read_as_mesh_files_are() {
     };
     std::fs::write(folder.0.join("c.obj.gz"), zipped(&folder.bytes("plain.obj"))).unwrap();
     assert_eq!(distances(&folder, "grid.obj", "--curve c.obj.gz"), plain, "gzip");
-    // The other text formats.
+    // Other text formats.
     for (name, text) in [
         ("demo.txt", "signed_curve # upwards\rv 10 # a\rv 11\rv 12\rv 13\rv 14\r"),
         ("swn.txt", "#offset 0\rv 10 # a\rv 11\rv 12\rv 13\rv 14\rl 0 1 # b\rl 1 2\rl 2 3\rl 3 4\r"),

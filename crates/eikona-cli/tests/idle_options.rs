@@ -1,4 +1,5 @@
-//! Options that would do nothing, and outputs that would undo something, are refused or warned of.
+//! Options without effect, and outputs that would overwrite something, are refused or give a
+//! warning.
 
 mod run;
 
@@ -12,7 +13,7 @@ fn grid() -> Folder {
 }
 
 #[test]
-fn an_output_is_no_other_output_and_no_input() {
+fn an_output_must_differ_from_other_outputs_and_inputs() {
     let folder = grid();
     std::fs::create_dir(folder.0.join("sub")).unwrap();
     folder.write("points.json", r#"{"eikona":"curves","version":1,"points":[{"vertex":3}]}"#);
@@ -22,7 +23,7 @@ fn an_output_is_no_other_output_and_no_input() {
         folder.refused(&format!("{sdf} -o same.csv --report {other}"), 2, &["same.csv and", other]);
     }
     folder.refused("make torus -o t.obj --curve-out ./t.obj --cut axis=x", 2, &["t.obj and ./t.obj"]);
-    folder.refused("make torus -o t.obj --curve-out ./t.obj --cut axis=x", 2, &["give each its own"]);
+    folder.refused("make torus -o t.obj --curve-out ./t.obj --cut axis=x", 2, &["name them differently"]);
     for (command, words) in [
         (format!("{sdf} -o ./grid.obj"), ["./grid.obj", "input grid.obj"]),
         (format!("{sdf} -o grid.obj"), ["grid.obj", "another name"]),
@@ -38,8 +39,7 @@ fn an_output_is_no_other_output_and_no_input() {
         folder.refused(&command, 2, &words);
     }
     assert_eq!((folder.read("grid.obj"), folder.read("line.json")), (grid_obj(), LINE.to_string()));
-    // What has the name of an input but lies elsewhere is another file; and so is the standard
-    // output.
+    // A file of the same name in another folder is a different file, and so is standard output.
     folder.done(&format!("{sdf} -o sub/grid.obj"));
     let outcome = folder.run_words(
         ["sdf", "-", "--curve", "line.json", "-o", "-", "--out-format", "csv"],
@@ -50,7 +50,7 @@ fn an_output_is_no_other_output_and_no_input() {
 
 #[cfg(unix)]
 #[test]
-fn links_are_followed_to_the_file() {
+fn symbolic_links_are_followed() {
     let folder = grid();
     std::os::unix::fs::symlink("grid.obj", folder.0.join("link.obj")).unwrap();
     let input = ["link.obj", "input grid.obj"];
@@ -58,26 +58,26 @@ fn links_are_followed_to_the_file() {
     folder.refused("sdf link.obj --curve line.json -o grid.obj", 2, &["grid.obj", "input link.obj"]);
     std::os::unix::fs::symlink(".", folder.0.join("here")).unwrap();
     folder.refused("sdf grid.obj --curve line.json -o o.csv --report here/o.csv", 2, &["o.csv and here"]);
-    // A hard link is replaced; what it was a link to stays.
+    // A hard link is replaced, and the file it linked to stays.
     std::fs::hard_link(folder.0.join("grid.obj"), folder.0.join("hard.obj")).unwrap();
     folder.done("sdf grid.obj --curve line.json -o hard.obj");
     assert_eq!(folder.read("grid.obj"), grid_obj());
 }
 
 #[test]
-fn curves_that_points_leave_out_are_counted() {
+fn curves_that_points_ignores_are_counted() {
     let folder = grid();
     let points = r#""points":[{"vertex":3}]"#;
     folder.write("both.json", &LINE.replace(r#""curves":"#, &format!(r#"{points},"curves":"#)));
     folder.write("points.json", &format!(r#"{{"eikona":"curves","version":1,{points}}}"#));
-    let words = ["both.json has 1 curve, which --points leaves out", "--curve both.json takes both"];
+    let words = ["both.json has 1 curve, which --points ignores", "--curve both.json uses both"];
     folder.warned("sdf grid.obj --points both.json -o out.csv", &words);
     folder.done("sdf grid.obj --points points.json -o out.csv --strict");
     folder.done("sdf grid.obj --curve both.json -o out.csv --strict");
 }
 
 #[test]
-fn lines_of_the_mesh_are_taken_if_nothing_else_is_given() {
+fn lines_of_the_mesh_are_used_if_no_source_is_given() {
     let folder = grid();
     folder.write("own.obj", &(grid_obj() + "l 16 17 18\n"));
     folder.done("sdf own.obj --points 0 -o points.csv --strict");
@@ -93,7 +93,7 @@ fn lines_of_the_mesh_are_taken_if_nothing_else_is_given() {
 }
 
 #[test]
-fn options_of_outputs_that_are_not_written_are_refused() {
+fn options_of_missing_outputs_are_refused() {
     let folder = grid();
     let picture = [
         "--size 64x48",
@@ -141,12 +141,12 @@ fn options_of_outputs_that_are_not_written_are_refused() {
     let words = ["--confidence", "-o OUT.ply"];
     folder.refused("sdf none.obj --points 0 --render o.png --confidence", 2, &words);
     folder.done("winding grid.obj --curve line.json -o l.ply -q");
-    let words = ["--spacing", "label", "one value for each face"];
+    let words = ["--spacing", "label", "one value per face"];
     folder.warned("render l.ply -o o.png --size 64x48 --field label --spacing 1", &words);
 }
 
 #[test]
-fn options_about_sides_need_a_curve_that_has_them() {
+fn options_about_sides_need_a_signed_curve() {
     let folder = grid();
     folder.write("unsigned.json", &LINE.replace(r#"{"nodes""#, r#"{"kind":"unsigned","nodes""#));
     folder.write("own.obj", &(grid_obj() + "l 16 16\n"));
@@ -178,7 +178,7 @@ fn options_about_sides_need_a_curve_that_has_them() {
 }
 
 #[test]
-fn what_is_always_refused_is_not_offered() {
+fn options_that_are_always_refused_are_hidden() {
     let folder = grid();
     for (verb, offered, refused) in [
         ("sdf", &["--curve", "--points", "--unsigned", "--flip"][..], &[][..]),
@@ -191,14 +191,14 @@ fn what_is_always_refused_is_not_offered() {
             assert!(!refused.iter().any(|flag| help.contains(flag)), "{verb}: {help}");
         }
     }
-    // They are told apart from what does not exist.
+    // They are refused with a reason, unlike unknown options.
     for flags in ["--points 0", "--unsigned"] {
         folder.refused(&format!("winding grid.obj --curve line.json -o o.ply {flags}"), 2, &["oriented"]);
     }
 }
 
 #[test]
-fn made_curves_and_seeds_are_what_was_asked_for() {
+fn ambiguous_curves_and_idle_seeds_are_refused() {
     let folder = Folder::new();
     for (flags, words) in [
         ("--cut axis=z,at=0,axis=x", ["axis=x", "once"]),
@@ -233,7 +233,7 @@ fn the_cost_of_loops_along_the_curve_has_a_range() {
     let folder = grid();
     let winding = "--curve line.json -o o.ply --epsilon";
     for epsilon in ["1e-20", "9e-10", "1.1", "0", "-1", "nan", "inf", "x"] {
-        folder.refused(&format!("winding none.obj {winding} {epsilon}"), 2, &[epsilon, "from 1e-9 to 1 is"]);
+        folder.refused(&format!("winding none.obj {winding} {epsilon}"), 2, &[epsilon, "from 1e-9 to 1"]);
     }
     for epsilon in ["1e-9", "1"] {
         folder.done(&format!("winding grid.obj {winding} {epsilon}"));

@@ -1,5 +1,4 @@
-//! `eikona sdf MESH --curve CURVE -o OUT --render PNG --report R.json`, with answers that are
-//! known.
+//! `eikona sdf MESH --curve CURVE -o OUT --render PNG --report R.json`, with known answers.
 
 mod run;
 
@@ -42,7 +41,7 @@ fn the_main_job_on_a_grid_is_exact_and_writes_all_its_files() {
         (&report["options"]["level_sets"], &report["options"]["time"]),
         (&"auto".into(), &"auto".into())
     );
-    assert_eq!(report["result"]["level_sets"], "zero", "from rim to rim the line is whole");
+    assert_eq!(report["result"]["level_sets"], "zero", "from boundary to boundary the line is whole");
     assert!((report["result"]["distance_max"].as_f64().unwrap() - 5.0).abs() < 1e-9);
     assert!((report["result"]["distance_min"].as_f64().unwrap() + 5.0).abs() < 1e-9);
     assert!(report["result"]["integration_residual"].as_f64().unwrap() < 1e-9);
@@ -62,7 +61,7 @@ fn the_main_job_on_a_grid_is_exact_and_writes_all_its_files() {
     ] {
         assert!(phases.contains(&wanted), "{wanted} is not among {phases:?}");
     }
-    // Isolines at -5 .. 5; those at the rims may be missing by rounding.
+    // Isolines at -5 .. 5; those on the boundary may be missing by rounding.
     let lines = folder.read("lines.obj").lines().filter(|l| l.starts_with("l ")).count();
     assert!((9..=11).contains(&lines), "{lines}");
 }
@@ -93,7 +92,7 @@ fn signs_follow_the_curve_and_the_convention() {
 }
 
 #[test]
-fn every_way_to_give_the_line_gives_the_same() {
+fn all_curve_formats_give_the_same_distance() {
     let folder = grid();
     folder.write("space.obj", "v 5 -0.25 3\nv 5 2 3\nl 1 2\n");
     folder.write("demo.txt", "signed_curve\nv 15\nv 16\nv 17\n");
@@ -109,7 +108,7 @@ fn every_way_to_give_the_line_gives_the_same() {
 }
 
 #[test]
-fn every_output_format_is_written_and_read_again() {
+fn every_output_format_can_be_read_again() {
     let folder = grid();
     for name in ["out.ply", "out.ply.gz", "out.obj", "out.off", "out.vtp", "out.glb", "out.gltf"] {
         folder.done(&format!("sdf grid.obj --curve line.json -o {name} -q"));
@@ -134,7 +133,7 @@ fn every_output_format_is_written_and_read_again() {
 }
 
 #[test]
-fn a_mesh_comes_in_and_goes_out_through_pipes() {
+fn meshes_are_read_from_and_written_to_pipes() {
     let folder = grid();
     let words = ["sdf", "-", "--curve", "line.json", "-o", "-", "--out-format", "csv"];
     let outcome = folder.run_words(words, grid_obj().as_bytes());
@@ -152,7 +151,7 @@ fn a_mesh_comes_in_and_goes_out_through_pipes() {
 }
 
 #[test]
-fn gzip_is_undone_on_the_standard_input_too() {
+fn standard_input_may_be_gzipped() {
     let folder = grid();
     folder.done("make torus nu=12 nv=8 -o t.ply.gz");
     let bytes = folder.bytes("t.ply.gz");
@@ -168,7 +167,7 @@ fn gzip_is_undone_on_the_standard_input_too() {
 }
 
 #[test]
-fn what_the_mesh_came_with_is_in_the_output() {
+fn the_output_keeps_the_fields_of_the_input() {
     let folder = grid();
     let rows: String = (0..33)
         .map(|i| format!("{} {} 0 {} 7 {} 10 20 {} 0.5 0.25\n", i / 3, i % 3, 100 + i, 2 * i, 200 + i))
@@ -210,7 +209,7 @@ fn what_the_mesh_came_with_is_in_the_output() {
         folder.done(&format!("render {name} -o p.png --field region --size 64x48"));
         folder.done(&format!("render {name} -o p.png --field heat --size 64x48"));
     }
-    // Once more: the new distance takes the place of the old one, and of its copy for viewers.
+    // A second run replaces the old distance and its copy for viewers.
     folder.done("sdf out.ply --curve line.json --flip -o again.ply");
     let header = |name: &str| {
         let bytes = folder.bytes(name);
@@ -224,39 +223,39 @@ fn what_the_mesh_came_with_is_in_the_output() {
 }
 
 #[test]
-fn isolines_go_straight_back_in_as_curves() {
+fn isolines_can_be_used_as_curves() {
     let folder = Folder::new();
     folder.done("make geodesic_sphere frequency=16 -o s.ply --curve-out c.json --cut axis=z,at=0.2");
     folder.done("sdf s.ply --curve c.json -o a.csv --isolines iso.json --levels -0.1 --time auto");
     folder.done("sdf s.ply --curve iso.json -o b.csv --time auto");
     let (a, b) = (folder.column("a.csv", "distance"), folder.column("b.csv", "distance"));
-    // Distance to the isoline of -0.1 is larger by 0.1, up to the error of the discretisation.
+    // The distance to the isoline -0.1 is larger by 0.1, up to discretisation error.
     for (i, (a, b)) in a.iter().zip(&b).enumerate() {
         assert!((b - a - 0.1).abs() < 0.02, "vertex {i}: {a} and {b}");
     }
 }
 
 #[test]
-fn repairs_are_done_when_asked_for_and_say_what_they_did() {
+fn repairs_are_made_on_request_and_reported() {
     let folder = grid();
     folder.done("make grid nx=10 ny=2 width=10 height=2 -o loose.ply --unweld");
     let outcome = folder.done("sdf loose.ply --points 0 -o out.csv");
     assert!(outcome.stderr.contains("--weld"), "{}", outcome.stderr);
     let outcome = folder.done("sdf loose.ply --weld --points 0 -o out.csv --report r.json");
-    assert!(outcome.stderr.contains("120 vertices to 33"), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("120 vertices into 33"), "{}", outcome.stderr);
     assert_eq!(folder.column("out.csv", "distance").len(), 33);
     let repair = &folder.json("r.json")["input"]["repairs"][0];
     assert_eq!(repair["vertex_map"].as_array().unwrap().len(), 120);
-    // Points are named as in the file: vertex 119 is a corner of the last face.
+    // Points have the numbers of the file: vertex 119 is a corner of the last face.
     folder.done("sdf loose.ply --weld --points 119 -o out.csv");
     let distance = folder.column("out.csv", "distance");
     let zeros = distance.iter().filter(|d| d.abs() < 1e-9).count();
     assert_eq!(zeros, 1);
-    // STL has loose triangles by nature.
+    // STL always stores separate triangles.
     folder.done("make grid nx=10 ny=2 width=10 height=2 -o g.stl");
     folder.write("space.obj", "v 5 0 0\nv 5 2 0\nl 1 2\n");
     let outcome = folder.done("sdf g.stl --curve space.obj -o out.csv");
-    assert!(outcome.stderr.contains("STL holds loose triangles"), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("STL stores separate triangles"), "{}", outcome.stderr);
     assert_eq!(folder.column("out.csv", "distance").len(), 33);
     let off = folder.done("inspect g.stl --weld=off --json");
     assert!(off.text().contains("\"vertices\": 120"));
@@ -273,16 +272,16 @@ fn the_demo_makes_its_picture() {
         assert!(folder.0.join("first").join(file).is_file(), "{file}");
     }
     assert_eq!(png_size(&folder.bytes("first/distance.png")), (1200, 900));
-    // The report goes where it is asked for.
+    // --report sets the path of the report.
     let outcome = folder.done("demo -o second --report r.json -q");
     assert!(!folder.0.join("second/report.json").exists());
     let report = folder.json("r.json");
     assert_eq!((&report["verb"], &report["input"]["source"]["curves"]), (&"sdf".into(), &11.into()));
-    assert!(!outcome.stderr.contains("look at"), "{}", outcome.stderr);
+    assert!(!outcome.stderr.contains("see second"), "{}", outcome.stderr);
     folder.refused("demo -o third --report no/such/r.json", 2, &["no/such"]);
 }
 
-/// Mesh and curve of the shared data that belong together.
+/// Pairs of mesh and curve in the shared data.
 const PAIRS: [(&str, &str); 14] = [
     ("closed/bunny.obj", "curves/swn/bunny-brokenheart.txt"),
     ("closed/bunny.obj", "curves/swn/bunny-heart.txt"),
@@ -321,7 +320,7 @@ fn curves_of_the_shared_data_are_solved() {
             );
             let undefined = distance.iter().filter(|d| !d.is_finite()).count();
             assert_eq!(undefined as u64, report["result"]["undefined_vertices"].as_u64().unwrap());
-            assert!(undefined == 0 || outcome.stderr.contains("NaN"), "{mesh}: NaN without a word");
+            assert!(undefined == 0 || outcome.stderr.contains("NaN"), "{mesh}: NaN without a warning");
             assert!(distance.iter().any(|d| d.abs() > 0.0), "{mesh}");
             ran += 1;
         }
@@ -367,7 +366,7 @@ fn wild_meshes_are_solved_from_a_point_or_refused_with_a_reason() {
                         let undefined = distance.iter().filter(|d| !d.is_finite()).count();
                         assert!(
                             undefined == 0 || outcome.stderr.contains("NaN"),
-                            "{name}: NaN without a word"
+                            "{name}: NaN without a warning"
                         );
                         std::fs::remove_file(folder.0.join("out.csv")).unwrap();
                         solved += 1;

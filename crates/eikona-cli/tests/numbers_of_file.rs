@@ -1,10 +1,10 @@
-//! Curves name vertices, edges and faces by the numbers of the mesh's file, whatever is repaired.
+//! Curves number vertices, edges and faces as in the mesh file, whatever the repairs.
 
 mod run;
 
 use run::{Folder, grid_obj};
 
-/// The grid of [`grid_obj`] with this face in front of all others, which moves their numbers up by
+/// The grid of [`grid_obj`] with an extra first face, which shifts the numbers of the others by
 /// one.
 fn grid_behind(face: &str) -> String {
     let grid = grid_obj();
@@ -12,13 +12,13 @@ fn grid_behind(face: &str) -> String {
     format!("{}{face}\n{}", &grid[..at], &grid[at..])
 }
 
-/// The corners of all faces of a mesh of triangles, from 0.
+/// The corners of all faces of a triangle mesh, from 0.
 fn faces(obj: &str) -> Vec<[u32; 3]> {
     let corners = |l: &str| l.split(' ').map(|w| w.parse::<u32>().unwrap() - 1).collect::<Vec<_>>();
     obj.lines().filter_map(|l| l.strip_prefix("f ")).map(|l| corners(l).try_into().unwrap()).collect()
 }
 
-/// The number of an edge: that at which it is met when the faces are walked.
+/// The number of an edge: edges are numbered in the order in which the faces visit them.
 fn edge(faces: &[[u32; 3]], ends: [u32; 2]) -> usize {
     let mut met: Vec<[u32; 2]> = Vec::new();
     for [a, b, c] in faces {
@@ -32,7 +32,7 @@ fn edge(faces: &[[u32; 3]], ends: [u32; 2]) -> usize {
     met.iter().position(|e| *e == ends).unwrap()
 }
 
-/// The line x = 4.5: across these edges, and from a face to a face.
+/// The line x = 4.5: across these edges, and from the first to the second face.
 const EDGES: [[u32; 2]; 5] = [[12, 15], [12, 16], [13, 16], [13, 17], [14, 17]];
 const FACES: [[u32; 3]; 2] = [[12, 15, 16], [13, 17, 14]];
 
@@ -57,8 +57,8 @@ fn assert_equal(folder: &Folder, a: &str, b: &str) {
     }
 }
 
-/// Unit squares in a row along x, each with vertices of its own, and the line x = 2 as corners of
-/// the third.
+/// Unit squares in a row along x, each with its own vertices, and the line x = 2 on vertices of the
+/// third.
 fn loose_squares() -> String {
     let (mut vertices, mut faces) = (String::new(), String::new());
     for x in 0..6 {
@@ -70,11 +70,11 @@ fn loose_squares() -> String {
 }
 
 #[test]
-fn lines_of_the_mesh_stay_where_they_are_when_vertices_are_joined() {
+fn lines_of_the_mesh_keep_their_position_when_vertices_are_merged() {
     let folder = Folder::new();
     folder.write("loose.obj", &loose_squares());
     folder.done("sdf loose.obj --weld -o out.csv");
-    // The vertices that are kept: four of the first square, then the two on the right of each.
+    // The kept vertices: four of the first square, then the two on the right of each.
     let x = [0.0, 1.0, 1.0, 0.0].into_iter().chain((2..=6).flat_map(|x| [f64::from(x); 2]));
     let distance = folder.column("out.csv", "distance");
     assert_eq!(distance.len(), 14);
@@ -87,9 +87,9 @@ fn lines_of_the_mesh_stay_where_they_are_when_vertices_are_joined() {
 }
 
 #[test]
-fn loose_lines_are_joined_where_their_vertices_are() {
+fn lines_are_joined_where_their_vertices_are_merged() {
     let folder = Folder::new();
-    // Two lines of two vertices each, which meet in (2, 1) by vertices of their own.
+    // Two lines of two vertices each, which meet at (2, 1) with separate vertices.
     let mesh = loose_squares().replace("l 9 12\n", "l 9 12\nl 7 8\n");
     folder.write("loose.obj", &mesh);
     let facts = folder.done("inspect loose.obj --weld --json").text();
@@ -99,10 +99,10 @@ fn loose_lines_are_joined_where_their_vertices_are() {
 }
 
 #[test]
-fn numbers_count_faces_that_were_dropped() {
+fn face_numbers_count_dropped_faces() {
     let folder = Folder::new();
     folder.write("grid.obj", &grid_obj());
-    folder.write("flat.obj", &grid_behind("f 1 4 7")); // three vertices in a row
+    folder.write("flat.obj", &grid_behind("f 1 4 7")); // three collinear vertices
     for (curve, of) in [("e.txt", by_edges as fn(&str) -> String), ("f.txt", by_faces)] {
         folder.write(curve, &of(&grid_obj()));
         folder.done(&format!("sdf grid.obj --curve {curve} -o whole.csv"));
@@ -115,7 +115,7 @@ fn numbers_count_faces_that_were_dropped() {
 }
 
 #[test]
-fn what_was_dropped_can_not_be_named() {
+fn points_on_dropped_faces_are_refused() {
     let folder = Folder::new();
     folder.write("flat.obj", &grid_behind("f 1 4 7"));
     folder.write("face.txt", "signed_curve\nv 15\nf 0 0.5 0.25 0.25\n");
@@ -128,7 +128,7 @@ fn what_was_dropped_can_not_be_named() {
 }
 
 #[test]
-fn numbers_count_faces_that_are_broken() {
+fn face_numbers_count_broken_faces() {
     let folder = Folder::new();
     folder.write("grid.obj", &grid_obj());
     folder.write("f.txt", &by_faces(&grid_obj()));
@@ -145,9 +145,9 @@ fn numbers_count_faces_that_are_broken() {
     folder.refused(&format!("{sdf} --curve on.txt"), 3, &["on.txt", "face 0", "dropped"]);
     folder.write("beyond.txt", "signed_curve\nv 15\nv 33\n");
     folder.refused(&format!("{sdf} --curve beyond.txt"), 3, &["beyond.txt", "vertex 33", "the mesh has 33"]);
-    // Whether a side from a vertex to itself counts as an edge, nobody knows.
+    // It is not defined whether a side from a vertex to itself counts as an edge.
     folder.write("e.txt", &by_edges(&broken));
-    folder.refused(&format!("{sdf} --curve e.txt"), 3, &["e.txt", "line 2", "unsure", "JSON"]);
+    folder.refused(&format!("{sdf} --curve e.txt"), 3, &["e.txt", "line 2", "ambiguous", "JSON"]);
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn faces_of_stl_files_keep_their_numbers() {
         folder.write("more.stl", &stl(&grid_behind(face)));
         folder.write("f.txt", &by_faces(&grid_behind(face)));
         folder.done("sdf more.stl --drop-degenerate --curve f.txt -o out.csv");
-        // The order of the vertices is that in which they are met: sorted, both are the same.
+        // Vertices are numbered in the order of their first corner; sorted, both results agree.
         let sorted = |name: &str| {
             let mut distance = folder.column(name, "distance");
             distance.sort_by(f64::total_cmp);
@@ -179,8 +179,8 @@ fn faces_of_stl_files_keep_their_numbers() {
     }
 }
 
-/// Six unit squares in a row along x, as polygons behind these faces; the vertex `2 x + y + 1` lies
-/// at (x, y).
+/// Six unit squares in a row along x, as polygons after these faces; vertex `2 x + y + 1` of the
+/// OBJ file lies at (x, y).
 fn squares_behind(faces: &str) -> String {
     let vertices: String = (0..14).map(|v| format!("v {} {} 0\n", v / 2, v % 2)).collect();
     let square = |x: i32| format!("f {} {} {} {}\n", 2 * x + 1, 2 * x + 3, 2 * x + 4, 2 * x + 2);
@@ -190,7 +190,7 @@ fn squares_behind(faces: &str) -> String {
 const AT_2: &str = r#"{"eikona":"curves","version":1,"curves":[{"nodes":[{"vertex":4},{"vertex":5}]}]}"#;
 
 #[test]
-fn winding_numbers_are_of_polygons_not_of_their_triangles() {
+fn labels_are_per_polygon_not_per_triangle() {
     let folder = Folder::new();
     folder.write("row.obj", &squares_behind(""));
     folder.write("line.json", AT_2);
@@ -206,7 +206,8 @@ fn winding_numbers_are_of_polygons_not_of_their_triangles() {
         let words = ["--reference", &format!("face {face} does not exist"), "6 faces, numbered from 0 to 5"];
         folder.refused(&format!("{winding} --reference {face} -o o.ply"), 2, &words);
     }
-    // Of the third square 0.7 lie on the left, but less than half of its first triangle.
+    // A share of 0.7 of the third square lies on the left, but less than half of its first
+    // triangle.
     folder.write("across.obj", "v 2.7 0 0\nv 2.7 1 0\nl 1 2\n");
     folder.done("winding row.obj --curve across.obj --input-labels in.npy");
     assert_eq!(folder.npy("in.npy"), [1, 1, 1, 0, 0, 0]);
@@ -220,7 +221,7 @@ fn winding_numbers_are_of_polygons_not_of_their_triangles() {
     }
 }
 
-/// Each square has parts, whose parent is its number, counted from this one.
+/// Checks that the parts of each square have its number as parent, counted from `first`.
 #[track_caller]
 fn assert_parents(folder: &Folder, name: &str, first: u32) {
     if name.ends_with(".csv") {
@@ -239,27 +240,27 @@ fn assert_parents(folder: &Folder, name: &str, first: u32) {
 }
 
 #[test]
-fn winding_numbers_count_faces_that_were_dropped() {
+fn labels_count_dropped_faces() {
     let folder = Folder::new();
-    // One that names a vertex twice, and one without area.
+    // One face repeats a vertex, and one has zero area.
     folder.write("row.obj", &squares_behind("f 1 1 3\nf 1 3 5\n"));
     folder.write("line.json", AT_2);
     let winding = "winding row.obj --drop-degenerate --curve line.json";
     folder.done(&format!("{winding} --weld --reference 4 --input-labels in.npy"));
     assert_eq!(folder.npy("in.npy")[1..5], [i32::MIN, 1, 1, 0]);
     for (reference, left, right) in [("", 1, 0), ("--reference 3", 0, -1), ("--reference 4", 1, 0)] {
-        let dropped = "2 faces were dropped, the first is face 0";
-        let words = ["in.npy", dropped, "no label, -2147483648 stands in its place"];
+        let dropped = "2 dropped faces have no label (first: face 0)";
+        let words = ["in.npy", dropped, "written as -2147483648"];
         folder.warned(&format!("{winding} {reference} --input-labels in.npy"), &words);
         let labels = folder.npy("in.npy");
         assert_eq!(labels, [i32::MIN, i32::MIN, left, left, right, right, right, right], "{reference}");
-        let words = ["in.csv", dropped, "no label, its place is left empty"];
+        let words = ["in.csv", dropped, "written as an empty field"];
         folder.warned(&format!("{winding} {reference} --input-labels in.csv"), &words);
         let rows: String = (2..8).map(|f| format!("{f},{}\n", if f < 4 { left } else { right })).collect();
         assert_eq!(folder.read("in.csv"), format!("face,label\n0,\n1,\n{rows}"));
     }
     for face in [0, 1] {
-        let words = [&format!("--reference {face}: face {face} was dropped"), "name another one"];
+        let words = [&format!("--reference {face}: face {face} was dropped"), "name another face"];
         folder.refused(&format!("{winding} --reference {face} -o o.ply"), 2, &words);
     }
     folder.refused(&format!("{winding} --reference 8 -o o.ply"), 2, &["8 faces, numbered from 0 to 7"]);

@@ -1,11 +1,11 @@
-//! Files from the field: what the command says of them, and what it writes for them.
+//! Files in the wild: messages and outputs.
 
 mod run;
 
 use run::{Folder, grid_obj};
 use std::fs;
 
-/// A square of 20 by 20 cells of 5 cm in UTM coordinates, and the line across its middle.
+/// A square of 20 by 20 cells of 5 cm in UTM coordinates, and the line through its middle.
 fn utm() -> (String, &'static str) {
     let mut text = String::new();
     for k in 0..441 {
@@ -21,7 +21,7 @@ fn utm() -> (String, &'static str) {
 
 // reports.md F4
 #[test]
-fn utm_coordinates_survive_in_gltf_and_are_warned_of_in_stl() {
+fn utm_coordinates_survive_in_gltf_and_give_a_warning_in_stl() {
     let folder = Folder::new();
     let (mesh, curve) = utm();
     folder.write("u.obj", &mesh);
@@ -53,12 +53,12 @@ fn a_gltf_file_without_its_buffer_names_the_buffer() {
         "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"missing.bin"}]}"#,
     );
     folder.refused("inspect k.gltf", 3, &["k.gltf", "buffer 0", "missing.bin is not there"]);
-    folder.refused("inspect absent.gltf", 3, &["absent.gltf: there is no such file"]);
+    folder.refused("inspect absent.gltf", 3, &["absent.gltf: no such file"]);
 }
 
 // reports.md, wrong extension
 #[test]
-fn a_mesh_is_treated_by_its_content_and_not_by_its_name() {
+fn the_content_of_a_file_decides_its_format() {
     let folder = Folder::new();
     folder.write("grid.obj", &grid_obj());
     folder.done("make grid nx=2 ny=2 -o grid.ply");
@@ -101,5 +101,5 @@ fn a_file_whose_faces_were_all_dropped_is_not_called_empty() {
         &["the repairs dropped all 1 faces"],
     );
     folder.write("e.obj", "v 0 0 0\n");
-    folder.refused("sdf e.obj --points 0 -o o.csv", 3, &["there are no faces in this file"]);
+    folder.refused("sdf e.obj --points 0 -o o.csv", 3, &["this file has no faces"]);
 }

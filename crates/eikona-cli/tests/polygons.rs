@@ -24,7 +24,7 @@ fn near(value: &Value, expected: f64) {
 
 // reports.md F2
 #[test]
-fn an_l_has_area_3_distances_of_its_own_plane_and_winding_areas_2_and_1() {
+fn an_l_has_area_3_planar_distances_and_regions_of_area_2_and_1() {
     let folder = Folder::new();
     folder.write("L.obj", L);
     let facts = inspected(&folder, "L.obj");
@@ -35,7 +35,7 @@ fn an_l_has_area_3_distances_of_its_own_plane_and_winding_areas_2_and_1() {
     assert_eq!(facts["topology"]["components"][0]["euler_characteristic"], 1);
     let text = folder.done("inspect L.obj");
     assert!(text.text().contains("1 not convex (first: face 0)"), "{}", text.text());
-    assert!(text.stderr.contains("1 polygons were cut into 4 triangles"), "{}", text.stderr);
+    assert!(text.stderr.contains("triangulated 1 polygons into 4 triangles"), "{}", text.stderr);
 
     // From (0, 1) to the reflex corner: the unit square above it is on the left.
     folder.write("line.obj", "v 0 1 0\nv 1 1 0\nl 1 2\n");
@@ -71,16 +71,16 @@ fn a_polygon_with_a_hole_has_area_8_and_is_not_dropped() {
 }
 
 #[test]
-fn a_bow_tie_is_a_warning() {
+fn a_bow_tie_gives_a_warning() {
     let folder = Folder::new();
     folder.write("tie.obj", "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n");
-    folder.warned("inspect tie.obj", &["tie.obj", "polygons that cross themselves: 1 (first: face 0)"]);
+    folder.warned("inspect tie.obj", &["tie.obj", "1 self-crossing polygons (first: face 0)"]);
     let facts = inspected(&folder, "tie.obj");
     assert_eq!(facts["polygons"]["self_crossing"], json!({"count": 1, "first": 0}));
 }
 
 #[test]
-fn corners_named_twice_in_a_row_are_refused_and_removed_on_demand() {
+fn repeated_corners_are_refused_or_removed() {
     // reports.md F22: a remedy must not delete the face.
     let folder = Folder::new();
     let vertices = "v 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\n";
@@ -88,8 +88,8 @@ fn corners_named_twice_in_a_row_are_refused_and_removed_on_demand() {
         "side.json",
         r#"{"eikona":"curves","version":1,"curves":[{"nodes":[{"vertex":5},{"vertex":0}]}]}"#,
     );
-    // Alone; closed by the first corner; beside a face that is dropped, so that faces have numbers
-    // of their own.
+    // Alone; repeating the first corner at the end; and after a dropped face, which shifts face
+    // numbers.
     let faces = ["f 1 2 2 3 4 5 6", "f 1 2 3 4 5 6 1", "f 1 2 1 2\nf 1 2 2 2 3 4 5 6"];
     for (faces, doubled) in faces.into_iter().zip([1, 1, 2]) {
         folder.write("twice.obj", &format!("{vertices}{faces}\n"));

@@ -1,18 +1,18 @@
-//! Boundaries that touch without being joined: T-junctions, cracks and seams are reported, warned
-//! of and mended.
+//! Boundaries that touch without sharing vertices: T-junctions, cracks and seams are reported, give
+//! warnings, and can be stitched.
 
 mod run;
 
 use run::{Folder, data, grid_obj};
 use std::fmt::Write as _;
 
-/// reports.md F6: a square, and beside it two rectangles of half its height.
+/// reports.md F6: a square next to two rectangles of half its height.
 const T_JUNCTION: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 .5 0\nv 2 0 0\nv 2 .5 0\nv 2 1 0
 f 1 2 3\nf 1 3 4\nf 2 6 7\nf 2 7 5\nf 5 7 8\nf 5 8 3\n";
 const UPWARD: &str = "v 0 0 0\nv 0 1 0\nl 1 2\n";
 
-/// Strips of unit height from x = 0 to 1 and from 1 + gap to 2, in 10 columns and so many rows
-/// each; with the places of vertices.
+/// Strips of unit height from x = 0 to 1 and from 1 + gap to 2, with 10 columns and the given
+/// numbers of rows; and the positions of their vertices.
 fn strips(rows: [usize; 2], gap: f64) -> (String, Vec<[f64; 2]>) {
     const COLUMNS: usize = 10;
     let mut places: Vec<[f64; 2]> = Vec::new();
@@ -34,12 +34,13 @@ fn strips(rows: [usize; 2], gap: f64) -> (String, Vec<[f64; 2]>) {
 }
 
 #[test]
-fn a_t_junction_is_reported_warned_of_and_stitched() {
+fn a_t_junction_is_reported_and_stitched() {
     let folder = Folder::new();
     folder.write("t.obj", T_JUNCTION);
     folder.write("c.obj", UPWARD);
     let text = folder.done("inspect t.obj").text();
-    let line = "1 vertices inside edges of other faces (T-junctions): nothing crosses there; add --stitch";
+    let line = "1 vertices inside edges of other faces (T-junctions): the surface is disconnected there; \
+     add --stitch";
     assert!(text.contains(line), "{text}");
     assert!(text.contains("vertex 4 lies inside edge 1 (vertex 1 to vertex 2)"), "{text}");
     folder.done("inspect t.obj --json --report r.json");
@@ -50,7 +51,7 @@ fn a_t_junction_is_reported_warned_of_and_stitched() {
         &["1 boundary vertex lies inside an edge", "vertex 4 between vertex 1 and vertex 2", "--stitch"],
     );
     let stitched = folder.done("sdf t.obj --curve c.obj -o d.csv --stitch --strict --report r.json");
-    assert!(stitched.stderr.contains("1 inserted into edges, 1 faces divided"), "{}", stitched.stderr);
+    assert!(stitched.stderr.contains("1 inserted into edges, 1 faces split"), "{}", stitched.stderr);
     let right = [0.0, 1.0, 1.0, 0.0, 1.0, 2.0, 2.0, 2.0];
     for (v, (d, right)) in folder.column("d.csv", "distance").iter().zip(right).enumerate() {
         assert!((d - right).abs() < 1e-12, "vertex {v}: {d}, not {right}");
@@ -60,7 +61,7 @@ fn a_t_junction_is_reported_warned_of_and_stitched() {
 }
 
 #[test]
-fn different_rows_on_both_sides_of_a_seam_give_the_distance_of_the_whole() {
+fn stitching_a_seam_of_different_resolutions_gives_the_distance_of_the_whole() {
     // reports.md F6: 20 against 21 was off by 0.53, 10 against 11 by 0.36, 1 against 20 by 0.46.
     let folder = Folder::new();
     for (rows, gap) in [[20, 21], [10, 11], [1, 20], [20, 1]].into_iter().flat_map(|r| [(r, 0.0), (r, 1e-7)])
@@ -72,7 +73,7 @@ fn different_rows_on_both_sides_of_a_seam_give_the_distance_of_the_whole() {
         folder.done("sdf s.obj --curve c.obj -o d.csv --stitch --report r.json");
         let map = folder.json("r.json")["input"]["repairs"][0]["vertex_map"].clone();
         let distance = folder.column("d.csv", "distance");
-        assert_eq!(distance.len() + 2, places.len(), "the ends of the seam are joined");
+        assert_eq!(distance.len() + 2, places.len(), "the ends of the seam are merged");
         for (v, [x, _]) in places.iter().enumerate() {
             let d = distance[map[v].as_u64().unwrap() as usize];
             assert!((d - (x - 0.5)).abs() < 1e-6 * gap.signum() + 1e-11, "{rows:?} {gap} vertex {v}: {d}");
@@ -81,16 +82,14 @@ fn different_rows_on_both_sides_of_a_seam_give_the_distance_of_the_whole() {
 }
 
 #[test]
-fn a_crack_is_no_longer_without_faults() {
+fn a_crack_is_reported_as_a_fault() {
     // reports.md C: "faults none" on a crack of 1e-7.
     let folder = Folder::new();
     let (obj, _) = strips([6, 6], 1e-7);
     folder.write("s.obj", &obj);
     let text = folder.done("inspect s.obj").text();
     assert!(
-        text.contains(
-            "7 boundary vertices a small gap away from another one (cracks), the widest gap is 1.0e-7"
-        ),
+        text.contains("7 boundary vertices at a small gap from another one (cracks), widest gap 1.0e-7"),
         "{text}"
     );
     let mended = folder.done("inspect s.obj --stitch").text();
@@ -107,7 +106,7 @@ fn a_seam_of_equal_vertices_names_weld() {
     let (obj, _) = strips([6, 6], 0.0);
     folder.write("s.obj", &obj);
     folder.warned("sdf s.obj --points 0 -o d.csv", &["7 boundary vertices touch another one", "add --weld"]);
-    // A curve from one part to the other: to split it is not the only way.
+    // For a curve from one part to the other, the error also names the repairs.
     folder.write("c.obj", "v .2 .5 0\nv 1.8 .5 0\nl 1 2\n");
     folder.refused("sdf s.obj --curve c.obj -o d.csv", 3, &["that no edge joins", "--weld", "--stitch"]);
     for repair in ["--weld", "--stitch"] {
@@ -116,7 +115,7 @@ fn a_seam_of_equal_vertices_names_weld() {
 }
 
 #[test]
-fn winding_warns_of_a_t_junction_and_is_right_when_it_is_stitched() {
+fn winding_warns_of_a_t_junction_and_is_right_after_stitching() {
     let folder = Folder::new();
     let (obj, places) = strips([10, 11], 0.0);
     folder.write("s.obj", &obj);
@@ -132,7 +131,7 @@ fn winding_warns_of_a_t_junction_and_is_right_when_it_is_stitched() {
         .filter_map(|l| l.strip_prefix("f "))
         .map(|l| l.split(' ').map(|w| w.parse::<usize>().unwrap() - 1).collect())
         .collect();
-    assert_eq!(labels.len(), faces.len(), "one label for each face of the file");
+    assert_eq!(labels.len(), faces.len(), "one label per face of the file");
     for (label, corners) in labels.iter().zip(&faces) {
         let all =
             |inside: &dyn Fn(f64, f64) -> bool| corners.iter().all(|&v| inside(places[v][0], places[v][1]));
@@ -147,11 +146,10 @@ fn winding_warns_of_a_t_junction_and_is_right_when_it_is_stitched() {
 }
 
 #[test]
-fn curve_files_go_by_the_numbers_of_the_file_whatever_is_stitched() {
+fn curve_files_keep_the_numbers_of_the_file_after_stitching() {
     let folder = Folder::new();
     folder.write("t.obj", T_JUNCTION);
-    // x = 1 along the divided edge; x = 0.5 across two divided faces, by edges and by face;
-    // vertices that --points names.
+    // x = 1 along the split edge, and x = 0.5 across two split faces with edge and face nodes.
     let node = |text: &str| format!("{{\"nodes\":[{text}]}}");
     let file = |curve: &str| format!("{{\"eikona\":\"curves\",\"version\":1,\"curves\":[{curve}]}}");
     folder.write(
@@ -167,22 +165,21 @@ fn curve_files_go_by_the_numbers_of_the_file_whatever_is_stitched() {
             assert!((d - (x - shift)).abs() < 1e-9, "{curve} vertex {v}: {d}, not {}", x - shift);
         }
     }
-    // Edges 5 and 7 of the file are those from vertex 1 to 5 and to 6; the divided face stands
-    // before them.
+    // Edges 5 and 7 of the file connect vertex 1 to 5 and to 6; the split face precedes them.
     folder.write("n.txt", "signed_curve\ne 5 0.5\ne 7 0.5\n");
     let by_file = folder.done("inspect t.obj --stitch --curve n.txt").text();
     assert!(by_file.contains("1 segments, length 0.250000;"), "{by_file}");
     folder.done("winding t.obj --stitch --curve x1.json --reference 5 --keep-short -o w.csv");
     let parents = folder.column("w.csv", "parent");
-    // The node at (1, 0.25) divides the lower part of face 0 once more, and face 3 beside it.
+    // The node at (1, 0.25) splits the lower part of face 0 again, and face 3 next to it.
     assert_eq!(parents, [0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0]);
 }
 
 #[test]
-fn lines_of_the_mesh_and_values_at_its_vertices_come_through_a_stitch() {
+fn lines_of_the_mesh_survive_stitching() {
     let folder = Folder::new();
     let (mut obj, places) = strips([6, 6], 0.0);
-    // The line x = 1 on the second part, whose vertices are joined to those of the first.
+    // The line x = 1 on the second part, whose vertices are merged into those of the first.
     let second = places.len() / 2;
     let nodes: Vec<String> = (0..=6).map(|j| (second + 11 * j + 1).to_string()).collect();
     let _ = writeln!(obj, "l {}", nodes.join(" "));
@@ -197,14 +194,14 @@ fn lines_of_the_mesh_and_values_at_its_vertices_come_through_a_stitch() {
 }
 
 #[test]
-fn a_mesh_without_seams_is_left_alone_and_not_warned_of() {
+fn a_mesh_without_seams_is_unchanged_and_gives_no_warning() {
     let folder = Folder::new();
     folder.write("g.obj", &grid_obj());
     let said = folder.done("sdf g.obj --points 0 --stitch --strict -o a.csv").stderr;
     assert!(said.contains("--stitch found no boundaries to join"), "{said}");
     folder.done("sdf g.obj --points 0 --strict -o b.csv");
     assert_eq!(folder.read("a.csv"), folder.read("b.csv"));
-    // A gap of 3e-5 of the size is meant.
+    // A gap of 3e-5 of the size counts as intended.
     let (obj, _) = strips([6, 7], 1e-4);
     folder.write("s.obj", &obj);
     let said = folder.done("sdf s.obj --points 0 -o a.csv").stderr;
@@ -215,8 +212,9 @@ fn a_mesh_without_seams_is_left_alone_and_not_warned_of() {
 }
 
 #[test]
-fn a_seam_that_no_source_comes_near_is_not_warned_of() {
-    // A third strip far away has the source; what touches is elsewhere and has no distance anyway.
+fn a_seam_on_a_component_without_source_gives_no_warning() {
+    // The source is on a third, distant component; the seam is on others, which have no distance
+    // anyway.
     let folder = Folder::new();
     let (obj, places) = strips([3, 4], 0.0);
     let n = places.len();
@@ -233,19 +231,19 @@ fn slivers_are_listed_with_their_height() {
     let folder = Folder::new();
     folder.write("n.obj", "v 0 0 0\nv 5e-8 0 0\nv 5e-8 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n");
     let text = folder.done("inspect n.obj").text();
-    assert!(text.contains("2 faces with almost no height (slivers)"), "{text}");
+    assert!(text.contains("2 faces of almost zero height (slivers)"), "{text}");
     assert!(text.contains("face 0 has a height of 5.0e-8 times its longest edge"), "{text}");
 }
 
 #[test]
-fn of_the_data_files_only_those_with_seams_are_warned_of() {
+fn only_data_files_with_seams_give_a_warning() {
     let Some(data) = data() else { return };
     let folder = Folder::new();
     let mut run = 0;
     let touching =
         [("badquality/capsule.obj", 0), ("nonmanifold/screwdriver.obj", 0), ("nonmanifold/truck.obj", 385)];
     let clean = [
-        // lies over itself: vertices on edges of the other sheet, which the rim crosses
+        // overlaps itself: vertices lie on edges of the other sheet, which the boundary crosses
         "curves/swn/annulus.obj",
         "nonmanifold/chair_model.obj",
         "synthetic/projective-plane-roman.obj",

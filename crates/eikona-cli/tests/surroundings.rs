@@ -1,31 +1,31 @@
-//! Help, completions, reports, pictures, inspection, made damage, the benchmark.
+//! Help, completions, reports, pictures, inspection, damage and benchmarks.
 
 mod run;
 
 use run::{Folder, data, grid_obj, png_size};
 
-/// The lines of a help text that are commands.
+/// The commands in a help text.
 fn examples(help: &str) -> Vec<String> {
     let lines = help.lines().map(str::trim).filter_map(|l| l.strip_prefix("eikona "));
-    // What follows several spaces is an explanation; what goes into a file is left to the shell.
+    // Several spaces separate explanations; redirections to files need a shell.
     lines
         .map(|l| l.split("   ").next().unwrap_or(l).split(" > ").next().unwrap_or(l).trim().to_string())
         .collect()
 }
 
 #[test]
-fn the_examples_of_every_help_text_work() {
+fn the_examples_in_every_help_text_work() {
     let mut ran = 0;
     for verb in
         ["sdf", "winding", "inspect", "make", "render", "demo", "bench", "bench sdf", "bench winding", ""]
     {
         let folder = Folder::new();
-        folder.write("distance.ply", ""); // written anew by the examples
+        folder.write("distance.ply", ""); // overwritten by the examples
         let help = folder.done(&format!("{verb} --help"));
         let examples = examples(&help.text());
         assert!(!examples.is_empty(), "the help of {verb:?} has no example");
         for example in examples {
-            // The large sizes and the other program are for a quiet machine.
+            // Large sizes and the other program take too long for a test.
             if example.contains("--peer") {
                 continue;
             }
@@ -49,7 +49,7 @@ fn completions_and_version_are_printed() {
 }
 
 #[test]
-fn every_verb_writes_a_report() {
+fn every_command_writes_a_report() {
     let folder = Folder::new();
     for (verb, command) in [
         (
@@ -75,7 +75,7 @@ fn every_verb_writes_a_report() {
 }
 
 #[test]
-fn the_same_command_gives_the_same_bytes_on_any_number_of_threads() {
+fn results_do_not_depend_on_the_number_of_threads() {
     let folder = Folder::new();
     folder.done(
         "make bumpy_sphere frequency=12 -o s.ply --jitter 0.2 --seed 5 --broken-curve c.json --cut axis=z",
@@ -94,7 +94,7 @@ fn the_same_command_gives_the_same_bytes_on_any_number_of_threads() {
 }
 
 #[test]
-fn pictures_have_the_size_asked_for() {
+fn pictures_have_the_requested_size() {
     let folder = Folder::new();
     folder.done("make torus nu=20 nv=10 -o t.ply --curve-out c.json --cut axis=z");
     folder.done("sdf t.ply --curve c.json -o d.ply");
@@ -114,7 +114,7 @@ fn pictures_have_the_size_asked_for() {
 }
 
 #[test]
-fn inspection_counts_what_is_there() {
+fn inspection_counts_faults_and_pieces() {
     let folder = Folder::new();
     folder.done("make torus nu=20 nv=10 -o t.ply --flip-faces 0.1 --broken-curve c.json --cut axis=x,at=20% --keep 0.2 --drop 0.1");
     let outcome = folder.done("inspect t.ply --curve c.json --json");
@@ -220,7 +220,7 @@ fn the_benchmark_measures_winding_numbers() {
 }
 
 #[test]
-fn the_benchmark_of_winding_numbers_says_what_it_measures() {
+fn the_winding_benchmark_refuses_options_without_effect() {
     let folder = Folder::new();
     folder.refused("bench winding --faces 300 --threads 4", 2, &["--threads 4", "one thread"]);
     folder.done("bench winding --faces 300 --threads 1");
@@ -235,7 +235,7 @@ fn the_benchmark_of_winding_numbers_says_what_it_measures() {
 }
 
 #[test]
-fn numbers_of_small_meshes_are_shown() {
+fn small_numbers_are_shown_with_an_exponent() {
     let folder = Folder::new();
     let small = |line: &str| match line.strip_prefix("v ") {
         Some(numbers) => {
@@ -252,7 +252,7 @@ fn numbers_of_small_meshes_are_shown() {
         "area         2.000000e-17",
         "segments, length 2.000000e-9",
         "nodes, length 2.000000e-9",
-        "the nearest other one is at most 2.000000e-9 away",
+        "the nearest other end is at most 2.000000e-9 away",
     ] {
         assert!(text.contains(words), "no {words:?} in\n{text}");
     }
@@ -278,7 +278,7 @@ fn a_full_standard_output_leaves_no_files() {
         .unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{stderr}");
-    assert!(stderr.contains("the standard output can not be written"), "{stderr}");
+    assert!(stderr.contains("cannot write to standard output"), "{stderr}");
     assert_eq!(folder.files(), ["grid.obj"]);
 }
 

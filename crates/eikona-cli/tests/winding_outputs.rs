@@ -1,4 +1,4 @@
-//! Every output of `eikona winding`, read again.
+//! Reads back every output of `eikona winding`.
 
 mod run;
 
@@ -7,8 +7,8 @@ use eikona_mesh::{Topology, TriangleMesh};
 use eikona_render::label_color;
 use run::{Folder, LINE, data, grid_obj, png_size};
 
-/// The grid of 10 x 2 squares, and the line x = 4.5 from rim to rim, which crosses faces: 1 on its
-/// left, where x is smaller, and 0 on the larger right side.
+/// The grid of 10 x 2 squares, and the line x = 4.5 from boundary to boundary across faces. The
+/// label is 1 on its left, where x is smaller, and 0 on the larger right side.
 fn across() -> Folder {
     let folder = Folder::new();
     folder.write("grid.obj", &grid_obj());
@@ -31,13 +31,13 @@ fn scalar<'a>(scalars: &'a [(String, Vec<f64>)], name: &str) -> &'a [f64] {
     &found.unwrap_or_else(|| panic!("no {name} in {:?}", scalars.iter().map(|s| &s.0).collect::<Vec<_>>())).1
 }
 
-/// What the label of each face must be.
+/// The expected label of each face.
 fn expected(mesh: &TriangleMesh) -> Vec<f64> {
     let middle = |f| mesh.face_positions(f).iter().map(|p| p[0]).sum::<f64>() / 3.0;
     mesh.faces().map(|f| if middle(f) < 4.5 { 1.0 } else { 0.0 }).collect()
 }
 
-/// Two pieces of equal label each, which share no vertex.
+/// Checks that the mesh has two disks, which share no vertex, with one label each.
 fn assert_split(mesh: &TriangleMesh) {
     let labels = expected(mesh);
     for v in mesh.vertices() {
@@ -50,7 +50,7 @@ fn assert_split(mesh: &TriangleMesh) {
 }
 
 #[test]
-fn the_mesh_has_labels_margins_and_parents_at_its_faces() {
+fn the_mesh_has_labels_margins_and_parents_per_face() {
     let folder = across();
     for name in ["out.ply", "out.vtp"] {
         folder.done(&format!("{SOLVE} -o {name}"));
@@ -95,7 +95,7 @@ fn gaps_are_closed_straight_or_along_edges() {
     assert!(completion["straightened"] == 1 && completion["kept"] == 0, "{completion}");
     assert!((completion["length_after"].as_f64().unwrap() - 0.6).abs() < 1e-9, "{completion}");
     folder.done(&format!("{solve} --completion-shape edges"));
-    assert!(longest(&folder) > 0.1, "edges go astray");
+    assert!(longest(&folder) > 0.1, "a path along edges deviates");
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn tables_have_the_same_labels() {
 }
 
 #[test]
-fn texture_coordinates_are_the_value_and_one() {
+fn texture_coordinates_are_homogeneous_winding_numbers() {
     let folder = across();
     folder.done(&format!("{SOLVE} -o out.obj"));
     let (file, mesh) = read(&folder, "out.obj");
@@ -122,17 +122,17 @@ fn texture_coordinates_are_the_value_and_one() {
     assert_eq!(uvs.len(), 3 * mesh.face_count());
     for (f, label) in expected(&mesh).into_iter().enumerate() {
         for uv in &uvs[3 * f..3 * f + 3] {
-            // The curve has no endpoint inside, so every corner has a value, and each is a whole
-            // number.
+            // The curve has no endpoint inside, so every corner has a value, and each is an
+            // integer.
             assert!((uv[0] - label).abs() < 1e-6 && uv[1] == 1.0, "face {f}: {uv:?}, not {label}");
         }
     }
 }
 
 #[test]
-fn endpoints_have_no_weight_in_texture_coordinates() {
+fn texture_coordinates_are_zero_at_endpoints() {
     let folder = across();
-    // A curve that ends inside, in the vertex 16 at (5, 1).
+    // A curve that ends inside, at vertex 16 at (5, 1).
     folder.write("half.json", &LINE.replace(r#",{"vertex":17}"#, ""));
     folder.done("winding grid.obj --curve half.json -o out.obj -q");
     let (file, mesh) = read(&folder, "out.obj");
@@ -147,7 +147,7 @@ fn endpoints_have_no_weight_in_texture_coordinates() {
 }
 
 #[test]
-fn texture_coordinates_are_drawn_divided() {
+fn render_divides_texture_coordinates() {
     let folder = across();
     folder.done(&format!("{SOLVE} -o out.obj --render-values v.png --size 160x120 --no-bar"));
     folder.done("render out.obj --field uv-quotient -o uv.png --size 160x120 --no-bar --curve across.obj -q");
@@ -159,7 +159,7 @@ fn texture_coordinates_are_drawn_divided() {
 }
 
 #[test]
-fn viewers_get_the_mesh_cut_open_with_labels_at_vertices() {
+fn gltf_outputs_are_cut_open_with_labels_per_vertex() {
     let folder = across();
     for name in ["out.glb", "out.gltf"] {
         folder.done(&format!("{SOLVE} -o {name}"));
@@ -181,7 +181,7 @@ fn viewers_get_the_mesh_cut_open_with_labels_at_vertices() {
 }
 
 #[test]
-fn the_split_mesh_keeps_what_its_format_holds() {
+fn the_split_mesh_keeps_the_data_its_format_supports() {
     let folder = across();
     for name in ["s.ply", "s.ply.gz", "s.vtp", "s.obj", "s.off", "s.glb", "s.gltf", "s.stl"] {
         let outcome = folder.done(&format!("{SOLVE} --strict --split {name}"));
@@ -194,13 +194,13 @@ fn the_split_mesh_keeps_what_its_format_holds() {
             assert_eq!(scalar(&file.face_scalars, "parent").last(), Some(&39.0));
         }
         if name == "s.stl" {
-            continue; // three vertices of its own for every face
+            continue; // each face has its own vertices
         }
         assert_split(&mesh);
         if name.contains(".gl") || name == "s.vtp" {
-            continue; // colours of these are not read
+            continue; // the reader ignores their colours
         }
-        // OBJ holds them from 0 to 1.
+        // OBJ colours range from 0 to 1.
         let unit = if name == "s.obj" { 255.0 } else { 1.0 };
         for (k, channel) in ["red", "green", "blue"].into_iter().enumerate() {
             let values = scalar(&file.vertex_scalars, channel);
@@ -215,25 +215,25 @@ fn the_split_mesh_keeps_what_its_format_holds() {
 }
 
 #[test]
-fn faces_of_the_input_get_the_label_of_their_larger_part() {
+fn input_faces_get_the_label_of_their_larger_part() {
     let folder = across();
     folder.done(&format!("{SOLVE} --input-labels in.npy"));
     folder.done(&format!("{SOLVE} --input-labels in.csv"));
     let labels = folder.npy("in.npy");
-    // The squares at x from 4 to 5 are cut: three quarters of the face above the diagonal are on
-    // the left, one of that below it.
+    // The squares with x from 4 to 5 are cut: three quarters of the face above the diagonal lie on
+    // the left, and one quarter of the face below it.
     let wanted: Vec<i32> = (0..40).map(|f| i32::from(f < 16 || (f < 20 && f % 2 == 1))).collect();
     assert_eq!(labels, wanted);
     let column: Vec<i32> = folder.column("in.csv", "label").into_iter().map(|l| l as i32).collect();
     assert_eq!(column, wanted);
     assert_eq!(folder.column("in.csv", "face"), (0..40).map(f64::from).collect::<Vec<_>>());
-    // The reversed curve has its left on the other side.
+    // Reversing the curve swaps its left side.
     folder.done(&format!("{SOLVE} --flip --input-labels flip.npy"));
     assert_eq!(folder.npy("flip.npy"), wanted.iter().map(|l| -l).collect::<Vec<_>>());
 }
 
 #[test]
-fn pictures_of_regions_and_values_are_drawn_of_curves_along_edges_and_across_faces() {
+fn pictures_are_drawn_for_curves_along_edges_and_across_faces() {
     let folder = across();
     for curve in ["line.json", "across.obj"] {
         folder.done(&format!(
@@ -250,7 +250,7 @@ fn pictures_of_regions_and_values_are_drawn_of_curves_along_edges_and_across_fac
 }
 
 #[test]
-fn names_that_stand_for_no_format_are_refused_with_those_that_do() {
+fn unsupported_formats_are_refused_with_the_supported_ones() {
     let folder = across();
     let main = [".ply", ".vtp", ".obj", ".glb", ".gltf", ".csv", ".npy"];
     for name in ["out.stl", "out.off", "out.txt", "out", "out.png"] {
@@ -270,22 +270,23 @@ fn names_that_stand_for_no_format_are_refused_with_those_that_do() {
         folder.refused(&format!("{SOLVE} {flag} p.jpg"), 2, &["p.jpg", "p.png"]);
     }
     folder.refused(&format!("{SOLVE} -o one.ply --split one.ply"), 2, &["one.ply"]);
-    folder.refused(SOLVE, 2, &["nothing would be written"]);
-    // Before the work: the mesh is not even there.
+    folder.refused(SOLVE, 2, &["no output is given"]);
+    // Before any work: the mesh does not exist.
     folder.refused("winding none.obj --curve none.json -o out.stl", 2, &[".npy"]);
 }
 
 #[test]
-fn tables_about_a_mesh_that_is_in_no_file_are_warned_of() {
+fn tables_of_a_mesh_that_is_not_written_give_a_warning() {
     let folder = across();
     folder.write("quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nl 1 2 3 4 1\n");
     for name in ["out.npy", "out.csv"] {
-        let words = [name, "mesh that is in no file", "of 40 faces, was cut", "-o OUT.ply", "--input-labels"];
+        let words =
+            [name, "mesh that is not being written", "with 40 faces was cut", "-o OUT.ply", "--input-labels"];
         folder.warned(&format!("winding grid.obj --curve across.obj -o {name}"), &words);
-        // With the mesh beside it, and where the mesh is the user's own.
+        // No warning if the mesh is also written, or if it is the user's own.
         folder.done(&format!("winding grid.obj --curve across.obj -o {name} --split s.ply --strict"));
         folder.done(&format!("winding grid.obj --curve line.json -o {name} --strict"));
-        let words = [name, "2 faces", "of 1 faces, was triangulated", "--input-labels"];
+        let words = [name, "2 faces", "with 1 faces was triangulated", "--input-labels"];
         folder.warned(&format!("winding quad.obj -o {name}"), &words);
     }
 }
@@ -334,10 +335,9 @@ fn curves_of_the_shared_data_are_written_in_every_format() {
 }
 
 #[test]
-fn the_curve_is_parted_into_what_bounds_and_what_does_not() {
+fn a_bounding_curve_has_no_nonbounding_part() {
     let folder = Folder::new();
-    // Three circles around the tube of a torus: the plane makes two, which bound a half; one more
-    // bounds nothing.
+    // The plane cuts the torus in two circles around the tube, which together bound a half.
     folder.done("make torus nu=40 nv=20 -o t.ply --curve-out two.json --cut axis=y,at=0.03");
     folder.done(
         "winding t.ply --curve two.json --bounding-part b.obj --nonbounding-part n.obj --bounding l.obj",
@@ -352,7 +352,7 @@ fn the_curve_is_parted_into_what_bounds_and_what_does_not() {
 }
 
 #[test]
-fn only_oriented_curves_are_taken() {
+fn only_oriented_curves_are_accepted() {
     let folder = Folder::new();
     folder.done("make geodesic_sphere -o s.ply --curve-out c.json --cut axis=z,at=0.2");
     folder.refused("winding s.ply -o x.ply", 2, &["there is no curve", "--curve"]);
@@ -362,7 +362,7 @@ fn only_oriented_curves_are_taken() {
 }
 
 #[test]
-fn reversed_pieces_are_turned_over_in_the_suggested_curve() {
+fn the_suggested_curve_turns_reversed_pieces_around() {
     let folder = Folder::new();
     folder.done(
         "make geodesic_sphere frequency=16 -o s.ply --broken-curve c.json --cut axis=z,at=0.2 --keep 0.1 --drop 0.05 --seed 4",
@@ -386,9 +386,9 @@ fn reversed_pieces_are_turned_over_in_the_suggested_curve() {
 }
 
 #[test]
-fn a_suggestion_that_can_not_be_made_is_a_failure() {
+fn a_missing_suggestion_is_a_failure() {
     let folder = Folder::new();
-    // More pieces of one edge than are weighed against each other.
+    // More pieces of one edge than the diagnosis supports.
     let (n, vertex) = (103, |i: usize, j: usize| 104 * i + j + 1);
     let mut text = String::new();
     for i in 0..=n {

@@ -1,9 +1,9 @@
 //! The numeric factorisation on several threads.
 //!
 //! Subtrees of the elimination tree are independent: threads take them from a queue, largest first.
-//! The fronts above them follow in order, and share the products inside each front. A front adds the
-//! update matrices of its children in the same order on any number of threads, so the digits of the
-//! factor are the same.
+//! The fronts above them follow in order, and share the products inside each front. A front adds
+//! the update matrices of its children in the same order on any number of threads, so the digits of
+//! the factor are the same.
 
 use crate::error::NumericError;
 use crate::kernels::{Vectorized, dispatch};

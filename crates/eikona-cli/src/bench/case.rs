@@ -1,4 +1,4 @@
-//! Meshes with a source whose exact distance is known, for the benchmark.
+//! Benchmark cases: meshes with a source whose exact distance is known.
 
 use crate::exit::Failure;
 use clap::ValueEnum;
@@ -7,17 +7,17 @@ use eikona::geometry::Triangle;
 use eikona_mesh::{Located, SurfaceCurves, TriangleMesh, shapes};
 use std::path::Path;
 
-/// The surfaces.
+/// Benchmark surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Shape {
-    /// The unit sphere, cut into even triangles
+    /// The unit sphere with uniform triangles
     Sphere,
-    /// The torus of radii 1 and 0.4
+    /// The torus with radii 1 and 0.4
     Torus,
 }
 
 impl Shape {
-    /// As on the command line.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Shape::Sphere => "sphere",
@@ -34,13 +34,13 @@ pub struct Case {
     pub mesh: TriangleMesh,
     pub source: SurfaceCurves,
     truth: Vec<f64>,
-    /// A third of the areas of the faces around each vertex.
+    /// A third of the area of the faces around each vertex.
     area: Vec<f64>,
 }
 
 impl Case {
-    /// The shape with about this many faces, and the circles in which a plane of constant z cuts
-    /// it.
+    /// Creates the shape with about this many faces, and its intersection with a plane of constant
+    /// z as source.
     pub fn new(shape: Shape, faces: usize) -> Result<Case, Failure> {
         let (mesh, level) = match shape {
             Shape::Sphere => {
@@ -48,9 +48,9 @@ impl Case {
                 (shapes::geodesic_sphere(frequency as usize)?, LATITUDE)
             }
             Shape::Torus => {
-                // 2 nu nv faces, triangles about even: the outer circle is 1.4 / 0.4 times the
-                // circle of the tube. A multiple of 4 puts vertices on the circles and on the kinks
-                // of the distance between them.
+                // 2 nu nv faces of about equal shape: the outer circle is 1.4 / 0.4 times as long
+                // as the circle of the tube. A multiple of 4 puts vertices on the source circles
+                // and on the ridges of the distance between them.
                 let quarter = (faces as f64 / 2.0 / 2.5 / 16.0).sqrt().round().max(1.0) as usize;
                 (shapes::torus(1.0, MINOR, 10 * quarter, 4 * quarter)?, 0.0)
             }
@@ -66,7 +66,7 @@ impl Case {
         Ok(Case { mesh, source: SurfaceCurves { curves: circles.curves, points: Vec::new() }, truth, area })
     }
 
-    /// sqrt(sum A (phi - phi0)² / sum A) over the range of phi0.
+    /// The error sqrt(sum A (phi - phi0)² / sum A), divided by the range of phi0.
     pub fn l2_error(&self, distance: &[f64]) -> f64 {
         let squares = distance.iter().zip(&self.truth).zip(&self.area).map(|((d, t), a)| a * (d - t).powi(2));
         let mean = squares.sum::<f64>() / self.area.iter().sum::<f64>();
@@ -75,15 +75,14 @@ impl Case {
         mean.sqrt() / (high - low)
     }
 
-    /// Writes mesh, curve and truth as raw arrays and JSON for another program.
+    /// Writes mesh, curve and exact distance as raw arrays and JSON for another program.
     pub fn export(&self, folder: &Path) -> Result<(), Failure> {
         let doubles =
             |values: &mut dyn Iterator<Item = f64>| values.flat_map(f64::to_le_bytes).collect::<Vec<u8>>();
         let write = |name: &str, bytes: &[u8]| {
             let path = folder.join(name);
-            std::fs::write(&path, bytes).map_err(|e| {
-                Failure::Failed(format!("{}: this file can not be written: {e}", path.display()))
-            })
+            std::fs::write(&path, bytes)
+                .map_err(|e| Failure::Failed(format!("{}: cannot write this file: {e}", path.display())))
         };
         write("V.f64", &doubles(&mut self.mesh.positions().iter().flatten().copied()))?;
         write("truth.f64", &doubles(&mut self.truth.iter().copied()))?;
@@ -102,7 +101,7 @@ impl Case {
                     }
                     Located::Face(f, _) => {
                         return Err(Failure::Failed(format!(
-                            "an isoline has a node inside {f}, which is not expected"
+                            "an isoline has a node inside {f}; this is a bug, please report it"
                         )));
                     }
                 });

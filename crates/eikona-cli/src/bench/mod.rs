@@ -1,5 +1,4 @@
-//! `eikona bench`: how long each method takes, phase by phase. Each size is measured in a process
-//! of its own.
+//! `eikona bench`: times the phases of each method. Each size runs in its own process.
 
 mod case;
 mod sdf;
@@ -23,7 +22,7 @@ pub struct BenchArguments {
     pub method: Method,
 }
 
-/// What can be measured.
+/// Methods to measure.
 #[derive(Subcommand, Clone, Debug)]
 pub enum Method {
     /// Signed distance on a surface
@@ -32,7 +31,7 @@ pub enum Method {
     Winding(winding::WindingBench),
 }
 
-/// Runs the verb. Gives the exit code.
+/// Runs the command and returns the exit code.
 pub fn run(arguments: &BenchArguments, general: &General) -> Result<u8, Failure> {
     match &arguments.method {
         Method::Sdf(arguments) => sdf::run(arguments, general),
@@ -42,47 +41,45 @@ pub fn run(arguments: &BenchArguments, general: &General) -> Result<u8, Failure>
 
 fn parse_faces(text: &str) -> Result<usize, String> {
     const MOST: usize = 100_000_000;
-    text.parse()
-        .ok()
-        .filter(|n| (1..=MOST).contains(n))
-        .ok_or("a number from 1 to 100000000 is expected".into())
+    text.parse().ok().filter(|n| (1..=MOST).contains(n)).ok_or("expected a number from 1 to 100000000".into())
 }
 
-/// This program, to be started again.
+/// A command that starts this program again.
 fn this_program() -> Result<Command, Failure> {
-    let program = std::env::current_exe()
-        .map_err(|e| Failure::Failed(format!("this program can not find itself to start again: {e}")))?;
+    let program = std::env::current_exe().map_err(|e| {
+        Failure::Failed(format!("cannot find the path of this program to start it again: {e}"))
+    })?;
     Ok(Command::new(program))
 }
 
-/// The JSON that a program prints.
+/// Runs a program and parses the JSON that it prints.
 fn output_json<T: for<'a> Deserialize<'a>>(command: &mut Command) -> Result<T, Failure> {
     let name = command.get_program().to_string_lossy().into_owned();
     let output = command
         .stdin(Stdio::null())
         .stderr(Stdio::piped())
         .output()
-        .map_err(|e| Failure::Failed(format!("{name} can not be started: {e}")))?;
+        .map_err(|e| Failure::Failed(format!("{name}: cannot start this program: {e}")))?;
     if !output.status.success() {
         let message = String::from_utf8_lossy(&output.stderr);
         let message = message.trim().trim_start_matches("error: ").to_string();
         return Err(match output.status.code() {
             Some(2) => Failure::Usage(message),
             Some(3) => Failure::Input(message),
-            _ => Failure::Failed(format!("{name} ended with {}: {message}", output.status)),
+            _ => Failure::Failed(format!("{name} failed with {}: {message}", output.status)),
         });
     }
     serde_json::from_slice(&output.stdout)
-        .map_err(|e| Failure::Failed(format!("{name} printed no numbers that can be read: {e}")))
+        .map_err(|e| Failure::Failed(format!("{name} printed invalid results: {e}")))
 }
 
-/// Prints what was measured in this process. Gives the exit code.
+/// Prints the results of this process and returns the exit code.
 fn printed(run: &impl Serialize) -> Result<u8, Failure> {
     let text = serde_json::to_string(run).map_err(|e| Failure::Failed(e.to_string()))?;
     print_bytes(text.as_bytes()).map(|()| 0)
 }
 
-/// Keeps all runs for the report, and prints them if they are wanted so.
+/// Adds all runs to the report, and prints them as JSON on request.
 fn print_json(
     method: &str,
     runs: &[impl Serialize],

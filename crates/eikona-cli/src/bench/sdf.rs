@@ -1,5 +1,5 @@
-//! `eikona bench sdf`: phases, accuracy and memory on meshes with a known answer, each size in a
-//! process of its own; optionally beside potpourri3d on the same mesh and curve.
+//! `eikona bench sdf`: time, accuracy and memory on meshes with a known answer, optionally compared
+//! with potpourri3d on the same mesh and curve. Each size runs in its own process.
 
 use crate::bench::case::{Case, Shape};
 use crate::bench::{megabytes, output_json, parse_faces, print_json, printed, this_program};
@@ -22,22 +22,22 @@ use std::time::Instant;
   eikona bench sdf --faces 5000
   eikona bench sdf --faces 20000,100000,500000 --peer potpourri3d --json > bench.json")]
 pub struct SdfBench {
-    /// About how many faces, one or several sizes
+    /// Approximate number of faces, one or several sizes
     #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "20000,100000", allow_negative_numbers = true, value_parser = parse_faces)]
     pub faces: Vec<usize>,
-    /// The surface: a sphere with the circle z = 0.3, or a torus with its two circles z = 0
+    /// Surface: a sphere with the circle z = 0.3, or a torus with its two circles z = 0
     #[arg(long, value_enum, default_value = "sphere")]
     pub shape: Shape,
     /// Diffusion time, as for sdf
     #[arg(long, value_name = "auto|smooth|COEFF", default_value = "auto", allow_hyphen_values = true, value_parser = crate::sdf::parse_time)]
     pub time: DiffusionTime,
-    /// How often the later solves are repeated; the median counts
+    /// Number of later solves, of which the median is reported
     #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub repeats: u16,
     /// Also time another program on the same mesh and curve
     #[arg(long, value_enum)]
     pub peer: Option<Peer>,
-    /// The Python that has the other program
+    /// Python interpreter that has the other program
     #[arg(long, value_name = "PATH", default_value = "python3")]
     pub python: PathBuf,
     /// Print JSON
@@ -46,29 +46,29 @@ pub struct SdfBench {
     /// Measure one size in this process and print its numbers as JSON.
     #[arg(long, hide = true)]
     pub in_this_process: bool,
-    /// Write the mesh, the curve and the truth into this folder instead of measuring.
+    /// Write the mesh, the curve and the exact distance into this folder instead of measuring.
     #[arg(long, hide = true)]
     pub export: Option<PathBuf>,
 }
 
-/// What it can be compared with.
+/// Programs to compare with.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Peer {
     /// The Python package potpourri3d
     Potpourri3d,
 }
 
-/// One size, measured.
+/// Results for one size.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Run {
     shape: String,
     faces: usize,
     vertices: usize,
-    /// Complex numbers at edges and real ones at vertices.
+    /// One complex unknown per edge plus one real unknown per vertex.
     unknowns: usize,
     source_segments: usize,
     threads: usize,
-    /// Seconds of each phase of the construction.
+    /// Seconds per phase of the construction.
     construct_phases: Vec<(String, f64)>,
     construct: f64,
     modes: Vec<Mode>,
@@ -78,8 +78,8 @@ struct Run {
     potpourri3d: Option<PeerRun>,
 }
 
-/// Times in seconds of one constraint mode. `l2_error` is sqrt(sum A (phi - phi0)² / sum A) over
-/// the range of phi0.
+/// Times of one constraint mode in seconds. `l2_error` is sqrt(sum A (phi - phi0)² / sum A),
+/// divided by the range of phi0.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Mode {
     mode: String,
@@ -95,7 +95,7 @@ struct PeerRun {
     peak_memory_bytes: Option<u64>,
 }
 
-/// Runs the verb. Gives the exit code.
+/// Runs the command and returns the exit code.
 pub fn run(arguments: &SdfBench, general: &General) -> Result<u8, Failure> {
     if let (Some(&faces), Some(folder)) = (arguments.faces.first(), &arguments.export) {
         return Case::new(arguments.shape, faces)?.export(folder).map(|()| 0);
@@ -176,7 +176,7 @@ fn measure(case: &Case, arguments: &SdfBench, general: &General) -> Result<Run, 
     })
 }
 
-/// This program again, for one size.
+/// A command that runs this program for one size.
 fn for_one_size(faces: usize, arguments: &SdfBench) -> Result<Command, Failure> {
     let time = time_word(arguments.time);
     let mut command = this_program()?;
@@ -205,18 +205,18 @@ fn find_peer(python: &Path) -> Result<(), Failure> {
     }
     let python = python.display();
     Err(Failure::Failed(format!(
-        "{python} has no potpourri3d; install it with\n  {python} -m pip install potpourri3d numpy\nor name a Python that has it with \
-         --python PATH"
+        "{python} cannot import numpy and potpourri3d; install them with\n  {python} -m pip install \
+         potpourri3d numpy\nor choose another Python with --python PATH"
     )))
 }
 
-/// The folder through which mesh and curve go to the other program.
+/// The temporary folder that passes mesh and curve to the other program.
 static FOLDER: Mutex<Option<PathBuf>> = Mutex::new(None);
 
-/// Removes that folder, if there is one.
+/// Removes the temporary folder, if there is one.
 pub fn remove_temporary_folder() {
     if let Some(folder) = FOLDER.lock().unwrap_or_else(PoisonError::into_inner).take() {
-        // There is nobody left to tell.
+        // A leftover folder is harmless.
         let _ = std::fs::remove_dir_all(folder);
     }
 }
@@ -224,7 +224,7 @@ pub fn remove_temporary_folder() {
 fn measure_peer(faces: usize, ours: &Run, arguments: &SdfBench) -> Result<PeerRun, Failure> {
     let folder = std::env::temp_dir().join(format!("eikona-bench-{}", std::process::id()));
     std::fs::create_dir_all(&folder)
-        .map_err(|e| Failure::Failed(format!("{}: this folder can not be made: {e}", folder.display())))?;
+        .map_err(|e| Failure::Failed(format!("{}: cannot create this folder: {e}", folder.display())))?;
     *FOLDER.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.clone());
     let measured = run_peer(&folder, faces, ours, arguments);
     remove_temporary_folder();
@@ -234,9 +234,13 @@ fn measure_peer(faces: usize, ours: &Run, arguments: &SdfBench) -> Result<PeerRu
 fn run_peer(folder: &Path, faces: usize, ours: &Run, arguments: &SdfBench) -> Result<PeerRun, Failure> {
     let exported = for_one_size(faces, arguments)?.arg("--export").arg(folder).status();
     if !exported.is_ok_and(|s| s.success()) {
-        return Err(Failure::Failed(format!("the mesh of {} faces could not be exported", ours.faces)));
+        return Err(Failure::Failed(format!(
+            "{}: cannot export the mesh of {} faces to this folder",
+            folder.display(),
+            ours.faces
+        )));
     }
-    // The other program has no automatic time; the paper's is its default.
+    // The other program has no automatic time; its default is the paper's.
     let time = match arguments.time {
         DiffusionTime::Coefficient(c) => c,
         _ => 1.0,
@@ -264,12 +268,11 @@ fn table(run: &Run) -> String {
         );
     }
     let factors = megabytes(Some(run.factor_bytes as u64));
-    let _ =
-        writeln!(text, "  memory         {} at most, factors {factors}", megabytes(run.peak_memory_bytes));
+    let _ = writeln!(text, "  memory         peak {}, factors {factors}", megabytes(run.peak_memory_bytes));
     let Some(peer) = &run.potpourri3d else { return text };
     let _ = writeln!(
         text,
-        "  potpourri3d    {:>8.3} s construct, {} at most",
+        "  potpourri3d    {:>8.3} s construct, peak {}",
         peer.construct,
         megabytes(peer.peak_memory_bytes)
     );
@@ -278,7 +281,8 @@ fn table(run: &Run) -> String {
         let (answer, their_answer) = (run.construct + ours.first, peer.construct + theirs.first);
         let _ = writeln!(
             text,
-            "    {:<12} {:>8.3} s first, {:>7.3} s later, L2 error {:.2e}: construct + first {:.1} x, later {:.1} x ours",
+            "    {:<12} {:>8.3} s first, {:>7.3} s later, L2 error {:.2e}: construct + first {:.1}x, later \
+             {:.1}x as long as ours",
             theirs.mode,
             theirs.first,
             theirs.later,

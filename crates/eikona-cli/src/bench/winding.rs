@@ -1,5 +1,5 @@
-//! `eikona bench winding`: loops that bound nothing and one that bounds, whole or broken, on a
-//! torus and a double torus.
+//! `eikona bench winding`: times winding numbers of closed or broken loops, one bounding and the
+//! others nonbounding, on a torus and a double torus.
 
 use crate::bench::{megabytes, output_json, parse_faces, print_json, printed, this_program};
 use crate::exit::Failure;
@@ -19,13 +19,13 @@ use std::time::Instant;
   eikona bench winding --faces 50000,200000
   eikona bench winding --shape double-torus --faces 35000 --curve broken --json > bench.json")]
 pub struct WindingBench {
-    /// About how many faces, one or several sizes
+    /// Approximate number of faces, one or several sizes
     #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "20000,100000", allow_negative_numbers = true, value_parser = parse_faces)]
     pub faces: Vec<usize>,
-    /// The surface: a torus with curves along edges, or a double torus with curves across faces
+    /// Surface: a torus with curves along edges, or a double torus with curves across faces
     #[arg(long, value_enum, default_value = "torus")]
     pub shape: Surface,
-    /// Loops as they are, with a quarter of each missing, or both one after the other
+    /// Closed loops, loops with a quarter of each missing, or both in turn
     #[arg(long, value_enum, default_value = "both")]
     pub curve: State,
     /// Print JSON
@@ -36,28 +36,28 @@ pub struct WindingBench {
     pub in_this_process: bool,
 }
 
-/// The surfaces.
+/// Benchmark surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Surface {
-    /// The torus of radii 1 and 0.4, its vertices disturbed; a loop around the tube, one around the
-    /// hole, a disk
+    /// The torus with radii 1 and 0.4 and jittered vertices; a loop around the tube, one around the
+    /// hole, and the boundary of a disk
     Torus,
-    /// A surface of genus 2; loops around two tubes, one around a hole, a disk
+    /// A surface of genus 2; loops around two tubes, one around a hole, and the boundary of a disk
     DoubleTorus,
 }
 
-/// The state of the curves.
+/// State of the curves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum State {
     /// Closed loops
     Closed,
-    /// A quarter of each loop is missing, in three gaps
+    /// Loops with a quarter missing, in three gaps
     Broken,
     /// Both
     Both,
 }
 
-/// One size, measured. Times in seconds.
+/// Results for one size. Times in seconds.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Run {
     shape: String,
@@ -69,12 +69,12 @@ struct Run {
     /// Phases of the first solve.
     phases: Vec<(String, f64)>,
     first: f64,
-    /// The same curve again, with all that the solver has kept.
+    /// Second solve of the same curve, which reuses what the solver caches.
     later: f64,
-    /// Of the linear program.
+    /// Objective of the linear program.
     objective: Option<f64>,
     gap: Option<f64>,
-    /// The share of faces whose middle is labelled as the whole loops label it.
+    /// Share of faces with the same label at their centroid as for the closed loops.
     right: f64,
     peak_memory_bytes: Option<u64>,
 }
@@ -83,11 +83,11 @@ fn name(value: impl ValueEnum) -> String {
     value.to_possible_value().map_or(String::new(), |v| v.get_name().to_string())
 }
 
-/// Runs the verb. Gives the exit code.
+/// Runs the command and returns the exit code.
 pub fn run(arguments: &WindingBench, general: &General) -> Result<u8, Failure> {
     if let Some(threads) = general.threads.filter(|threads| *threads > 1) {
         return Err(Failure::Usage(format!(
-            "--threads {threads}: winding numbers are computed on one thread; leave it out"
+            "--threads {threads} has no effect: winding numbers use one thread; leave it out"
         )));
     }
     if arguments.in_this_process {
@@ -96,7 +96,9 @@ pub fn run(arguments: &WindingBench, general: &General) -> Result<u8, Failure> {
                 printed(&measure(arguments.shape, state, faces)?)
             }
             _ => Err(Failure::Usage(
-                "--in-this-process measures one size and one state; give --faces N and --curve closed or --curve broken".into(),
+                "--in-this-process measures one size and one state; give --faces N and --curve closed or \
+                 --curve broken"
+                    .into(),
             )),
         };
     }
@@ -164,7 +166,7 @@ fn measure(shape: Surface, state: State, faces: usize) -> Result<Run, Failure> {
     })
 }
 
-/// The share of faces whose middle has the same label in both.
+/// Share of faces with the same label at their centroid in both.
 fn agreement(mesh: &TriangleMesh, one: &Winding, other: &Winding) -> f64 {
     let middle = |w: &Winding, f: Face| w.label_at(f, [1.0 / 3.0; 3]);
     let same = mesh.faces().filter(|&f| middle(one, f) == middle(other, f)).count();
@@ -172,7 +174,7 @@ fn agreement(mesh: &TriangleMesh, one: &Winding, other: &Winding) -> f64 {
 }
 
 fn torus(faces: usize) -> Result<(TriangleMesh, Vec<Curve>), Failure> {
-    // 2 nu nv faces, triangles about even.
+    // 2 nu nv faces of about equal shape.
     let nv = (faces as f64 / 2.0 / 2.5).sqrt().round().max(8.0) as usize;
     let nu = (faces / 2 / nv).max(8);
     let mesh = damage::jitter(&shapes::torus(1.0, 0.4, nu, nv)?, 0.15, 1)?;
@@ -206,13 +208,13 @@ fn double_torus(faces: usize) -> Result<(TriangleMesh, Vec<Curve>), Failure> {
         normal[k] = 1.0;
         plane_cut(&mesh, along(k, share), normal)
     };
-    // Through both openings, each cut goes around two tubes; one of them is taken.
+    // Each cut through an opening goes around two tubes; take one of them.
     let mut loops: Vec<Curve> = [0.271, 0.738]
         .iter()
         .map(|&x| cut(0, x))
         .map(|c| c.map(|mut c| c.swap_remove(0)))
         .collect::<Result<_, _>>()?;
-    // Through the middle: around each opening, and around all.
+    // A cut through the middle goes around each opening and around the whole; take one opening.
     let mut flat = cut(2, 0.507)?;
     flat.sort_by_key(|c| c.nodes.len());
     loops.extend(flat.into_iter().take(1));
@@ -221,7 +223,7 @@ fn double_torus(faces: usize) -> Result<(TriangleMesh, Vec<Curve>), Failure> {
     Ok((mesh, loops))
 }
 
-/// Without a quarter of each loop, in three gaps.
+/// Removes a quarter of each loop, in three gaps.
 fn broken(loops: &[Curve]) -> Vec<Curve> {
     let mut pieces = Vec::new();
     for whole in loops {
@@ -238,7 +240,7 @@ fn table(run: &Run) -> String {
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "{} with {} faces, {} loops of {} segments, {} endpoints, 1 thread",
+        "{} with {} faces, {} loops with {} segments in total, {} endpoints, 1 thread",
         run.shape, run.faces, run.curve, run.segments, run.endpoints
     );
     let _ = writeln!(
@@ -256,7 +258,7 @@ fn table(run: &Run) -> String {
     let program = program.map_or(String::new(), |(o, g)| format!("objective {o:.9}, gap {g:.0e}; "));
     let _ = writeln!(
         text,
-        "  {program}{:.2} % of the faces labelled as by the whole loops; {} at most",
+        "  {program}{:.2} % of the faces labelled as for the closed loops; peak memory {}",
         100.0 * run.right,
         megabytes(run.peak_memory_bytes)
     );

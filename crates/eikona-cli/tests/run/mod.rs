@@ -1,12 +1,12 @@
 //! Runs the built command in a temporary folder.
-#![allow(dead_code)] // each test file uses its part
+#![allow(dead_code)] // each test file uses some of these
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A folder of its own for a test; it goes away with the value.
+/// A temporary folder for one test, removed on drop.
 pub struct Folder(pub PathBuf);
 
 impl Folder {
@@ -51,7 +51,7 @@ impl Folder {
         lines.map(|l| l.split(',').nth(place).unwrap().parse().unwrap()).collect()
     }
 
-    /// The numbers of an int32 file of numpy.
+    /// The numbers of a NumPy file of int32.
     pub fn npy(&self, name: &str) -> Vec<i32> {
         let bytes = self.bytes(name);
         assert!(bytes.starts_with(b"\x93NUMPY\x01\x00"));
@@ -64,7 +64,7 @@ impl Folder {
         numbers
     }
 
-    /// Runs `eikona` with these words, split at spaces.
+    /// Runs `eikona` with arguments split at spaces.
     pub fn run(&self, command: &str) -> Outcome {
         self.run_words(command.split_whitespace(), &[])
     }
@@ -78,7 +78,7 @@ impl Folder {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        // A command that does not read its input closes the pipe.
+        // This fails if the command closes its input without reading it.
         let _ = child.stdin.take().unwrap().write_all(stdin);
         let output = child.wait_with_output().unwrap();
         Outcome {
@@ -88,7 +88,7 @@ impl Folder {
         }
     }
 
-    /// Runs it and expects success.
+    /// Runs a command and expects success.
     #[track_caller]
     pub fn done(&self, command: &str) -> Outcome {
         let outcome = self.run(command);
@@ -96,7 +96,7 @@ impl Folder {
         outcome
     }
 
-    /// Runs it, expects these words in a warning, and that `--strict` fails.
+    /// Runs a command under `--strict`, and expects exit code 4 and these words in the messages.
     #[track_caller]
     pub fn warned(&self, command: &str, words: &[&str]) {
         let outcome = self.run(&format!("{command} --strict"));
@@ -106,8 +106,7 @@ impl Folder {
         }
     }
 
-    /// Runs it and expects this exit code, these words in the message, and no file that was not
-    /// there before.
+    /// Runs a command and expects this exit code, these words in the message, and no new file.
     #[track_caller]
     pub fn refused(&self, command: &str, code: i32, words: &[&str]) {
         let before = self.files();
@@ -126,7 +125,7 @@ impl Drop for Folder {
     }
 }
 
-/// What a run gave.
+/// Result of a run.
 pub struct Outcome {
     pub code: Option<i32>,
     pub stdout: Vec<u8>,
@@ -139,13 +138,13 @@ impl Outcome {
     }
 }
 
-/// The shared data, if it is there.
+/// The folder of shared data, if it exists.
 pub fn data() -> Option<PathBuf> {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data"));
     folder.is_dir().then(|| folder.to_path_buf())
 }
 
-/// A flat grid of 10 x 2 unit squares as OBJ, and where its vertices lie: vertex `3 x + y`.
+/// A flat grid of 10 x 2 unit squares as OBJ, with vertex `3 x + y` at (x, y).
 pub fn grid_obj() -> String {
     let mut text = String::new();
     for i in 0..33 {
@@ -160,7 +159,7 @@ pub fn grid_obj() -> String {
     text
 }
 
-/// The line x = 5 from y = 0 to y = 2: smaller x is on its left.
+/// The line x = 5 from y = 0 to y = 2, with smaller x on its left.
 pub const LINE: &str =
     r#"{"eikona":"curves","version":1,"curves":[{"nodes":[{"vertex":15},{"vertex":16},{"vertex":17}]}]}"#;
 
