@@ -48,9 +48,17 @@ for method in signed_heat winding polar_field repulsive; do
     others=$(echo "$methods" | tr '|' '\n' | grep -v "^$method\$" | paste -sd '|' -)
     forbid $method "crate::($others)" "a method must not use another method"
 done
-# The linear-algebra backend stays inside eikona-numeric.
-found=$(grep -rnE '\b(faer|nalgebra|ndarray)::' crates/*/src --include='*.rs' | grep -v '^crates/eikona-numeric/')
+# The linear-algebra backend stays inside eikona-numeric: no other crate names or depends on it, and
+# nothing public there is an alias of its types.
+backend='faer|nalgebra|ndarray|gemm|pulp'
+found=$(grep -rnE "\\b($backend)\\b" crates/*/src --include='*.rs' | grep -vE '^crates/eikona-numeric/|:[0-9]+: *//')
 [ -n "$found" ] && complain "the backend is hidden by eikona-numeric:
+$found"
+found=$(grep -nE "^($backend)\\b" crates/*/Cargo.toml | grep -v '^crates/eikona-numeric/')
+[ -n "$found" ] && complain "only eikona-numeric depends on the backend:
+$found"
+found=$(grep -rnE "pub (use|type|const)\\b.*\\b($backend)::" crates/eikona-numeric/src --include='*.rs')
+[ -n "$found" ] && complain "public items of eikona-numeric do not name the backend:
 $found"
 # Names that say nothing.
 found=$(find crates -path '*/src/*' | grep -E '/(utils?|common|helpers?|misc|core|manager)(\.rs)?$')

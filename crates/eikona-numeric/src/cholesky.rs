@@ -2,22 +2,13 @@
 
 use crate::error::NumericError;
 use crate::kernels::{self, Vectorized, dispatch};
+use crate::matrix::SymmetricMatrix;
 use crate::memory::Zeroed;
 use crate::parallel;
 use crate::scalar::Scalar;
 use crate::symbolic::Symbolic;
 use std::ops::Range;
 use std::sync::Arc;
-
-/// Values of a symmetric or Hermitian matrix, in the order of its [`Graph`](crate::Graph).
-#[derive(Clone, Debug, Default)]
-pub struct SymmetricMatrix<T> {
-    /// Diagonal entries, which are real for Hermitian matrices too.
-    pub diagonal: Vec<f64>,
-    /// One value per pair of the graph: entry (first, second). The transposed entry is its
-    /// conjugate.
-    pub off_diagonal: Vec<T>,
-}
 
 /// Cholesky factor of a system `A x = b` with `A` symmetric (or Hermitian) positive definite.
 ///

@@ -10,11 +10,13 @@
 //! of minimum-cost flow.
 
 mod cholesky;
+mod complex;
 mod dissection;
 mod error;
 mod flow;
 mod graph;
 mod kernels;
+mod matrix;
 mod memory;
 mod multifrontal;
 mod ordering;
@@ -23,13 +25,15 @@ mod scalar;
 mod supernodes;
 mod symbolic;
 
-pub use cholesky::{Cholesky, SymmetricMatrix};
+pub use cholesky::Cholesky;
+pub use complex::Complex;
 pub use error::NumericError;
 pub use flow::{
     Certificate, Contradiction, FlowError, JumpMethod, JumpOptions, JumpSolution, JumpStatistics, JumpTerm,
     minimise_jumps,
 };
 pub use graph::Graph;
+pub use matrix::SymmetricMatrix;
 pub use ordering::{Ordering, nested_dissection_order};
-pub use scalar::{Complex, Scalar};
+pub use scalar::Scalar;
 pub use symbolic::Symbolic;

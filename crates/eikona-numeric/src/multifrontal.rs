@@ -11,7 +11,7 @@
 
 use crate::kernels;
 use crate::memory::Zeroed;
-use crate::scalar::Scalar;
+use crate::scalar::{Backend, Scalar};
 use crate::supernodes::Supernodes;
 use crate::symbolic::Symbolic;
 use faer::linalg::matmul::matmul;
@@ -252,12 +252,12 @@ fn eliminate<S: pulp::Simd, T: Scalar>(
 fn update_columns<T: Scalar>(panel: &mut [T], done: Range<usize>, end: usize, height: usize, threads: usize) {
     let count = end - done.end;
     let (left, right) = panel[..end * height].split_at_mut(done.end * height);
-    let left = MatRef::from_column_major_slice(&left[done.start * height..], height, done.len());
+    let left = matrix(&left[done.start * height..], height, done.len());
     let left = left.split_at_row(done.end).1;
-    let right = MatMut::from_column_major_slice_mut(right, height, count).split_at_row_mut(done.end).1;
+    let right = matrix_mut(right, height, count).split_at_row_mut(done.end).1;
     let (top, below) = right.split_at_row_mut(count);
     let (left_top, left_below) = left.split_at_row(count);
-    let mut products = vec![Product::lower(top, left_top)];
+    let mut products = vec![Product::<T>::lower(top, left_top)];
     split_rows(below, left_below, left_top, &mut products);
     run(products, Accum::Add, threads);
 }
@@ -277,9 +277,9 @@ fn minus_outer_product<S: pulp::Simd, T: Scalar>(
     if width * size * size < SMALL_PRODUCT {
         return kernels::minus_outer_product(simd, panel, width, height, update);
     }
-    let mut rest = MatMut::from_column_major_slice_mut(update, size, size);
-    let mut left = MatRef::from_column_major_slice(panel, height, width).split_at_row(width).1;
-    let mut products = Vec::new();
+    let mut rest = matrix_mut(update, size, size);
+    let mut left = matrix(panel, height, width).split_at_row(width).1;
+    let mut products: Vec<Product<T>> = Vec::new();
     while rest.ncols() > 0 {
         let columns = rest.ncols().min(STRIP);
         let (strip, others) = rest.split_at_col_mut(columns);
@@ -301,16 +301,16 @@ const STRIP: usize = 512;
 const WORTH_A_THREAD: usize = 1 << 22;
 
 /// A part of `target <- target - left right^H` (or without the first term).
-struct Product<'a, T> {
-    target: MatMut<'a, T>,
-    left: MatRef<'a, T>,
-    right: MatRef<'a, T>,
+struct Product<'a, T: Backend> {
+    target: MatMut<'a, T::Raw>,
+    left: MatRef<'a, T::Raw>,
+    right: MatRef<'a, T::Raw>,
     /// Only the lower triangle of the target counts.
     lower: bool,
 }
 
 impl<'a, T: Scalar> Product<'a, T> {
-    fn lower(target: MatMut<'a, T>, left: MatRef<'a, T>) -> Self {
+    fn lower(target: MatMut<'a, T::Raw>, left: MatRef<'a, T::Raw>) -> Self {
         Product { target, left, right: left, lower: true }
     }
 
@@ -320,7 +320,6 @@ impl<'a, T: Scalar> Product<'a, T> {
 
     fn run(self, accumulate: Accum) {
         let Product { target, left, right, lower } = self;
-        let minus_one = -T::real(1.0);
         if lower {
             triangular::matmul(
                 target,
@@ -330,20 +329,29 @@ impl<'a, T: Scalar> Product<'a, T> {
                 BlockStructure::Rectangular,
                 right.adjoint(),
                 BlockStructure::Rectangular,
-                minus_one,
+                T::MINUS_ONE,
                 Par::Seq,
             );
         } else {
-            matmul(target, accumulate, left, right.adjoint(), minus_one, Par::Seq);
+            matmul(target, accumulate, left, right.adjoint(), T::MINUS_ONE, Par::Seq);
         }
     }
 }
 
+/// A matrix by columns, for the backend.
+fn matrix<T: Scalar>(values: &[T], rows: usize, columns: usize) -> MatRef<'_, T::Raw> {
+    MatRef::from_column_major_slice(bytemuck::cast_slice(values), rows, columns)
+}
+
+fn matrix_mut<T: Scalar>(values: &mut [T], rows: usize, columns: usize) -> MatMut<'_, T::Raw> {
+    MatMut::from_column_major_slice_mut(bytemuck::cast_slice_mut(values), rows, columns)
+}
+
 /// Splits a rectangular product into blocks of rows.
 fn split_rows<'a, T: Scalar>(
-    mut target: MatMut<'a, T>,
-    mut left: MatRef<'a, T>,
-    right: MatRef<'a, T>,
+    mut target: MatMut<'a, T::Raw>,
+    mut left: MatRef<'a, T::Raw>,
+    right: MatRef<'a, T::Raw>,
     products: &mut Vec<Product<'a, T>>,
 ) {
     while target.nrows() > 0 {

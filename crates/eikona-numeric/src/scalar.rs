@@ -1,19 +1,22 @@
 //! Scalar types of the systems: real and complex.
 
-/// Complex number with two `f64` parts.
-pub type Complex = faer::c64;
+use crate::complex::Complex;
 
-/// Scalar type of a system: `f64` or [`Complex`]. Not meant to be implemented elsewhere.
+/// Scalar type of a system: `f64` or [`Complex`]. Sealed: its other supertraits can not be named
+/// outside of this crate.
 pub trait Scalar:
-    faer::traits::ComplexField<Real = f64>
-    + crate::kernels::Lanes
+    crate::kernels::Lanes
+    + Backend
     + Copy
+    + Send
+    + Sync
     + Default
     + PartialEq
     + std::fmt::Debug
     + std::ops::Add<Output = Self>
     + std::ops::Sub<Output = Self>
     + std::ops::Mul<Output = Self>
+    + std::ops::Neg<Output = Self>
     + std::ops::AddAssign
     + std::ops::SubAssign
 {
@@ -33,6 +36,24 @@ pub trait Scalar:
     fn abs_sq(self) -> f64;
     /// Returns whether every part is finite.
     fn finite(self) -> bool;
+}
+
+/// The scalar types of the linear-algebra backend.
+pub trait Backend: bytemuck::Pod {
+    /// The type with the same bytes.
+    type Raw: faer::traits::ComplexField + bytemuck::Pod;
+    /// Minus one.
+    const MINUS_ONE: Self::Raw;
+}
+
+impl Backend for f64 {
+    type Raw = f64;
+    const MINUS_ONE: f64 = -1.0;
+}
+
+impl Backend for Complex {
+    type Raw = faer::c64;
+    const MINUS_ONE: faer::c64 = faer::c64 { re: -1.0, im: 0.0 };
 }
 
 impl Scalar for f64 {
@@ -75,11 +96,11 @@ impl Scalar for Complex {
     }
     #[inline(always)]
     fn conj(self) -> Self {
-        Complex { re: self.re, im: -self.im }
+        Complex::conj(self)
     }
     #[inline(always)]
     fn scale(self, x: f64) -> Self {
-        Complex { re: self.re * x, im: self.im * x }
+        Complex::scale(self, x)
     }
     #[inline(always)]
     fn real_part(self) -> f64 {
@@ -91,7 +112,7 @@ impl Scalar for Complex {
     }
     #[inline(always)]
     fn abs_sq(self) -> f64 {
-        self.re * self.re + self.im * self.im
+        self.norm_sq()
     }
     #[inline(always)]
     fn finite(self) -> bool {

@@ -1,8 +1,8 @@
 //! Symbolic analysis: everything that depends on the sparsity pattern only.
 
-use crate::cholesky::SymmetricMatrix;
 use crate::error::NumericError;
 use crate::graph::Graph;
+use crate::matrix::SymmetricMatrix;
 use crate::ordering::Ordering;
 use crate::scalar::Scalar;
 use crate::supernodes::{Supernodes, elimination_tree, postorder, renumbered};

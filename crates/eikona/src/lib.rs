@@ -2,10 +2,12 @@
 //! outside, which direction, and how a surface can move without touching itself. This version
 //! answers the first two, on triangle meshes: see [`signed_heat`] and [`winding`].
 //!
-//! Meshes, curves and files are those of [`eikona_mesh`], re-exported as [`mesh`]. Conventions
-//! (signs, orientations, units) stand once, in `docs/conventions.md`.
+//! Meshes, curves and files are those of [`eikona_mesh`], re-exported as [`mesh`]; complex numbers
+//! and sparse systems those of [`eikona_numeric`], re-exported as [`numeric`]. Signs, orientations
+//! and units are defined in `docs/conventions.md`.
 
 pub use eikona_mesh as mesh;
+pub use eikona_numeric as numeric;
 
 pub mod contour;
 pub mod curves;
