@@ -300,32 +300,30 @@ const PAIRS: [(&str, &str); 14] = [
 ];
 
 #[test]
+#[cfg_attr(not(data_folder), ignore = "needs the data folder")]
 fn curves_of_the_shared_data_are_solved() {
     let mut ran = 0;
-    if let Some(data) = data() {
-        let folder = Folder::new();
-        for (mesh, curve) in PAIRS {
-            let path = |name: &str| data.join(name).display().to_string();
-            let outcome = folder.done(&format!(
-                "sdf {} --curve {} -o out.csv --report r.json",
-                path(mesh),
-                path(curve)
-            ));
-            let distance = folder.column("out.csv", "distance");
-            let report = folder.json("r.json");
-            assert_eq!(
-                distance.len() as u64,
-                report["input"]["mesh"]["vertices_in_file"].as_u64().unwrap(),
-                "{mesh}"
-            );
-            let undefined = distance.iter().filter(|d| !d.is_finite()).count();
-            assert_eq!(undefined as u64, report["result"]["undefined_vertices"].as_u64().unwrap());
-            assert!(undefined == 0 || outcome.stderr.contains("NaN"), "{mesh}: NaN without a warning");
-            assert!(distance.iter().any(|d| d.abs() > 0.0), "{mesh}");
-            ran += 1;
-        }
+    let data = data();
+    let folder = Folder::new();
+    for (mesh, curve) in PAIRS {
+        let path = |name: &str| data.join(name).display().to_string();
+        let outcome =
+            folder.done(&format!("sdf {} --curve {} -o out.csv --report r.json", path(mesh), path(curve)));
+        let distance = folder.column("out.csv", "distance");
+        let report = folder.json("r.json");
+        assert_eq!(
+            distance.len() as u64,
+            report["input"]["mesh"]["vertices_in_file"].as_u64().unwrap(),
+            "{mesh}"
+        );
+        let undefined = distance.iter().filter(|d| !d.is_finite()).count();
+        assert_eq!(undefined as u64, report["result"]["undefined_vertices"].as_u64().unwrap());
+        assert!(undefined == 0 || outcome.stderr.contains("NaN"), "{mesh}: NaN without a warning");
+        assert!(distance.iter().any(|d| d.abs() > 0.0), "{mesh}");
+        ran += 1;
     }
     println!("{ran} pairs of mesh and curve ran");
+    assert_eq!(ran, PAIRS.len());
 }
 
 /// All mesh files below a folder, sorted.
@@ -349,38 +347,36 @@ fn meshes(folder: &Path) -> Vec<std::path::PathBuf> {
 }
 
 #[test]
+#[cfg_attr(not(data_folder), ignore = "needs the data folder")]
 fn wild_meshes_are_solved_from_a_point_or_refused_with_a_reason() {
     let (mut solved, mut refused) = (0, 0);
-    if let Some(data) = data() {
-        let folder = Folder::new();
-        for part in
-            ["badquality", "boundary", "closed", "nonmanifold", "nonorientable", "polygon", "synthetic"]
-        {
-            for mesh in meshes(&data.join(part)) {
-                let name = mesh.display().to_string();
-                let words = ["sdf", &name, "--points", "0", "-o", "out.csv", "--level-sets", "free"];
-                let outcome = folder.run_words(words, &[]);
-                match outcome.code {
-                    Some(0) => {
-                        let distance = folder.column("out.csv", "distance");
-                        let undefined = distance.iter().filter(|d| !d.is_finite()).count();
-                        assert!(
-                            undefined == 0 || outcome.stderr.contains("NaN"),
-                            "{name}: NaN without a warning"
-                        );
-                        std::fs::remove_file(folder.0.join("out.csv")).unwrap();
-                        solved += 1;
-                    }
-                    code => {
-                        assert_eq!(code, Some(3), "{name}: {}", outcome.stderr);
-                        assert!(folder.files().is_empty(), "{name} left {:?}", folder.files());
-                        println!("refused {name}: {}", outcome.stderr.lines().next().unwrap_or(""));
-                        refused += 1;
-                    }
+    let data = data();
+    let folder = Folder::new();
+    for part in ["badquality", "boundary", "closed", "nonmanifold", "nonorientable", "polygon", "synthetic"] {
+        for mesh in meshes(&data.join(part)) {
+            let name = mesh.display().to_string();
+            let words = ["sdf", &name, "--points", "0", "-o", "out.csv", "--level-sets", "free"];
+            let outcome = folder.run_words(words, &[]);
+            match outcome.code {
+                Some(0) => {
+                    let distance = folder.column("out.csv", "distance");
+                    let undefined = distance.iter().filter(|d| !d.is_finite()).count();
+                    assert!(
+                        undefined == 0 || outcome.stderr.contains("NaN"),
+                        "{name}: NaN without a warning"
+                    );
+                    std::fs::remove_file(folder.0.join("out.csv")).unwrap();
+                    solved += 1;
+                }
+                code => {
+                    assert_eq!(code, Some(3), "{name}: {}", outcome.stderr);
+                    assert!(folder.files().is_empty(), "{name} left {:?}", folder.files());
+                    println!("refused {name}: {}", outcome.stderr.lines().next().unwrap_or(""));
+                    refused += 1;
                 }
             }
         }
     }
     println!("{} files ran: {solved} solved, {refused} refused", solved + refused);
-    assert!(solved >= refused, "{solved} solved, {refused} refused");
+    assert!(solved > 20 && solved >= refused, "{solved} solved, {refused} refused");
 }

@@ -291,6 +291,7 @@ fn host_mesh(path: &Path) -> TriangleMesh {
 }
 
 #[test]
+#[cfg_attr(not(data_folder), ignore = "needs the data folder")]
 fn the_published_curve_files_lie_on_their_meshes() {
     // File, mesh, signed and unsigned curves, points, segments (from data/MANIFEST.md), closed
     // curves.
@@ -314,9 +315,6 @@ fn the_published_curve_files_lie_on_their_meshes() {
     let mut run = 0;
     for (name, host, signed, unsigned, points, segments) in files {
         let path = PathBuf::from(DATA).join(format!("curves/{name}.txt"));
-        if !path.exists() {
-            continue;
-        }
         run += 1;
         let mesh = host_mesh(&PathBuf::from(DATA).join(format!("{host}.obj")));
         let file = read_curves(&path, &mesh).unwrap();
@@ -347,5 +345,5 @@ fn the_published_curve_files_lie_on_their_meshes() {
             _ => {}
         }
     }
-    println!("curve files read on their meshes: {run} of {}", files.len());
+    println!("{run} curve files ran on their meshes");
 }

@@ -65,13 +65,6 @@ fn solve(mesh: &TriangleMesh, curves: &SurfaceCurves, completion: Completion) ->
     surface_winding_number(mesh, curves, &options).unwrap()
 }
 
-fn is_there() -> bool {
-    if !Path::new(DATA).exists() {
-        println!("no data folder: 0 files run");
-    }
-    Path::new(DATA).exists()
-}
-
 fn length(mesh: &TriangleMesh, e: Edge) -> f64 {
     let [a, b] = mesh.edge_vertices(e).map(|v| mesh.position(v));
     dot(sub(a, b), sub(a, b)).sqrt()
@@ -99,10 +92,8 @@ fn segments(w: &Winding) -> [usize; 2] {
 }
 
 #[test]
+#[cfg_attr(not(data_folder), ignore = "needs the data folder")]
 fn every_curve_file_gives_what_both_programs_found() {
-    if !is_there() {
-        return;
-    }
     let mut count = 0;
     for file in &EXPECTED {
         let (mesh, curves) = load(file);
@@ -202,10 +193,8 @@ fn overlap(plane: [[f64; 3]; 3], a: [[f64; 3]; 3], b: [[f64; 3]; 3]) -> f64 {
 /// faces of both have in common: the label that covers most of an input face would hide just the
 /// slivers along the curve.
 #[test]
+#[cfg_attr(not(data_folder), ignore = "needs the data folder")]
 fn a_heart_and_the_broken_heart_have_the_same_inside() {
-    if !is_there() {
-        return;
-    }
     let (mesh, whole) = load_named("bunny-heart");
     let (_, broken) = load_named("bunny-brokenheart");
     let [whole, broken] = [whole, broken].map(|curves| solve(&mesh, &curves, Completion::Full));
@@ -223,10 +212,8 @@ fn a_heart_and_the_broken_heart_have_the_same_inside() {
 
 /// Where the nonbounding part is taken off changes values near its completion, not regions.
 #[test]
+#[cfg_attr(not(data_folder), ignore = "needs the data folder")]
 fn both_completions_label_alike() {
-    if !is_there() {
-        return;
-    }
     for file in &EXPECTED {
         let (mesh, curves) = load(file);
         let [full, curve] = [Completion::Full, Completion::Curve].map(|c| solve(&mesh, &curves, c));
@@ -252,10 +239,8 @@ fn both_completions_label_alike() {
 /// edge, the nonbounding part is closed and lies between nothing and the curve, and turning the
 /// curves over turns over everything.
 #[test]
+#[cfg_attr(not(data_folder), ignore = "needs the data folder")]
 fn every_curve_file_keeps_what_holds_for_all_curves() {
-    if !is_there() {
-        return;
-    }
     for file in &EXPECTED {
         let (mesh, curves) = load(file);
         let name = file.curve;
@@ -335,10 +320,8 @@ fn differences(
 
 /// Where a surface lies, how large it is and how its elements are numbered change nothing.
 #[test]
+#[cfg_attr(not(data_folder), ignore = "needs the data folder")]
 fn place_size_and_numbers_change_no_curve_file() {
-    if !is_there() {
-        return;
-    }
     let (c, s) = (0.6, 0.8);
     let turned = |[x, y, z]: [f64; 3]| [c * x - s * z, y, s * x + c * z];
     for file in &EXPECTED {

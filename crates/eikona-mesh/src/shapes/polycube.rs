@@ -13,9 +13,9 @@ use std::collections::BTreeMap;
 
 /// A smooth closed surface of genus `genus`: a row of rings, fused together.
 ///
-/// Blocks around g openings in a row are smoothed `levels` times (at least once). With q = (26 g
-/// + 14) 4^k for k levels: V = q + 2 - 2 g, E = 3 q, F = 2 q, χ = 2 - 2 g. Outward oriented; the
-/// row lies along x, centred at the origin, with one ring every 2.6 units.
+/// Blocks around g openings in a row are smoothed `levels` times (at least once). For k levels and
+/// q = (26 g + 14) 4^k: V = q + 2 - 2 g, E = 3 q, F = 2 q, χ = 2 - 2 g. Outward oriented. The row
+/// lies along x, centred at the origin, with one ring every 2.6 units.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] if `genus` or `levels` is 0 or there are too many faces.

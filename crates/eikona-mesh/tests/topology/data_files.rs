@@ -72,8 +72,9 @@ const DIFFERENCES: [&str; 7] = [
 ];
 
 #[test]
+#[cfg_attr(not(data_folder), ignore = "needs the data folder")]
 fn table_of_the_data_folder() {
-    let table = std::fs::read_to_string(Path::new(DATA).join("MANIFEST.md")).unwrap_or_default();
+    let table = std::fs::read_to_string(Path::new(DATA).join("MANIFEST.md")).unwrap();
     let mut files = 0;
     let mut differences: Vec<String> = Vec::new();
     for row in table.lines().filter(|l| l.starts_with("| ")) {
@@ -90,7 +91,7 @@ fn table_of_the_data_folder() {
     differences.sort();
     let mut expected = DIFFERENCES.to_vec();
     expected.sort_unstable();
-    assert!(files == 0 || differences == expected, "{}", differences.join("\n"));
+    assert!(files > 60 && differences == expected, "{}", differences.join("\n"));
 }
 
 /// Returns the differences between our results and the row of the table.
@@ -159,6 +160,7 @@ fn compare(polygons: &PolygonMesh, cells: &[&str]) -> Vec<String> {
 /// Splitting the vertices with several fans makes the surface a manifold with the same loops: a
 /// check of the traversal of fans and of the genus that needs no table.
 #[test]
+#[cfg_attr(not(data_folder), ignore = "needs the data folder")]
 fn split_files_are_manifolds_with_the_same_loops() {
     let mut files = 0;
     for name in ["soup/chair.obj", "soup/rocker.obj", "nonmanifold/cow.obj", "nonmanifold/hourglass_ico.obj"]
@@ -179,4 +181,5 @@ fn split_files_are_manifolds_with_the_same_loops() {
         files += 1;
     }
     println!("{files} files of the data folder ran");
+    assert_eq!(files, 4);
 }
