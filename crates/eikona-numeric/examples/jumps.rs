@@ -1,5 +1,5 @@
-//! How long `minimise_jumps` takes on graphs dual to triangulated tori: `cargo run --example jumps
-//! [--simplex | --levels] [name ...]`. The times in its documentation come from here.
+//! Times `minimise_jumps` on graphs dual to triangulated tori: `cargo run --example jumps
+//! [--simplex | --levels] [name ...]`. Its documentation quotes these times.
 
 #[path = "../tests/jump_instances/mod.rs"]
 #[allow(dead_code)]

@@ -1,5 +1,4 @@
-//! Supernodal Cholesky factorisation: analysed once a pattern, factored once a matrix, solved once
-//! a right-hand side.
+//! Supernodal Cholesky factorisation: numeric factor, triangular solves and residuals.
 
 use crate::error::NumericError;
 use crate::kernels::{self, Vectorized, dispatch};
@@ -10,17 +9,17 @@ use crate::symbolic::Symbolic;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The numbers of a system, in the order of its [`Graph`](crate::Graph).
+/// Values of a symmetric or Hermitian matrix, in the order of its [`Graph`](crate::Graph).
 #[derive(Clone, Debug, Default)]
 pub struct SymmetricMatrix<T> {
-    /// The diagonal, which is real also for Hermitian matrices.
+    /// Diagonal entries, which are real for Hermitian matrices too.
     pub diagonal: Vec<f64>,
-    /// One value for each pair of the graph: entry (first, second); the mirrored entry is its
+    /// One value per pair of the graph: entry (first, second). The transposed entry is its
     /// conjugate.
     pub off_diagonal: Vec<T>,
 }
 
-/// A factored system `A x = b` with `A` symmetric (or Hermitian) positive definite.
+/// Cholesky factor of a system `A x = b` with `A` symmetric (or Hermitian) positive definite.
 ///
 /// ```
 /// use eikona_numeric::{Cholesky, Graph, Ordering, Symbolic, SymmetricMatrix};
@@ -35,18 +34,18 @@ pub struct SymmetricMatrix<T> {
 #[derive(Debug)]
 pub struct Cholesky<T> {
     symbolic: Arc<Symbolic>,
-    /// The permuted lower triangle of A, for residuals.
+    /// Permuted lower triangle of A, for residuals.
     matrix: Vec<T>,
     values: Zeroed<T>,
 }
 
 impl<T: Scalar> Cholesky<T> {
-    /// Factors the matrix.
+    /// Factors a matrix.
     ///
     /// # Errors
-    /// [`NumericError::NonPositivePivot`] with the unknown where the matrix is not positive
-    /// definite, [`NumericError::NonFinite`], [`NumericError::OutOfMemory`] with the predicted
-    /// bytes, [`NumericError::WrongLength`].
+    /// [`NumericError::NonPositivePivot`] with the unknown if the matrix is not positive definite,
+    /// [`NumericError::NonFinite`], [`NumericError::OutOfMemory`] with the predicted bytes,
+    /// [`NumericError::WrongLength`].
     pub fn new(symbolic: Arc<Symbolic>, matrix: &SymmetricMatrix<T>) -> Result<Self, NumericError> {
         let entries = symbolic.permute(matrix)?;
         let mut values = Zeroed::new(symbolic.factor_entries()).ok_or(symbolic.out_of_memory::<T>())?;
@@ -54,19 +53,19 @@ impl<T: Scalar> Cholesky<T> {
         Ok(Cholesky { symbolic, matrix: entries, values })
     }
 
-    /// The analysis that the factor was made with.
+    /// Returns the symbolic analysis of the factor.
     pub fn symbolic(&self) -> &Arc<Symbolic> {
         &self.symbolic
     }
 
-    /// The solution of `A x = b`. Unknowns whose right-hand side influences nothing are skipped:
-    /// few non-zeros cost less.
+    /// Solves `A x = b`.
     ///
-    /// Values smaller than 1e-290 are set to zero on the way, since arithmetic on denormal numbers
-    /// is slow and has no relative accuracy.
+    /// The forward sweep skips supernodes whose right-hand side is zero, so sparse right-hand sides
+    /// cost less. Values below 1e-290 are set to zero on the way, since arithmetic on denormal
+    /// numbers is slow and has no relative accuracy.
     ///
     /// # Errors
-    /// [`NumericError::WrongLength`]; [`NumericError::NonFinite`] when the right-hand side or the
+    /// [`NumericError::WrongLength`]; [`NumericError::NonFinite`] if the right-hand side or the
     /// solution is not finite.
     ///
     /// # Cost
@@ -75,8 +74,8 @@ impl<T: Scalar> Cholesky<T> {
         self.sweep(&[rhs], None).map(|mut solutions| solutions.remove(0))
     }
 
-    /// The solutions for several right-hand sides, the same as one by one. The factor is read from
-    /// memory once for all, which takes most of the time of a single solve.
+    /// Solves for several right-hand sides, with the same digits as one by one. The factor is read
+    /// from memory once for all, which takes most of the time of a single solve.
     ///
     /// # Errors
     /// As for [`solve`](Self::solve).
@@ -85,15 +84,15 @@ impl<T: Scalar> Cholesky<T> {
         self.sweep(&rhs, None)
     }
 
-    /// Those unknowns of the solution of `A x = b` that are wanted; the others are zero or what
-    /// they are in the solution.
+    /// Solves `A x = b` for the wanted unknowns only. Each other entry of the result is either its
+    /// solution value or zero.
     ///
     /// # Errors
     /// As for [`solve`](Self::solve).
     ///
     /// # Cost
-    /// The parts of the factor that lie between the right-hand side's non-zeros and the root of the
-    /// elimination tree, and between the root and the wanted unknowns; and a look at each unknown.
+    /// The parts of the factor between the right-hand side's non-zeros and the root of the
+    /// elimination tree, and between the root and the wanted unknowns; plus one test per unknown.
     pub fn solve_where(&self, rhs: &[T], wanted: impl Fn(usize) -> bool) -> Result<Vec<T>, NumericError> {
         let (supernodes, order) = (self.symbolic.supernodes(), self.symbolic.order());
         let mut needed: Vec<bool> = (0..supernodes.count())
@@ -103,7 +102,8 @@ impl<T: Scalar> Cholesky<T> {
         self.sweep(&[rhs], Some(&needed)).map(|mut solutions| solutions.remove(0))
     }
 
-    /// Both sweeps for each right-hand side; the second over the needed supernodes only.
+    /// Runs both sweeps for each right-hand side; the backward sweep covers the needed supernodes
+    /// only.
     fn sweep(&self, rhs: &[&[T]], needed: Option<&[bool]>) -> Result<Vec<Vec<T>>, NumericError> {
         let s = &*self.symbolic;
         let mut columns = Vec::with_capacity(rhs.len());
@@ -118,7 +118,7 @@ impl<T: Scalar> Cholesky<T> {
         }
         dispatch(Sweeps { factor: self, columns: &mut columns, needed });
         for x in &mut columns {
-            *x = s.place().iter().map(|&p| x[p as usize]).collect();
+            *x = s.position().iter().map(|&p| x[p as usize]).collect();
             if let Some(unknown) = x.iter().position(|x| !x.finite()) {
                 return Err(NumericError::NonFinite { what: "the solution", unknown });
             }
@@ -126,32 +126,32 @@ impl<T: Scalar> Cholesky<T> {
         Ok(columns)
     }
 
-    /// The largest entry of `A x - b`, relative to the largest entry of `b` (absolute if `b` is
-    /// zero).
+    /// Returns the largest entry of `A x - b`, relative to the largest entry of `b` (absolute if
+    /// `b` is zero). Complex entries count by the larger of their parts.
     ///
     /// # Panics
-    /// Unless `x` and `rhs` have one value an unknown.
+    /// If `x` or `rhs` has fewer values than unknowns.
     pub fn residual(&self, x: &[T], rhs: &[T]) -> f64 {
         let s = &*self.symbolic;
-        // In the order of elimination neighbours lie near each other in memory.
+        // In elimination order, neighbours lie close together in memory.
         let x: Vec<T> = s.order().iter().map(|&i| x[i as usize]).collect();
-        let mut miss: Vec<T> = s.order().iter().map(|&i| rhs[i as usize]).collect();
+        let mut residual: Vec<T> = s.order().iter().map(|&i| rhs[i as usize]).collect();
         let (col_ptr, row_idx) = s.lower_triangle();
-        let scale = miss.iter().fold(0.0f64, |m, b| m.max(b.max_part()));
+        let scale = residual.iter().fold(0.0f64, |m, b| m.max(b.max_part()));
         for j in 0..s.unknowns() {
             let (begin, end) = (col_ptr[j] as usize, col_ptr[j + 1] as usize);
             let mut sum = self.matrix[begin] * x[j];
             for (&i, &value) in row_idx[begin + 1..end].iter().zip(&self.matrix[begin + 1..end]) {
-                miss[i as usize] -= value * x[j];
+                residual[i as usize] -= value * x[j];
                 sum += value.conj() * x[i as usize];
             }
-            miss[j] -= sum;
+            residual[j] -= sum;
         }
-        let error = miss.iter().fold(0.0f64, |m, e| m.max(e.max_part()));
+        let error = residual.iter().fold(0.0f64, |m, e| m.max(e.max_part()));
         if scale > 0.0 { error / scale } else { error }
     }
 
-    /// The columns, rows and panel of a supernode.
+    /// Columns, rows and panel of a supernode.
     #[inline(always)]
     fn supernode(&self, s: usize) -> (Range<usize>, &[u32], &[T]) {
         let supernodes = self.symbolic.supernodes();
@@ -182,7 +182,7 @@ impl<T: Scalar> Cholesky<T> {
         }
     }
 
-    /// `x <- L^-H x`; unknowns of supernodes that are not needed become zero.
+    /// `x <- L^-H x`; unknowns of supernodes that are not needed are set to zero.
     #[inline(always)]
     fn backward<S: pulp::Simd>(
         &self,
@@ -212,7 +212,7 @@ impl<T: Scalar> Cholesky<T> {
     }
 }
 
-/// Both sweeps of a solve.
+/// Forward and backward sweep of a solve.
 struct Sweeps<'a, T> {
     factor: &'a Cholesky<T>,
     columns: &'a mut [Vec<T>],
@@ -229,7 +229,7 @@ impl<T: Scalar> Vectorized for Sweeps<'_, T> {
     }
 }
 
-/// Smaller values are treated as zero in solves.
+/// Smaller values are flushed to zero in solves.
 const SMALLEST: f64 = 1e-290;
 
 #[inline(always)]
@@ -245,7 +245,7 @@ mod tests {
     use crate::{Complex, Graph, Ordering};
 
     #[test]
-    fn processors_without_vectors_get_the_same_solution() {
+    fn solutions_agree_without_simd() {
         let n = 200u32;
         let pairs: Vec<[u32; 2]> =
             (1..n).flat_map(|j| [[j, j - 1], [j, j / 2]]).filter(|[a, b]| a != b).collect();

@@ -1,48 +1,47 @@
-//! Nested dissection by coordinates: cut the unknowns in half by a plane, take a smallest set of
-//! unknowns that separates the halves, order the halves first (each in the same way) and the
-//! separator last.
+//! Geometric nested dissection: a plane bisects the unknowns, a minimum vertex cover of the cut
+//! edges separates the halves, and the separator is ordered after both halves, which are dissected
+//! recursively.
 //!
-//! On a surface a plane meets O(sqrt n) unknowns, so the factor has O(n log n) entries whatever the
-//! numbering of the input (minimum degree orderings lose up to 40 % on shuffled input). The cost is
-//! one sweep over the unknowns a level.
+//! A plane cuts O(sqrt n) unknowns of a surface, so the factor has O(n log n) entries whatever the
+//! numbering of the input (minimum degree orderings lose up to 40 % on shuffled input). Each level
+//! costs one sweep over the unknowns.
 //!
-//! Sweeps read places in single precision. A piece so small beside its distance from the origin
-//! that this blurs it gets places of its own, so that one far vertex costs nothing; a piece in one
-//! place, or of long, thin triangles that planes cut badly, is cut along the order of a
-//! breadth-first search instead.
+//! Sweeps read positions in single precision. A piece too small relative to its distance from the
+//! origin is rescaled to its own bounding box, so that one distant vertex does no harm. A piece
+//! without extent, or of long, thin triangles that planes cut badly, is cut along a breadth-first
+//! order instead.
 
 use crate::graph::Adjacency;
 
-/// Pieces up to this size are left in the order in which they lie. Smaller leaves gain no fill
-/// worth their time: the factorisation merges small supernodes anyway.
+/// Largest piece that is not dissected further. Smaller leaves save too little fill-in to be worth
+/// their time: the factorisation merges small supernodes anyway.
 const LEAF: usize = 4;
 
-/// An unknown with its place: what the sweeps run over, so that they touch memory in order.
+/// Unknown with its position, stored together so that sweeps touch memory in order.
 #[derive(Clone, Copy)]
 struct Node {
-    place: [f32; 3],
-    /// Distance to its farthest neighbour: an unknown farther than this from the plane has no
-    /// neighbour beyond it.
+    position: [f32; 3],
+    /// Largest coordinate difference to a neighbour: an unknown farther than this from the plane
+    /// has no neighbour beyond it.
     reach: f32,
     id: u32,
 }
 
-/// The unknowns in order of elimination.
+/// Returns the unknowns in elimination order.
 ///
-/// `places` are coordinates for each unknown; they steer the quality of the order only, never its
-/// validity.
-pub(crate) fn nested_dissection(adjacency: &Adjacency, places: &[[f64; 3]]) -> Vec<u32> {
-    let n = places.len();
-    let mut dissection = Dissection::new(adjacency, places);
-    let mut nodes: Vec<Node> = (0..n as u32).map(|id| Node { place: [0.0; 3], reach: 0.0, id }).collect();
+/// `positions` affect the quality of the order only, never its validity.
+pub(crate) fn nested_dissection(adjacency: &Adjacency, positions: &[[f64; 3]]) -> Vec<u32> {
+    let n = positions.len();
+    let mut dissection = Dissection::new(adjacency, positions);
+    let mut nodes: Vec<Node> = (0..n as u32).map(|id| Node { position: [0.0; 3], reach: 0.0, id }).collect();
     let mut order = vec![0u32; n];
-    // (first node, end, end of its stretch of the order): a piece fills its stretch from the end.
+    // (first node, end, end of its range in the order): a piece fills its range from the end.
     let mut stack = vec![(0usize, n, n)];
     while let Some((begin, end, order_end)) = stack.pop() {
         let piece = &mut nodes[begin..end];
         let split = if piece.len() > LEAF { dissection.dissect(piece) } else { None };
-        // The piece now reads: first half, second half, separator. What can not be cut is a
-        // separator whole.
+        // The piece is now first half, second half, separator. A piece that cannot be cut is all
+        // separator.
         let (first, second) = split.unwrap_or((0, 0));
         let separator = &piece[first + second..];
         let second_end = order_end - separator.len();
@@ -59,28 +58,28 @@ pub(crate) fn nested_dissection(adjacency: &Adjacency, places: &[[f64; 3]]) -> V
     order
 }
 
-/// The state of the sweeps.
+/// Working state of the dissection.
 struct Dissection<'a> {
     adjacency: &'a Adjacency,
     given: &'a [[f64; 3]],
-    /// Place of each unknown, by its number: comparable within a piece.
-    places: Vec<[f32; 3]>,
-    /// Unknowns that are in a separator already. All other neighbours of an unknown are in the same
-    /// piece as itself.
+    /// Single-precision position of each unknown, comparable within a piece only.
+    positions: Vec<[f32; 3]>,
+    /// Whether an unknown is in a separator already. All other neighbours of an unknown are in its
+    /// own piece.
     separated: Vec<bool>,
-    /// Index of an unknown in the list that is being made: `right`, or the order of a search.
+    /// Index of an unknown in the list under construction: `right`, or a breadth-first order.
     local: Vec<u32>,
-    /// Unknowns of the first half with neighbours in the second, and those neighbours.
+    /// Unknowns of the first half that have neighbours in the second half, and those neighbours.
     left: Vec<u32>,
     right: Vec<u32>,
-    /// Neighbours of left unknown `l`, as indices of `right`: `cut[cut_start[l]..cut_start[l +
+    /// Neighbours of left unknown `l`, as indices into `right`: `cut[cut_start[l]..cut_start[l +
     /// 1]]`.
     cut_start: Vec<u32>,
     cut: Vec<u32>,
     match_left: Vec<u32>,
     match_right: Vec<u32>,
     visited: Vec<bool>,
-    /// A smallest set that separates the halves.
+    /// Minimum vertex cover of the cut: the separator.
     cover: Vec<u32>,
 }
 
@@ -91,7 +90,7 @@ impl<'a> Dissection<'a> {
         Dissection {
             adjacency,
             given,
-            places: vec![[0.0; 3]; given.len()],
+            positions: vec![[0.0; 3]; given.len()],
             separated: vec![false; given.len()],
             local: vec![0; given.len()],
             left: Vec::new(),
@@ -105,20 +104,20 @@ impl<'a> Dissection<'a> {
         }
     }
 
-    /// Rearranges a piece into first half, second half, separator; returns the sizes of the halves,
-    /// or `None` when it can not be cut.
+    /// Reorders a piece into first half, second half, separator. Returns the sizes of the halves,
+    /// or `None` if the piece cannot be cut.
     fn dissect(&mut self, piece: &mut [Node]) -> Option<(usize, usize)> {
         let mut bounds = Bounds::of(piece);
-        if bounds.is_blurred() {
-            self.place_anew(piece);
+        if bounds.lacks_precision() {
+            self.rescale(piece);
             bounds = Bounds::of(piece);
         }
         let [longest, others @ ..] = bounds.planes(piece.len());
         let mut chosen = longest?;
         let mut middle = self.cut(piece, chosen)?;
-        if self.cover.len() > many(piece.len()) {
-            // Long, thin triangles: the planes across the box are not those across few neighbours.
-            // Then all are tried, and a search.
+        if self.cover.len() > too_many(piece.len()) {
+            // With long, thin triangles, the plane across the longest side of the box may cut many
+            // edges. Try all planes, then a breadth-first order.
             let mut fewest = self.cover.len();
             for plane in others.into_iter().flatten() {
                 if self.cut(piece, plane).is_some_and(|middle| is_balanced(middle, piece.len()))
@@ -127,14 +126,14 @@ impl<'a> Dissection<'a> {
                     (fewest, chosen) = (self.cover.len(), plane);
                 }
             }
-            if fewest > many(piece.len()) {
-                self.place_along_search(piece);
+            if fewest > too_many(piece.len()) {
+                self.use_search_order(piece);
                 let halves = (0, 0.5 * piece.len() as f32);
                 if self.cut(piece, halves).is_some() && self.cover.len() < fewest {
                     chosen = halves;
                 } else {
-                    // In places of its own the piece has its planes elsewhere.
-                    self.place_anew(piece);
+                    // `rescale` replaces the coordinates, so the plane must be recomputed.
+                    self.rescale(piece);
                     let planes = Bounds::of(piece).planes(piece.len());
                     chosen = planes.into_iter().flatten().find(|plane| plane.0 == chosen.0)?;
                 }
@@ -143,10 +142,10 @@ impl<'a> Dissection<'a> {
         }
         self.cover.iter().for_each(|&id| self.separated[id as usize] = true);
         let (axis, plane) = chosen;
-        // Separators lie near the plane; the others are not even looked up.
+        // Separators lie near the plane; skip the look-up for all others.
         let separated = &self.separated;
         let stays =
-            |node: &Node| (node.place[axis] - plane).abs() > node.reach || !separated[node.id as usize];
+            |node: &Node| (node.position[axis] - plane).abs() > node.reach || !separated[node.id as usize];
         let first = partition(&mut piece[..middle], stays);
         let second = partition(&mut piece[middle..], stays);
         // first, separators, second, separators -> first, second, separators
@@ -154,7 +153,7 @@ impl<'a> Dissection<'a> {
         if gap >= second {
             piece[first..middle + second].rotate_left(gap);
         } else {
-            // Only the first `gap` of the second half need to move.
+            // Only the first `gap` nodes of the second half need to move.
             for i in 0..gap {
                 piece.swap(first + i, middle + second - gap + i);
             }
@@ -162,10 +161,10 @@ impl<'a> Dissection<'a> {
         Some((first, second))
     }
 
-    /// Moves what lies below a plane to the front and finds what separates it from the rest. Gives
-    /// its number, unless a side is empty.
+    /// Moves nodes below a plane to the front and computes the separator. Returns their number, or
+    /// `None` if one side is empty.
     fn cut(&mut self, piece: &mut [Node], (axis, plane): (usize, f32)) -> Option<usize> {
-        let middle = partition(piece, |node| node.place[axis] < plane);
+        let middle = partition(piece, |node| node.position[axis] < plane);
         if middle == 0 || middle == piece.len() {
             return None;
         }
@@ -174,9 +173,9 @@ impl<'a> Dissection<'a> {
         Some(middle)
     }
 
-    /// Places relative to the piece's own box, in units of its size; along the order of a search if
-    /// it has no size.
-    fn place_anew(&mut self, piece: &mut [Node]) {
+    /// Rescales positions to the piece's own bounding box, or uses a breadth-first order if the box
+    /// has no extent.
+    fn rescale(&mut self, piece: &mut [Node]) {
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
         for node in piece.iter() {
@@ -188,42 +187,42 @@ impl<'a> Dissection<'a> {
         }
         let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
         if !(size > 0.0 && size.is_finite()) {
-            return self.place_along_search(piece);
+            return self.use_search_order(piece);
         }
         for node in piece.iter() {
             let p = self.given[node.id as usize];
-            self.places[node.id as usize] = [0, 1, 2].map(|k| ((p[k] - low[k]) / size) as f32);
+            self.positions[node.id as usize] = [0, 1, 2].map(|k| ((p[k] - low[k]) / size) as f32);
         }
-        self.look_up_places(piece);
+        self.refresh(piece);
     }
 
-    /// Places along the order of a search, from the end of a first one, so that its waves are
-    /// narrow.
-    fn place_along_search(&mut self, piece: &mut [Node]) {
+    /// Replaces positions by indices in a breadth-first order. It starts at the last node of a
+    /// first search, so that its levels are narrow.
+    fn use_search_order(&mut self, piece: &mut [Node]) {
         let order = self.breadth_first(piece.iter().map(|node| node.id));
         let order = self.breadth_first(order.into_iter().rev());
         for (number, id) in order.into_iter().enumerate() {
-            // The second coordinate blurs, so that halves get new places: along this order they
-            // would become long strips.
-            self.places[id as usize] = [number as f32, f32::MAX, 0.0];
+            // The huge second coordinate makes `lacks_precision` true for the halves, so they are
+            // rescaled. Cut along this order again, they would become long strips.
+            self.positions[id as usize] = [number as f32, f32::MAX, 0.0];
         }
-        self.look_up_places(piece);
+        self.refresh(piece);
     }
 
-    fn look_up_places(&self, piece: &mut [Node]) {
+    fn refresh(&self, piece: &mut [Node]) {
         for node in piece {
-            node.place = self.places[node.id as usize];
+            node.position = self.positions[node.id as usize];
             node.reach = 0.0;
             for j in self.adjacency.of_unknown(node.id).iter().filter(|j| !self.separated[**j as usize]) {
-                let there = self.places[*j as usize];
-                for (a, b) in node.place.iter().zip(there) {
+                let there = self.positions[*j as usize];
+                for (a, b) in node.position.iter().zip(there) {
                     node.reach = node.reach.max((b - a).abs());
                 }
             }
         }
     }
 
-    /// The unknowns of a piece in the order of a search that begins at the first of them.
+    /// Returns the unknowns of a piece in breadth-first order from the first of them.
     fn breadth_first(&mut self, piece: impl Iterator<Item = u32>) -> Vec<u32> {
         let mut order: Vec<u32> = Vec::new();
         for start in piece {
@@ -247,7 +246,7 @@ impl<'a> Dissection<'a> {
         }
     }
 
-    /// The pairs of neighbours on different sides, as a bipartite graph between `left` and `right`.
+    /// Collects the edges across the plane as a bipartite graph between `left` and `right`.
     fn collect_cut(&mut self, first_half: &[Node], axis: usize, plane: f32) {
         self.left.clear();
         self.right.clear();
@@ -255,12 +254,12 @@ impl<'a> Dissection<'a> {
         self.cut_start.clear();
         self.cut_start.push(0);
         for node in first_half {
-            if plane - node.place[axis] > node.reach {
+            if plane - node.position[axis] > node.reach {
                 continue;
             }
             let before = self.cut.len();
             for &j in self.adjacency.of_unknown(node.id) {
-                if self.places[j as usize][axis] >= plane && !self.separated[j as usize] {
+                if self.positions[j as usize][axis] >= plane && !self.separated[j as usize] {
                     // `local` is valid if it points back to j.
                     let known = self.right.get(self.local[j as usize] as usize) == Some(&j);
                     if !known {
@@ -277,8 +276,8 @@ impl<'a> Dissection<'a> {
         }
     }
 
-    /// Finds a smallest set of unknowns that touches every cut pair: a minimum vertex cover, by
-    /// König's theorem from a maximum matching (greedy, then augmented by depth-first search).
+    /// Computes a minimum vertex cover of the cut edges, by König's theorem from a maximum matching
+    /// (greedy, then augmented by depth-first search).
     fn cover_cut(&mut self) {
         let (nl, nr) = (self.left.len(), self.right.len());
         self.match_left.clear();
@@ -302,7 +301,7 @@ impl<'a> Dissection<'a> {
                 self.visited.fill(false);
             }
         }
-        // König: from unmatched left unknowns along alternating paths; cover = left not reached +
+        // König: follow alternating paths from unmatched left unknowns; cover = left not reached +
         // right reached.
         self.visited.fill(false);
         let mut left_reached = vec![false; nl];
@@ -330,8 +329,8 @@ impl<'a> Dissection<'a> {
         self.cover.extend(on_left.map(|(&id, _)| id).chain(on_right.map(|(&id, _)| id)));
     }
 
-    /// Looks for an augmenting path from an unmatched left unknown. `visited` is kept on failure:
-    /// what could not be augmented through then can not be now.
+    /// Searches for an augmenting path from an unmatched left unknown. `visited` is kept on
+    /// failure: nodes that led nowhere once still lead nowhere.
     fn augment(&mut self, from: u32, path: &mut Vec<(u32, u32)>) -> bool {
         path.clear();
         path.push((from, self.cut_start[from as usize]));
@@ -361,7 +360,7 @@ impl<'a> Dissection<'a> {
     }
 }
 
-/// The box of a piece, and the sum of its places.
+/// Bounding box of a piece, and the sum of its positions.
 struct Bounds {
     low: [f32; 3],
     high: [f32; 3],
@@ -373,31 +372,31 @@ impl Bounds {
         let mut bounds = Bounds { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3], sum: [0.0; 3] };
         for node in piece {
             for k in 0..3 {
-                bounds.low[k] = bounds.low[k].min(node.place[k]);
-                bounds.high[k] = bounds.high[k].max(node.place[k]);
-                bounds.sum[k] += f64::from(node.place[k]);
+                bounds.low[k] = bounds.low[k].min(node.position[k]);
+                bounds.high[k] = bounds.high[k].max(node.position[k]);
+                bounds.sum[k] += f64::from(node.position[k]);
             }
         }
         bounds
     }
 
-    /// Whether less than 14 of the 24 bits of a place tell it from others in the box; also true of
-    /// a box without size.
-    fn is_blurred(&self) -> bool {
+    /// Whether fewer than 14 of the 24 bits of a position resolve it within the box; also true of a
+    /// box without extent.
+    fn lacks_precision(&self) -> bool {
         let size = (0..3).map(|k| self.high[k] - self.low[k]).fold(0.0, f32::max);
-        // Places are never below zero.
+        // Positions are never negative.
         let far = self.high.into_iter().fold(0.0, f32::max);
         size <= far / 1024.0
     }
 
-    /// The planes through the mean across the axes along which the box has a size, the longest
-    /// first.
+    /// Returns the planes through the mean, normal to the axes along which the box has an extent,
+    /// longest axis first.
     fn planes(&self, count: usize) -> [Option<(usize, f32)>; 3] {
         let size = |axis: usize| self.high[axis] - self.low[axis];
         let mut axes = [0, 1, 2];
         axes.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
         axes.map(|axis| {
-            // Above the lowest, so that neither side is empty.
+            // Above the minimum, so that neither side is empty.
             let mean = (self.sum[axis] / count as f64) as f32;
             let plane = if mean > self.low[axis] { mean } else { self.high[axis] };
             (size(axis) > 0.0).then_some((axis, plane))
@@ -405,18 +404,18 @@ impl Bounds {
     }
 }
 
-/// More unknowns than a plane meets where triangles are about as wide as long: less than twice the
-/// root on a sphere.
-fn many(unknowns: usize) -> usize {
+/// Number of cut unknowns above which a plane counts as bad. A plane meets less than twice the root
+/// of their number on a sphere whose triangles are about as wide as long.
+fn too_many(unknowns: usize) -> usize {
     2 * (unknowns.isqrt() + 1)
 }
 
-/// Whether the smaller half is not too small.
+/// Whether the smaller half has at least an eighth of the unknowns.
 fn is_balanced(half: usize, whole: usize) -> bool {
     half.min(whole - half) >= whole / 8
 }
 
-/// Moves what fulfils a condition to the front; returns how many do.
+/// Moves the nodes that satisfy a condition to the front; returns their number.
 fn partition(piece: &mut [Node], condition: impl Fn(&Node) -> bool) -> usize {
     let mut kept = 0;
     for i in 0..piece.len() {

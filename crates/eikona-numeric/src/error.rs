@@ -1,52 +1,52 @@
-//! Why a system could not be analysed, factored or solved.
+//! Errors of analysis, factorisation and solve.
 
 use thiserror::Error;
 
-/// Why a system could not be analysed, factored or solved.
+/// Error of analysis, factorisation or solve. Unknowns are in the caller's numbering.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NumericError {
-    /// A pivot is zero or negative: the matrix is not positive definite.
-    #[error("the pivot of unknown {unknown} is not positive: the matrix is not positive definite there")]
+    /// A pivot is zero, negative or NaN: the matrix is not positive definite.
+    #[error("the matrix is not positive definite: the pivot of unknown {unknown} is not positive")]
     NonPositivePivot {
-        /// The unknown, in the caller's numbering.
+        /// The unknown whose pivot failed.
         unknown: usize,
     },
-    /// An entry of the matrix or of a right-hand side is NaN or infinite.
-    #[error("{what} of unknown {unknown} is not finite")]
+    /// An entry of the matrix, a right-hand side or the solution is NaN or infinite.
+    #[error("{what} at unknown {unknown} is not finite")]
     NonFinite {
-        /// "a matrix entry" or "the right-hand side".
+        /// "a matrix entry", "the right-hand side" or "the solution".
         what: &'static str,
-        /// The unknown, in the caller's numbering.
+        /// The unknown; for a matrix entry, that of its column in the permuted lower triangle.
         unknown: usize,
     },
-    /// An array does not have one value an unknown.
-    #[error("{found} values were given, {expected} are needed")]
+    /// An array has the wrong length.
+    #[error("an array has {found} values, but {expected} are needed")]
     WrongLength {
-        /// The number given.
+        /// Length of the array.
         found: usize,
-        /// The number needed.
+        /// Required length.
         expected: usize,
     },
-    /// An order of elimination that names an unknown twice, or one that does not exist.
-    #[error("the order of elimination names unknown {unknown} twice, or it does not exist")]
+    /// An elimination order lists an unknown twice, or one that does not exist.
+    #[error("the elimination order lists unknown {unknown} twice, or there is no such unknown")]
     NotAnOrder {
         /// The unknown.
         unknown: usize,
     },
-    /// A contribution that does not join two unknowns of the system.
-    #[error("contribution {contribution} joins unknowns {} and {}; two different ones below {unknowns} are needed", pair[0], pair[1])]
+    /// A contribution does not couple two different unknowns of the system.
+    #[error("contribution {contribution} couples unknowns {} and {}; they must be different and less than {unknowns}", pair[0], pair[1])]
     NotAPair {
         /// Its index in [`Graph::pairs`](crate::Graph::pairs).
         contribution: usize,
-        /// What it joins.
+        /// The pair of unknowns.
         pair: [u32; 2],
         /// Number of unknowns.
         unknowns: usize,
     },
-    /// The factor would not fit.
+    /// The factor does not fit into memory.
     #[error(
-        "the factor of {unknowns} unknowns needs {needed_bytes} bytes, which can not be allocated; use a smaller mesh"
+        "the factor of {unknowns} unknowns needs {needed_bytes} bytes, which cannot be allocated; use a smaller mesh"
     )]
     OutOfMemory {
         /// Number of unknowns.
@@ -54,8 +54,9 @@ pub enum NumericError {
         /// Predicted bytes.
         needed_bytes: usize,
     },
-    /// More entries than 32-bit indices can name.
-    #[error("a system of {unknowns} unknowns exceeds 32-bit indices; split the mesh")]
+    /// The pattern has 2^30 or more unknowns and contributions, or there is not enough memory to
+    /// order it.
+    #[error("a system of {unknowns} unknowns is too large to analyse; split the mesh")]
     TooLarge {
         /// Number of unknowns.
         unknowns: usize,

@@ -1,15 +1,16 @@
-//! Which unknowns of a system meet.
+//! Sparsity pattern of a system.
 
 use crate::error::NumericError;
 
-/// The off-diagonal contributions of a symmetric system, in the order in which their values will be
-/// given: contribution `k` adds a value at row `pairs[k][0]`, column `pairs[k][1]`, and its
-/// conjugate at the mirrored place. A pair may occur again.
+/// Sparsity pattern of a symmetric system, as a list of off-diagonal contributions.
+///
+/// Contribution `k` adds the `k`-th off-diagonal value at row `pairs[k][0]`, column `pairs[k][1]`,
+/// and its conjugate at the transposed position. Pairs may repeat; their values add up.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
     /// Number of unknowns.
     pub unknowns: usize,
-    /// Two different unknowns a contribution.
+    /// Two different unknowns per contribution.
     pub pairs: Vec<[u32; 2]>,
 }
 
@@ -26,7 +27,7 @@ impl Graph {
     }
 }
 
-/// For each unknown the unknowns it meets (possibly more than once).
+/// Neighbours of each unknown, with multiplicity.
 pub(crate) struct Adjacency {
     start: Vec<u32>,
     neighbours: Vec<u32>,

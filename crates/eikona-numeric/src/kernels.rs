@@ -1,33 +1,33 @@
-//! Dense kernels for small blocks: the fronts of a factorisation are mostly ten to sixty rows high,
-//! where calling a general matrix product costs more than the product.
+//! Dense SIMD kernels for small fronts. Most fronts are ten to sixty rows high, where calling a
+//! general matrix product costs more than the product.
 //!
-//! Blocks are stored by columns. Complex columns are read as the doubles they are made of, so that
-//! one pair of real fused multiplications per vector does a complex one; the parts are put together
-//! once, at the end of a sum.
+//! Blocks are stored by columns. Complex columns are read as pairs of doubles, so that two real
+//! fused multiply-adds per vector do one complex one; real and imaginary parts are combined once,
+//! at the end of a sum.
 
 use pulp::Simd;
 use std::ops::Range;
 
-/// Vectors of doubles that hold numbers of this type.
+/// Scalar types that can be processed in vectors of doubles.
 ///
-/// Part of [`Scalar`](crate::Scalar), which nobody else can implement because this trait cannot be
-/// named outside.
+/// Supertrait of [`Scalar`](crate::Scalar). It cannot be named outside this crate, so nobody else
+/// can implement `Scalar`.
 pub trait Lanes: bytemuck::Pod {
-    /// Doubles in a number.
+    /// Doubles per number.
     const PARTS: usize;
-    /// Vectors summed side by side in [`eliminate_columns`]: as many as the registers hold.
+    /// Vectors accumulated side by side in [`eliminate_columns`]: as many as the registers hold.
     const VECTORS: usize;
-    /// A sum of products that is still to be put together.
+    /// Accumulator for a sum of products, not yet combined.
     type Sum<S: Simd>: Copy;
-    /// The empty sum.
-    fn nothing<S: Simd>(simd: S) -> Self::Sum<S>;
+    /// Returns the empty sum.
+    fn zero_sum<S: Simd>(simd: S) -> Self::Sum<S>;
     /// `sum + x conj(factor)`
     fn add_product<S: Simd>(simd: S, sum: Self::Sum<S>, x: S::f64s, factor: Self) -> Self::Sum<S>;
-    /// The value of a sum of products.
+    /// Combines a sum of products into its value.
     fn products<S: Simd>(simd: S, sum: Self::Sum<S>) -> S::f64s;
-    /// `sum + conj(x) y`, number by number.
+    /// `sum + conj(x) y`, elementwise.
     fn add_dot<S: Simd>(simd: S, sum: Self::Sum<S>, x: S::f64s, y: S::f64s) -> Self::Sum<S>;
-    /// The value of a scalar product.
+    /// Combines a sum into the value of an inner product.
     fn dot<S: Simd>(simd: S, sum: Self::Sum<S>) -> Self;
 }
 
@@ -36,7 +36,7 @@ impl Lanes for f64 {
     const VECTORS: usize = 2;
     type Sum<S: Simd> = S::f64s;
     #[inline(always)]
-    fn nothing<S: Simd>(simd: S) -> S::f64s {
+    fn zero_sum<S: Simd>(simd: S) -> S::f64s {
         simd.splat_f64s(0.0)
     }
     #[inline(always)]
@@ -60,10 +60,10 @@ impl Lanes for f64 {
 impl Lanes for crate::Complex {
     const PARTS: usize = 2;
     const VECTORS: usize = 1;
-    /// Vectors times the real parts of the factors, and times the imaginary ones.
+    /// Products with the real parts of the factors, and with the imaginary parts.
     type Sum<S: Simd> = (S::f64s, S::f64s);
     #[inline(always)]
-    fn nothing<S: Simd>(simd: S) -> Self::Sum<S> {
+    fn zero_sum<S: Simd>(simd: S) -> Self::Sum<S> {
         (simd.splat_f64s(0.0), simd.splat_f64s(0.0))
     }
     #[inline(always)]
@@ -73,7 +73,7 @@ impl Lanes for crate::Complex {
     }
     #[inline(always)]
     fn products<S: Simd>(simd: S, sum: Self::Sum<S>) -> S::f64s {
-        // x (re - i im): minus i times a + i b is b - i a.
+        // x (re - i im): -i (a + i b) = b - i a.
         let turned: S::c64s = simd.conj_c64s(swapped(simd, sum.1));
         simd.add_f64s(sum.0, bytemuck::cast(turned))
     }
@@ -84,7 +84,7 @@ impl Lanes for crate::Complex {
     }
     #[inline(always)]
     fn dot<S: Simd>(simd: S, sum: Self::Sum<S>) -> Self {
-        // The first holds the parts of re re + im im, the second alternates re im and im re.
+        // `sum.0` holds re re and im im; `sum.1` alternates re im and im re.
         let crossed: S::c64s = simd.conj_c64s(bytemuck::cast(sum.1));
         crate::Complex { re: simd.reduce_sum_f64s(sum.0), im: simd.reduce_sum_f64s(bytemuck::cast(crossed)) }
     }
@@ -95,8 +95,8 @@ fn swapped<S: Simd>(simd: S, x: S::f64s) -> S::c64s {
     simd.swap_re_im_c64s(bytemuck::cast(x))
 }
 
-/// Work that is compiled once for each vector width; the widest that the processor has is taken at
-/// run time.
+/// Work compiled once per vector width; the widest that the processor supports is chosen at run
+/// time.
 pub(crate) trait Vectorized {
     type Output;
     fn run<S: Simd>(self, simd: S) -> Self::Output;
@@ -108,15 +108,15 @@ pub(crate) fn dispatch<W: Vectorized>(work: W) -> W::Output {
         type Output = W::Output;
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> W::Output {
-            // A complex number takes at least two doubles. (Rare processors without vectors run
-            // this in software: slow, but right.)
+            // A complex number takes two doubles. (Processors without vectors, which are rare,
+            // emulate them: slow but correct.)
             if S::F64_LANES < 2 { self.0.run(pulp::Scalar128b) } else { self.0.run(simd) }
         }
     }
     pulp::Arch::new().dispatch(Adapter(work))
 }
 
-/// Numbers in a vector.
+/// Numbers per vector.
 #[inline(always)]
 const fn numbers<S: Simd, T: Lanes>() -> usize {
     S::F64_LANES / T::PARTS
@@ -132,8 +132,8 @@ fn vectors_mut<S: Simd, T: Lanes>(numbers: &mut [T]) -> &mut [S::f64s] {
     S::as_mut_simd_f64s(bytemuck::cast_slice_mut(numbers)).0
 }
 
-/// Calls a kernel for four columns at a time from the first to the end, and once for the one to
-/// three that are left. The number of columns is known to the compiler in each call.
+/// Calls a kernel for four columns at a time, and once for the remaining one to three. The number
+/// of columns is a compile-time constant in each call.
 macro_rules! in_fours {
     ($columns:expr, |$first:ident, $count:ident| $call:expr) => {{
         let columns: Range<usize> = $columns;
@@ -161,7 +161,7 @@ macro_rules! in_fours {
     }};
 }
 
-/// A block of columns of one height.
+/// Block of columns of equal height.
 #[derive(Clone, Copy)]
 struct Block<'a, T> {
     values: &'a [T],
@@ -169,7 +169,7 @@ struct Block<'a, T> {
 }
 
 impl<T: crate::Scalar> Block<'_, T> {
-    /// Sum over the columns of `row.. x conj(right..)`: a tile of `A A^H`, by columns.
+    /// Computes a tile of `A A^H` by columns: the sum over the columns of `row.. x conj(right..)`.
     #[inline(always)]
     fn tile<S: Simd, const VECTORS: usize, const COLUMNS: usize>(
         self,
@@ -178,7 +178,7 @@ impl<T: crate::Scalar> Block<'_, T> {
         row: usize,
         right: usize,
     ) -> [[T::Sum<S>; VECTORS]; COLUMNS] {
-        let mut sums = [[T::nothing(simd); VECTORS]; COLUMNS];
+        let mut sums = [[T::zero_sum(simd); VECTORS]; COLUMNS];
         for k in columns {
             let column = &self.values[k * self.height..(k + 1) * self.height];
             let x = vectors::<S, T>(&column[row..row + VECTORS * numbers::<S, T>()]);
@@ -192,7 +192,7 @@ impl<T: crate::Scalar> Block<'_, T> {
         sums
     }
 
-    /// The same for one entry.
+    /// Computes one entry of `A A^H`.
     #[inline(always)]
     fn entry(self, columns: Range<usize>, row: usize, right: usize) -> T {
         let mut sum = T::ZERO;
@@ -203,8 +203,8 @@ impl<T: crate::Scalar> Block<'_, T> {
     }
 }
 
-/// The lower triangle of `target <- -A A^H`, for the rows of a panel below its `width` columns.
-/// Some entries above the diagonal are written too.
+/// Computes the lower triangle of `target <- -A A^H`, where `A` is the part of the panel below its
+/// `width` columns. Also overwrites some entries above the diagonal.
 #[inline(always)]
 pub(crate) fn minus_outer_product<S: Simd, T: crate::Scalar>(
     simd: S,
@@ -252,7 +252,7 @@ fn minus_outer_columns<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
             row += 2 * lanes;
             continue;
         }
-        // The last rows are computed twice rather than one by one.
+        // Overlapping the last tile is cheaper than computing its rows one by one.
         let at = row.min(size - lanes);
         let sums = panel.tile::<S, 1, COLUMNS>(simd, 0..width, width + at, right);
         for (c, [sum]) in sums.into_iter().enumerate() {
@@ -263,9 +263,9 @@ fn minus_outer_columns<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
     }
 }
 
-/// Cholesky of columns `columns` of a panel, all their rows, as far as these columns themselves are
-/// concerned: what columns before them contribute has been subtracted. Entries below `negligible`
-/// are set to zero. On failure the column.
+/// Cholesky factorisation of columns `columns` of a panel, over all rows. Contributions of earlier
+/// columns must have been subtracted. Entries below `negligible` are set to zero. On failure,
+/// returns the column.
 #[inline(always)]
 pub(crate) fn eliminate_columns<S: Simd, T: crate::Scalar>(
     simd: S,
@@ -280,7 +280,7 @@ pub(crate) fn eliminate_columns<S: Simd, T: crate::Scalar>(
     Ok(())
 }
 
-/// `COLUMNS` columns from `first` on; the columns `start..first` are done.
+/// Eliminates `COLUMNS` columns from `first` on; columns `start..first` are done.
 #[inline(always)]
 fn eliminate_some<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
     simd: S,
@@ -293,7 +293,7 @@ fn eliminate_some<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
     let (done, rest) = panel.split_at_mut(first * height);
     let done = Block { values: done, height };
     let rest = &mut rest[..COLUMNS * height];
-    // The block on the diagonal.
+    // Diagonal block.
     let mut lower = [[T::ZERO; COLUMNS]; COLUMNS];
     let mut inverse = [0.0; COLUMNS];
     for c in 0..COLUMNS {
@@ -317,7 +317,7 @@ fn eliminate_some<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
             rest[c * height + first + r] = value;
         }
     }
-    // The rows below it.
+    // Rows below the diagonal block.
     let lanes = numbers::<S, T>();
     let threshold = simd.splat_f64s(negligible);
     let scales = inverse.map(|x| simd.splat_f64s(x));
@@ -370,8 +370,8 @@ fn flushed<T: crate::Scalar>(value: T, negligible: f64) -> T {
     if value.max_part() < negligible { T::ZERO } else { value }
 }
 
-/// `x <- L^-1 x` for the first `width` numbers of `x`, and `x <- x - L x` with the result for those
-/// below: the forward sweep of one panel.
+/// Forward sweep of one panel: `x <- L^-1 x` for the first `width` numbers of `x`, then `x <- x - L
+/// x` with the result for those below.
 #[inline(always)]
 pub(crate) fn forward<S: Simd, T: crate::Scalar>(simd: S, panel: &[T], width: usize, x: &mut [T]) {
     in_fours!(0..width, |column, COLUMNS| forward_some::<S, T, COLUMNS>(simd, panel, column, x));
@@ -403,7 +403,7 @@ fn forward_some<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
     let wide = columns.map(|column| &vectors::<S, T>(&column[..whole])[..count]);
     let targets = &mut vectors_mut::<S, T>(&mut below[..whole])[..count];
     for (i, target) in targets.iter_mut().enumerate() {
-        let mut sum = T::nothing(simd);
+        let mut sum = T::zero_sum(simd);
         for c in 0..COLUMNS {
             sum = T::add_product(simd, sum, wide[c][i], factors[c]);
         }
@@ -416,8 +416,8 @@ fn forward_some<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
     }
 }
 
-/// `x <- L^-H x` for the first `width` numbers of `x`, where those below are known: the backward
-/// sweep of one panel.
+/// Backward sweep of one panel: `x <- L^-H x` for the first `width` numbers of `x`, given those
+/// below.
 #[inline(always)]
 pub(crate) fn backward<S: Simd, T: crate::Scalar>(simd: S, panel: &[T], width: usize, x: &mut [T]) {
     let mut end = width;
@@ -448,7 +448,7 @@ fn backward_some<S: Simd, T: crate::Scalar, const COLUMNS: usize>(
     let whole = below.len() - below.len() % numbers::<S, T>();
     let count = whole / numbers::<S, T>();
     let wide = columns.map(|column| &vectors::<S, T>(&column[COLUMNS..][..whole])[..count]);
-    let mut sums = [T::nothing(simd); COLUMNS];
+    let mut sums = [T::zero_sum(simd); COLUMNS];
     for (i, &y) in vectors::<S, T>(&below[..whole])[..count].iter().enumerate() {
         for c in 0..COLUMNS {
             sums[c] = T::add_dot(simd, sums[c], wide[c][i], y);

@@ -1,14 +1,14 @@
-//! What we *solve*: sparse symmetric and Hermitian positive definite systems by supernodal Cholesky
-//! factorisation, analysed once and solved many times. Knows no mesh, and hides the linear-algebra
-//! backend (`faer`).
+//! Sparse symmetric and Hermitian positive definite linear systems: supernodal multifrontal
+//! Cholesky factorisation, analysed once per pattern and factored once per matrix. The crate knows
+//! no mesh and hides the linear-algebra backend (`faer`).
 //!
-//! The way of a system: [`Graph`] (which unknowns meet) -> [`Symbolic`] (ordering, elimination
-//! tree, predicted memory) -> [`Cholesky`] (numbers) -> [`Cholesky::solve`]. Everything runs on one
-//! thread and gives the same digits every time; two independent systems may be factored on two
-//! threads by the caller.
+//! The steps are [`Graph`] (sparsity pattern) -> [`Symbolic`] (ordering, elimination tree,
+//! predicted memory) -> [`Cholesky`] (numeric factor) -> [`Cholesky::solve`]. Everything runs on
+//! one thread and returns the same digits every time; callers may factor independent systems on
+//! separate threads.
 //!
-//! Beside the systems stands one linear program: [`minimise_jumps`], for the methods whose fields
-//! may jump.
+//! [`minimise_jumps`] solves one linear program: weighted L1 fitting of jumps on a graph, the dual
+//! of minimum-cost flow.
 
 mod cholesky;
 mod dissection;

@@ -1,11 +1,11 @@
-//! Large arrays of zeros.
+//! Zero-initialised arrays for factors and update matrices.
 
 use std::ops::{Deref, DerefMut};
 
-/// An array of zeros that takes memory as it is touched.
+/// Zero-initialised array whose pages are committed on first touch.
 ///
-/// Large ones ask the operating system for huge pages, where it has them: a factor is written once
-/// from end to end, and with ordinary pages a tenth of that time goes into page faults.
+/// Large arrays request huge pages from the operating system. A factor is written once from end to
+/// end, and with ordinary pages a tenth of that time goes into page faults.
 pub(crate) struct Zeroed<T> {
     memory: Memory<T>,
 }
@@ -15,18 +15,18 @@ enum Memory<T> {
     Pages { map: memmap2::MmapMut, entries: usize },
 }
 
-/// Bytes from which huge pages can pay off.
+/// Size in bytes from which huge pages can pay off.
 const LARGE: usize = 4 << 20;
 
 impl<T: bytemuck::Pod> Zeroed<T> {
-    /// `None` if there is not enough memory.
+    /// Allocates the array; `None` if there is not enough memory.
     pub(crate) fn new(entries: usize) -> Option<Self> {
         let bytes = entries.checked_mul(size_of::<T>())?;
         if bytes >= LARGE
             && let Ok(map) = memmap2::MmapMut::map_anon(bytes)
         {
             #[cfg(target_os = "linux")]
-            // a wish: without it everything works as well
+            // Only a hint: failure is harmless.
             let _ = map.advise(memmap2::Advice::HugePage);
             return Some(Zeroed { memory: Memory::Pages { map, entries } });
         }

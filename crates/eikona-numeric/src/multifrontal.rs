@@ -1,13 +1,13 @@
-//! The numbers of the factor, front by front.
+//! Multifrontal numeric factorisation.
 //!
-//! Each supernode (some consecutive columns with one pattern below them) gathers its part of the
-//! matrix and the updates of its children in the elimination tree, eliminates its columns with
-//! dense kernels, and leaves one dense update to its parent.
+//! For each supernode, in postorder of the elimination tree: assemble its part of the matrix and
+//! the update matrices of its children (extend-add), eliminate its columns with dense kernels, and
+//! push its own update matrix for its parent.
 //!
-//! Why not the backend's supernodal factorisation: the fill-in of a diffusion operator decays
-//! exponentially with distance, reaches denormal numbers on meshes of some hundred edges across,
-//! and denormal arithmetic made that phase five times slower at 500,000 faces (and slower without
-//! bound on larger meshes). Here what is negligible is set to zero front by front.
+//! The backend's supernodal factorisation is not used because the fill-in of a diffusion operator
+//! decays exponentially with distance and becomes denormal on meshes of some hundred edges across.
+//! Denormal arithmetic made that phase five times slower at 500,000 faces (and slower without bound
+//! on larger meshes). Here negligible entries are set to zero front by front.
 
 use crate::error::NumericError;
 use crate::kernels::{self, Vectorized, dispatch};
@@ -19,22 +19,22 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatMut, MatRef, Par};
 use std::ops::Range;
 
-/// Fill-in below this share of the root of the largest diagonal entry is set to zero. The product
-/// of two larger numbers is no denormal. A vector that diffuses so far has gone through entries
-/// nearby by then, which are kept; what is smaller in a solution has lost its accuracy
-/// ([`Cholesky::solve`](crate::Cholesky::solve)).
+/// Drop tolerance: fill-in below this multiple of the square root of the largest diagonal entry is
+/// set to zero, so that products of kept entries are never denormal. A solution that has decayed
+/// this far has passed through nearby entries, which are kept; smaller solution values have lost
+/// their accuracy anyway ([`Cholesky::solve`](crate::Cholesky::solve)).
 const NEGLIGIBLE: f64 = 1e-150;
 
-/// Columns eliminated by our own kernels before the rest of the panel is updated by the backend's
-/// matrix product.
+/// Columns eliminated by our own kernels before the backend's matrix product updates the rest of
+/// the panel.
 const BLOCK: usize = 32;
 
-/// Products with fewer multiplications than this are done by our own kernels: calling the backend's
-/// would cost more.
+/// Products with fewer multiplications than this use our own kernels: calling the backend would
+/// cost more than the product.
 const SMALL_PRODUCT: usize = 1 << 16;
 
-/// Factors the permuted lower triangle `entries` into `values`, laid out as the symbolic factor
-/// says.
+/// Factors the permuted lower triangle `entries` into `values`, in the layout of the symbolic
+/// analysis.
 pub(crate) fn factor<T: Scalar>(
     symbolic: &Symbolic,
     entries: &[T],
@@ -109,7 +109,7 @@ fn factor_fronts<S: pulp::Simd, T: Scalar>(
             let update = &below.values[child.start..][..child.size * child.size];
             for (j, &column) in rows[..child.inside].iter().enumerate() {
                 let target = &mut panel[local[column as usize] as usize * height..][..height];
-                add_rows(target, &update[j * child.size + j..(j + 1) * child.size], &rows[j..], &local, 0);
+                extend_add(target, &update[j * child.size + j..(j + 1) * child.size], &rows[j..], &local, 0);
             }
         }
         eliminate(simd, panel, width, height, negligible)
@@ -125,7 +125,7 @@ fn factor_fronts<S: pulp::Simd, T: Scalar>(
                 for (j, &column) in rows.iter().enumerate().skip(child.inside) {
                     let target = &mut update[(local[column as usize] as usize - width) * size..][..size];
                     let source = &child_update[j * child.size + j..(j + 1) * child.size];
-                    add_rows(target, source, &rows[j..], &local, width as u32);
+                    extend_add(target, source, &rows[j..], &local, width as u32);
                 }
             }
         }
@@ -133,32 +133,32 @@ fn factor_fronts<S: pulp::Simd, T: Scalar>(
     Ok(())
 }
 
-/// Adds a column of a child's update to a column of its parent. Rows come in the same order in the
-/// parent, so the lower triangle stays below the diagonal.
+/// Extend-add: adds a column of a child's update matrix to a column of its parent. Row indices
+/// ascend in both, so the lower triangle stays below the diagonal.
 #[inline(always)]
-fn add_rows<T: Scalar>(target: &mut [T], source: &[T], rows: &[u32], local: &[u32], offset: u32) {
+fn extend_add<T: Scalar>(target: &mut [T], source: &[T], rows: &[u32], local: &[u32], offset: u32) {
     for (&value, &row) in source.iter().zip(rows) {
         target[(local[row as usize] - offset) as usize] += value;
     }
 }
 
-/// A child whose update is being added to the front.
+/// Child whose update matrix is being assembled into the front.
 struct Child {
     supernode: usize,
     start: usize,
     size: usize,
-    /// How many of its rows are columns of the front.
+    /// Number of its rows that are columns of the front.
     inside: usize,
 }
 
-/// Updates that wait for their parents: dense matrices on the rows of a supernode, of which the
-/// lower triangle counts.
+/// Stack of update matrices that wait for assembly: dense square matrices on the rows of a
+/// supernode, lower triangle only.
 struct Stack<T> {
     values: Zeroed<T>,
-    waiting: Vec<Waiting>,
+    waiting: Vec<Update>,
 }
 
-struct Waiting {
+struct Update {
     supernode: usize,
     start: usize,
     end: usize,
@@ -174,15 +174,15 @@ impl<T: Scalar> Stack<T> {
     fn push(&mut self, supernode: usize, rows: &[u32]) -> usize {
         let start = self.waiting.last().map_or(0, |top| top.end);
         let end = start + rows.len() * rows.len();
-        self.waiting.push(Waiting { supernode, start, end, parent_column: rows[0] });
+        self.waiting.push(Update { supernode, start, end, parent_column: rows[0] });
         start
     }
 }
 
-/// Dense Cholesky of the first `width` rows of a panel, and the rows below divided by it. On
-/// failure the column.
+/// Dense Cholesky factorisation of the first `width` columns of a panel, including the rows below.
+/// On failure, returns the column.
 ///
-/// Columns are flushed as they are done, so that no product of denormal size is ever formed.
+/// Each column is flushed as soon as it is done, so that no product is denormal.
 #[inline(always)]
 fn eliminate<S: pulp::Simd, T: Scalar>(
     simd: S,
@@ -195,8 +195,8 @@ fn eliminate<S: pulp::Simd, T: Scalar>(
     for block in 0..blocks {
         let columns = block * BLOCK..((block + 1) * BLOCK).min(width);
         kernels::eliminate_columns(simd, panel, columns.clone(), height, negligible)?;
-        // As by halving the blocks again and again: whenever a left half is done its right half is
-        // updated at once, so that most of the work is done by few, deep products.
+        // Recursive blocking without recursion: as soon as a left half is done, it updates the
+        // right half, so that a few deep products do most of the work.
         let done = block + 1;
         let depth = 1 << done.trailing_zeros();
         let right = (done + depth).min(blocks);
@@ -208,7 +208,7 @@ fn eliminate<S: pulp::Simd, T: Scalar>(
     Ok(())
 }
 
-/// Subtracts what columns `done` contribute to the columns from there to `end`.
+/// Subtracts the contribution of columns `done` from the columns up to `end`.
 #[inline(always)]
 fn update_columns<T: Scalar>(panel: &mut [T], done: Range<usize>, end: usize, height: usize) {
     let count = end - done.end;
@@ -233,7 +233,8 @@ fn update_columns<T: Scalar>(panel: &mut [T], done: Range<usize>, end: usize, he
     matmul(below, Accum::Add, left_below, left_top.adjoint(), minus_one, Par::Seq);
 }
 
-/// The lower triangle of `update <- -L L^H`, for the rows `L` of the panel below its columns.
+/// Computes the lower triangle of `update <- -L L^H`, where `L` is the part of the panel below its
+/// diagonal block.
 #[inline(always)]
 fn minus_outer_product<S: pulp::Simd, T: Scalar>(
     simd: S,
@@ -265,8 +266,9 @@ mod tests {
     use super::*;
     use crate::{Complex, Graph, Ordering, SymmetricMatrix};
 
-    /// A band matrix that is diagonally dominant, with fronts of all kinds.
-    fn agrees_without_vectors<T: Scalar>(value: impl Fn(usize) -> T) {
+    /// Compares the factor with and without SIMD, for a diagonally dominant band matrix with fronts
+    /// of many shapes.
+    fn check_without_simd<T: Scalar>(value: impl Fn(usize) -> T) {
         let n = 300u32;
         let pairs: Vec<[u32; 2]> = (0..n)
             .flat_map(|i| [1, 2, 7, 40].into_iter().map(move |d| [i, i + d]))
@@ -295,8 +297,8 @@ mod tests {
     }
 
     #[test]
-    fn processors_without_vectors_get_the_same_factor() {
-        agrees_without_vectors(|k| (k as f64).sin());
-        agrees_without_vectors(|k| Complex { re: (k as f64).sin(), im: (k as f64).cos() });
+    fn factors_agree_without_simd() {
+        check_without_simd(|k| (k as f64).sin());
+        check_without_simd(|k| Complex { re: (k as f64).sin(), im: (k as f64).cos() });
     }
 }

@@ -1,4 +1,4 @@
-//! In which order unknowns are eliminated: what decides the size of the factor.
+//! Fill-reducing elimination orders.
 
 use crate::dissection::nested_dissection;
 use crate::error::NumericError;
@@ -7,39 +7,40 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
 
-/// How to order the unknowns before elimination.
+/// Choice of elimination order.
 #[derive(Clone, Copy, Debug, Default)]
 pub enum Ordering<'a> {
-    /// Approximate minimum degree: needs nothing but the graph.
+    /// Approximate minimum degree, from the graph alone.
     #[default]
     MinimumDegree,
-    /// The unknowns in order of elimination, made by the caller.
+    /// The unknowns in elimination order, supplied by the caller.
     Given(&'a [u32]),
 }
 
-/// An order of elimination by nested dissection with planes, for unknowns that have places in
+/// Computes an elimination order by geometric nested dissection, for unknowns with positions in
 /// space.
 ///
-/// Compared with minimum degree on surface meshes: up to a quarter fewer entries in the factor, the
-/// same for any numbering of the input, and several times faster to find. Places far apart cost
-/// nothing; where many unknowns lie in one place the order is found from the graph alone.
+/// Compared with minimum degree on surface meshes, the factor has up to a quarter fewer entries and
+/// does not depend on the numbering of the input, and the order is found several times faster.
+/// Distant outliers do no harm; where many unknowns share one position, the order is found from the
+/// graph alone.
 ///
 /// # Errors
-/// [`NumericError::WrongLength`] when there is not one place an unknown,
+/// [`NumericError::WrongLength`] unless there is one position per unknown;
 /// [`NumericError::NotAPair`].
 ///
 /// # Cost
 /// O(n log n).
-pub fn nested_dissection_order(graph: &Graph, places: &[[f64; 3]]) -> Result<Vec<u32>, NumericError> {
-    if places.len() != graph.unknowns {
-        return Err(NumericError::WrongLength { found: places.len(), expected: graph.unknowns });
+pub fn nested_dissection_order(graph: &Graph, positions: &[[f64; 3]]) -> Result<Vec<u32>, NumericError> {
+    if positions.len() != graph.unknowns {
+        return Err(NumericError::WrongLength { found: positions.len(), expected: graph.unknowns });
     }
     graph.check()?;
-    Ok(nested_dissection(&Adjacency::of(graph.unknowns, &graph.pairs), places))
+    Ok(nested_dissection(&Adjacency::of(graph.unknowns, &graph.pairs), positions))
 }
 
 impl Ordering<'_> {
-    /// The unknowns in order of elimination.
+    /// Returns the unknowns in elimination order.
     pub(crate) fn order(&self, graph: &Graph) -> Result<Vec<u32>, NumericError> {
         match self {
             Ordering::Given(order) => {
@@ -67,7 +68,7 @@ fn minimum_degree(unknowns: usize, adjacency: &Adjacency) -> Result<Vec<u32>, Nu
     let mut forward = vec![0u32; unknowns];
     let mut inverse = vec![0u32; unknowns];
     let entries = adjacency.neighbours().len();
-    // Both triangles are given; AMD reads the pattern of A + A^T and accepts repeated entries.
+    // AMD reads the pattern of A + A^T and accepts repeated entries, so both triangles are passed.
     let matrix = SymbolicSparseColMatRef::new_unsorted_checked(
         unknowns,
         unknowns,

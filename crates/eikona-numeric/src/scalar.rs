@@ -1,9 +1,9 @@
-//! The two number types of our systems.
+//! Scalar types of the systems: real and complex.
 
-/// A complex number of two doubles.
+/// Complex number with two `f64` parts.
 pub type Complex = faer::c64;
 
-/// `f64` or [`Complex`]. Not meant to be implemented elsewhere.
+/// Scalar type of a system: `f64` or [`Complex`]. Not meant to be implemented elsewhere.
 pub trait Scalar:
     faer::traits::ComplexField<Real = f64>
     + crate::kernels::Lanes
@@ -19,19 +19,19 @@ pub trait Scalar:
 {
     /// Zero.
     const ZERO: Self;
-    /// A real number.
+    /// Converts a real number.
     fn real(x: f64) -> Self;
-    /// The complex conjugate.
+    /// Returns the complex conjugate.
     fn conj(self) -> Self;
-    /// Times a real number.
+    /// Multiplies by a real number.
     fn scale(self, x: f64) -> Self;
-    /// The real part.
+    /// Returns the real part.
     fn real_part(self) -> f64;
-    /// The larger of the absolute values of its parts.
+    /// Returns the larger absolute value of the real and imaginary parts.
     fn max_part(self) -> f64;
-    /// The square of its absolute value.
+    /// Returns the squared absolute value.
     fn abs_sq(self) -> f64;
-    /// Whether every part is finite.
+    /// Returns whether every part is finite.
     fn finite(self) -> bool;
 }
 

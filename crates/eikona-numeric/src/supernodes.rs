@@ -1,47 +1,46 @@
-//! The shape of the factor: which columns are eliminated together, which rows they have, and who
-//! waits for whom.
+//! Structure of the factor: supernodes, their row indices, and the supernodal elimination tree.
 
 use std::ops::Range;
 
 const NONE: u32 = u32::MAX;
 
-/// Which share of a supernode's entries may be zeros that only make it larger, by its number of
-/// columns: a few large blocks are faster than many small ones. (Measured at 100,000 faces: half or
-/// twice these shares change the times by a few percent.)
+/// Relaxed amalgamation: the largest share of explicit zeros in a supernode, by its number of
+/// columns. A few large blocks are faster than many small ones. (Measured at 100,000 faces: halving
+/// or doubling these shares changes the times by a few percent.)
 const RELAXED: [(usize, f64); 4] = [(16, 0.3), (32, 0.2), (64, 0.15), (usize::MAX, 0.05)];
 
-/// The supernodes in order of elimination: consecutive columns with the same rows below them.
+/// Supernodes in elimination order: consecutive columns with the same rows below them.
 #[derive(Debug)]
 pub(crate) struct Supernodes {
-    /// First column of each, and the number of columns at the end.
+    /// First column of each supernode, followed by the number of columns.
     begin: Vec<u32>,
-    /// Rows below the columns, ascending: `rows[row_ptr[s]..row_ptr[s + 1]]`.
+    /// Row indices below the diagonal block, ascending: `rows[row_ptr[s]..row_ptr[s + 1]]`.
     row_ptr: Vec<usize>,
     rows: Vec<u32>,
-    /// Where the panel of each starts in the values of the factor.
+    /// Start of each panel in the values of the factor.
     value_ptr: Vec<usize>,
     parent: Vec<u32>,
-    /// Whether the depth in the elimination tree is odd.
+    /// Whether the depth of a supernode in the elimination tree is odd.
     odd: Vec<bool>,
     stack_entries: [usize; 2],
     largest_height: usize,
 }
 
 impl Supernodes {
-    /// Of a lower triangle by columns with sorted rows, the diagonal first, in postorder of the
-    /// elimination tree `parent`.
+    /// Builds the supernodes of a lower triangle by columns, with sorted rows and the diagonal
+    /// first, in postorder of the elimination tree `parent`.
     pub(crate) fn of(parent: &[u32], col_ptr: &[u32], row_idx: &[u32]) -> Supernodes {
-        let mut gathering = Gathering::new(parent.len());
+        let mut builder = Builder::new(parent.len());
         for column in 0..parent.len() {
             let entries = &row_idx[col_ptr[column] as usize + 1..col_ptr[column + 1] as usize];
             let continues = column > 0 && parent[column - 1] == column as u32;
-            if !(continues && gathering.extend(column, entries)) {
-                gathering.close(column);
-                gathering.open(column, entries);
+            if !(continues && builder.extend(column, entries)) {
+                builder.close(column);
+                builder.open(column, entries);
             }
         }
-        gathering.close(parent.len());
-        gathering.finish()
+        builder.close(parent.len());
+        builder.finish()
     }
 
     pub(crate) fn count(&self) -> usize {
@@ -55,25 +54,25 @@ impl Supernodes {
     pub(crate) fn rows(&self, s: usize) -> &[u32] {
         &self.rows[self.row_ptr[s]..self.row_ptr[s + 1]]
     }
-    /// The panel of a supernode in the values of the factor, by columns.
+    /// Range of a supernode's panel in the values of the factor, stored by columns.
     #[inline(always)]
     pub(crate) fn panel(&self, s: usize) -> Range<usize> {
         self.value_ptr[s]..self.value_ptr[s + 1]
     }
-    /// Stored entries of the factor.
+    /// Number of stored entries of the factor.
     pub(crate) fn entries(&self) -> usize {
         self.value_ptr[self.count()]
     }
-    /// Rows of the highest panel.
+    /// Rows of the tallest panel.
     pub(crate) fn largest_height(&self) -> usize {
         self.largest_height
     }
 
-    /// Whether the update of a supernode waits on the second stack.
+    /// Whether the update matrix of a supernode waits on the second stack.
     ///
-    /// The updates of the numeric phase wait for their parents on two stacks, one for supernodes at
-    /// even and one for those at odd depth: the children of a front lie on top of one while its own
-    /// update is made on top of the other.
+    /// Update matrices wait for assembly on two stacks, one for even and one for odd depth: the
+    /// children of a front lie on top of one stack while the front's own update matrix is formed on
+    /// top of the other.
     pub(crate) fn is_odd(&self, s: usize) -> bool {
         self.odd[s]
     }
@@ -82,7 +81,7 @@ impl Supernodes {
         self.stack_entries
     }
 
-    /// Adds all ancestors of the marked supernodes.
+    /// Marks all ancestors of the marked supernodes.
     pub(crate) fn mark_ancestors(&self, marked: &mut [bool]) {
         for s in 0..marked.len() {
             if marked[s] && self.parent[s] != NONE {
@@ -92,37 +91,37 @@ impl Supernodes {
     }
 }
 
-/// A supernode that is complete, or was before its parent swallowed it.
+/// Completed supernode, which its parent may still absorb.
 #[derive(Clone, Copy)]
-struct Closed {
+struct Supernode {
     begin: usize,
     end: usize,
-    /// Entries of its panel that are known to be zero.
+    /// Explicit zeros in its panel.
     zeros: usize,
-    /// The next supernode whose first row is the same column.
+    /// The next supernode with the same first row.
     next: u32,
 }
 
-/// Supernodes made column by column. What a column adds to a front are its entries and the rows of
-/// those supernodes whose first row it is; so every list of rows is read once or twice.
-struct Gathering {
-    closed: Vec<Closed>,
+/// Builds supernodes column by column. The structure of a column is the union of its entries and
+/// the rows of the supernodes whose first row it is, so every row list is read once or twice.
+struct Builder {
+    closed: Vec<Supernode>,
     row_ptr: Vec<usize>,
     rows: Vec<u32>,
-    /// The last closed supernode whose first row is this column.
+    /// Last completed supernode whose first row is this column: head of a linked list.
     waiting: Vec<u32>,
-    /// Rows of the open front are marked with its first column.
+    /// Marks rows of the open front with its first column.
     mark: Vec<u32>,
-    /// Rows of the open front in any order; those that have become columns are still among them.
+    /// Rows of the open front, unsorted; rows that have become columns are still among them.
     open_rows: Vec<u32>,
-    open: Option<Closed>,
-    /// How many of the rows lie below all columns.
+    open: Option<Supernode>,
+    /// Number of rows below all columns.
     below: usize,
 }
 
-impl Gathering {
+impl Builder {
     fn new(columns: usize) -> Self {
-        Gathering {
+        Builder {
             closed: Vec::new(),
             row_ptr: vec![0],
             rows: Vec::new(),
@@ -136,12 +135,12 @@ impl Gathering {
 
     fn open(&mut self, column: usize, entries: &[u32]) {
         self.open_rows.clear();
-        self.open = Some(Closed { begin: column, end: column + 1, zeros: 0, next: NONE });
+        self.open = Some(Supernode { begin: column, end: column + 1, zeros: 0, next: NONE });
         self.gather(column, column as u32, entries);
         self.below = self.open_rows.len();
     }
 
-    /// Adds the rows of a column that are not marked yet.
+    /// Adds the unmarked rows of a column.
     fn gather(&mut self, column: usize, mark: u32, entries: &[u32]) {
         let (marks, rows) = (&mut self.mark, &mut self.open_rows);
         let mut add = |row: u32| {
@@ -153,14 +152,14 @@ impl Gathering {
         entries.iter().copied().for_each(&mut add);
         let mut child = self.waiting[column];
         while child != NONE {
-            // The first row is the column itself.
+            // Skip the first row: it is the column itself.
             let child_rows = self.row_ptr[child as usize] + 1..self.row_ptr[child as usize + 1];
             self.rows[child_rows].iter().copied().for_each(&mut add);
             child = self.closed[child as usize].next;
         }
     }
 
-    /// Adds a column, the parent of the last one, to the open front, unless that would fill it with
+    /// Appends a column, the parent of the last one, to the open front, unless that stores too many
     /// zeros.
     fn extend(&mut self, column: usize, entries: &[u32]) -> bool {
         let Some(front) = self.open else { return false };
@@ -174,13 +173,13 @@ impl Gathering {
             self.open_rows.truncate(known);
             return false;
         }
-        self.open = Some(Closed { end: column + 1, zeros, ..front });
+        self.open = Some(Supernode { end: column + 1, zeros, ..front });
         self.below = below;
         true
     }
 
-    /// Closes the open front at `column`; it swallows those of its children that lie right before
-    /// it, as far as that is cheap.
+    /// Completes the open front at `column`; absorbs the children right before it while few zeros
+    /// are added.
     fn close(&mut self, column: usize) {
         let Some(mut front) = self.open.take() else { return };
         self.open_rows.retain(|&row| row as usize >= column);
@@ -195,7 +194,7 @@ impl Gathering {
             if !acceptable(column - last.begin, self.open_rows.len(), zeros) {
                 break;
             }
-            front = Closed { begin: last.begin, zeros, ..front };
+            front = Supernode { begin: last.begin, zeros, ..front };
             self.closed.pop();
             self.row_ptr.pop();
             self.rows.truncate(self.row_ptr[self.closed.len()]);
@@ -210,11 +209,11 @@ impl Gathering {
     }
 
     fn finish(self) -> Supernodes {
-        let Gathering { closed, row_ptr, rows, mark, .. } = self;
+        let Builder { closed, row_ptr, rows, mark, .. } = self;
         let count = closed.len();
         let mut begin: Vec<u32> = closed.iter().map(|s| s.begin as u32).collect();
         begin.push(mark.len() as u32);
-        let mut owner = mark; // reused: the supernode of each column
+        let mut owner = mark; // reused for the supernode of each column
         for (s, columns) in begin.windows(2).enumerate() {
             owner[columns[0] as usize..columns[1] as usize].fill(s as u32);
         }
@@ -238,15 +237,15 @@ impl Gathering {
     }
 }
 
-/// Whether a supernode of so many columns and rows below them may hold so many zeros.
+/// Whether a supernode with this shape may store this many explicit zeros.
 fn acceptable(width: usize, below: usize, zeros: usize) -> bool {
     let entries = width * (width + 1) / 2 + width * below;
     let share = RELAXED.iter().find(|(columns, _)| width <= *columns).map_or(0.0, |(_, share)| *share);
     zeros as f64 <= share * entries as f64
 }
 
-/// Largest number of entries on each stack when every supernode pushes a square update on its own
-/// and then takes those of its children from the other.
+/// Largest number of entries on each stack when every supernode pushes a square update matrix on
+/// its own stack, then pops those of its children from the other.
 fn stack_entries(parent: &[u32], odd: &[bool], size: impl Fn(usize) -> usize) -> [usize; 2] {
     let mut waiting: [Vec<(u32, usize)>; 2] = [Vec::new(), Vec::new()];
     let mut largest = [0; 2];
@@ -262,10 +261,8 @@ fn stack_entries(parent: &[u32], odd: &[bool], size: impl Fn(usize) -> usize) ->
     largest
 }
 
-/// The elimination tree of a matrix given by rows: the columns of row `i` left of the diagonal.
-/// Roots have the parent `NONE`.
-///
-/// Liu's algorithm with path compression.
+/// Computes the elimination tree by Liu's algorithm with path compression. `columns` holds the
+/// columns left of the diagonal of each row. Roots have the parent `NONE`.
 pub(crate) fn elimination_tree(row_start: &[u32], columns: &[u32]) -> Vec<u32> {
     let n = row_start.len() - 1;
     let mut parent = vec![NONE; n];
@@ -287,8 +284,8 @@ pub(crate) fn elimination_tree(row_start: &[u32], columns: &[u32]) -> Vec<u32> {
     parent
 }
 
-/// A numbering in which every subtree is contiguous, children before parents: the new place of each
-/// old one. The factor has the same entries, and chains of columns become supernodes.
+/// Returns the postorder position of each column: subtrees are contiguous, children come before
+/// parents. The factor keeps its entries, and chains of columns become supernodes.
 pub(crate) fn postorder(parent: &[u32]) -> Vec<u32> {
     let n = parent.len();
     let mut first_child = vec![NONE; n];
@@ -303,12 +300,12 @@ pub(crate) fn postorder(parent: &[u32]) -> Vec<u32> {
             }
         }
     }
-    let mut place = vec![0; n];
+    let mut position = vec![0; n];
     let mut next = 0;
     while let Some(&j) = stack.last() {
         let child = first_child[j as usize];
         if child == NONE {
-            place[j as usize] = next;
+            position[j as usize] = next;
             next += 1;
             stack.pop();
         } else {
@@ -316,15 +313,15 @@ pub(crate) fn postorder(parent: &[u32]) -> Vec<u32> {
             stack.push(child);
         }
     }
-    place
+    position
 }
 
-/// The tree in a new numbering.
-pub(crate) fn renumbered(parent: &[u32], place: &[u32]) -> Vec<u32> {
+/// Renumbers the tree.
+pub(crate) fn renumbered(parent: &[u32], position: &[u32]) -> Vec<u32> {
     let mut result = vec![NONE; parent.len()];
     for (j, &p) in parent.iter().enumerate() {
         if p != NONE {
-            result[place[j] as usize] = place[p as usize];
+            result[position[j] as usize] = position[p as usize];
         }
     }
     result
@@ -334,8 +331,8 @@ pub(crate) fn renumbered(parent: &[u32], place: &[u32]) -> Vec<u32> {
 mod tests {
     use super::*;
 
-    /// Rows of every column of the factor, by the definition: column j passes its rows on to its
-    /// first row.
+    /// Row structure of every column of the factor by definition: column j passes its rows on to
+    /// its first row.
     fn rows_of_columns(n: usize, lower: &[Vec<u32>]) -> Vec<Vec<u32>> {
         let mut rows = lower.to_vec();
         for j in 0..n {
@@ -349,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn supernodes_hold_all_fill_in() {
+    fn supernodes_contain_all_fill_in() {
         let n = 300;
         let mut state = 7u64;
         let mut random = move |below: usize| {
@@ -367,11 +364,11 @@ mod tests {
         pairs.iter().for_each(|&(a, b)| by_row[b].push(a as u32));
         let start: Vec<u32> = (0..=n).map(|i| by_row[..i].iter().map(|r| r.len() as u32).sum()).collect();
         let tree = elimination_tree(&start, &by_row.concat());
-        let place = postorder(&tree);
-        let tree = renumbered(&tree, &place);
+        let position = postorder(&tree);
+        let tree = renumbered(&tree, &position);
         let mut lower = vec![Vec::new(); n];
         for &(a, b) in &pairs {
-            let (a, b) = (place[a], place[b]);
+            let (a, b) = (position[a], position[b]);
             lower[a.min(b) as usize].push(a.max(b));
         }
         for (j, rows) in lower.iter_mut().enumerate() {
@@ -380,33 +377,33 @@ mod tests {
             rows.dedup();
         }
         let col_ptr: Vec<u32> = (0..=n).map(|i| lower[..i].iter().map(|r| r.len() as u32).sum()).collect();
-        let shape = Supernodes::of(&tree, &col_ptr, &lower.concat());
+        let factor = Supernodes::of(&tree, &col_ptr, &lower.concat());
 
         let strictly: Vec<Vec<u32>> = lower.iter().map(|rows| rows[1..].to_vec()).collect();
         let exact = rows_of_columns(n, &strictly);
         let mut next = 0;
-        for s in 0..shape.count() {
-            let columns = shape.columns(s);
+        for s in 0..factor.count() {
+            let columns = factor.columns(s);
             assert_eq!(columns.start, next);
             next = columns.end;
-            assert!(shape.rows(s).is_sorted() && shape.rows(s).iter().all(|&r| r as usize >= next));
-            let height = columns.len() + shape.rows(s).len();
-            assert_eq!(shape.panel(s).len(), columns.len() * height);
+            assert!(factor.rows(s).is_sorted() && factor.rows(s).iter().all(|&r| r as usize >= next));
+            let height = columns.len() + factor.rows(s).len();
+            assert_eq!(factor.panel(s).len(), columns.len() * height);
             for j in columns.clone() {
                 assert_eq!(tree[j], exact[j].first().copied().unwrap_or(NONE), "parent of {j}");
                 for &row in &exact[j] {
-                    let held = columns.contains(&(row as usize)) || shape.rows(s).contains(&row);
+                    let held = columns.contains(&(row as usize)) || factor.rows(s).contains(&row);
                     assert!(held, "row {row} of column {j}");
                 }
             }
-            // The last column's rows are exact: no row is there for nothing.
-            assert_eq!(exact[columns.end - 1], shape.rows(s));
-            match shape.rows(s).first() {
-                Some(&row) => assert!(shape.columns(shape.parent[s] as usize).contains(&(row as usize))),
-                None => assert_eq!(shape.parent[s], NONE),
+            // The structure of the last column is exact: amalgamation adds no rows.
+            assert_eq!(exact[columns.end - 1], factor.rows(s));
+            match factor.rows(s).first() {
+                Some(&row) => assert!(factor.columns(factor.parent[s] as usize).contains(&(row as usize))),
+                None => assert_eq!(factor.parent[s], NONE),
             }
         }
         assert_eq!(next, n);
-        assert!(shape.count() < n / 2, "{} supernodes", shape.count());
+        assert!(factor.count() < n / 2, "{} supernodes", factor.count());
     }
 }

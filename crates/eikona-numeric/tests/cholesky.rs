@@ -1,11 +1,12 @@
-//! The factorisation against matrices whose answer is known, and against itself under renumbering.
+//! Tests the factorisation against matrices with known solutions, and its invariance under
+//! renumbering.
 
 use eikona_numeric::{
     Cholesky, Complex, Graph, NumericError, Ordering, Scalar, Symbolic, SymmetricMatrix,
     nested_dissection_order,
 };
 
-/// The five-point Laplacian of an `n` by `n` grid plus `shift`, with the place of each unknown.
+/// Five-point Laplacian of an `n` by `n` grid plus `shift`, with the position of each unknown.
 fn grid(n: usize, shift: f64) -> (Graph, SymmetricMatrix<f64>, Vec<[f64; 3]>) {
     let id = |i: usize, j: usize| (i * n + j) as u32;
     let mut graph = Graph { unknowns: n * n, pairs: Vec::new() };
@@ -26,8 +27,8 @@ fn grid(n: usize, shift: f64) -> (Graph, SymmetricMatrix<f64>, Vec<[f64; 3]>) {
             }
         }
     }
-    let places = (0..n * n).map(|k| [(k / n) as f64, (k % n) as f64, 0.0]).collect();
-    (graph, matrix, places)
+    let positions = (0..n * n).map(|k| [(k / n) as f64, (k % n) as f64, 0.0]).collect();
+    (graph, matrix, positions)
 }
 
 fn product<T: Scalar>(graph: &Graph, matrix: &SymmetricMatrix<T>, x: &[T]) -> Vec<T> {
@@ -39,7 +40,7 @@ fn product<T: Scalar>(graph: &Graph, matrix: &SymmetricMatrix<T>, x: &[T]) -> Ve
     y
 }
 
-/// A repeatable sequence of numbers in [-1, 1].
+/// Deterministic pseudorandom sequence in [-1, 1].
 fn noise(i: usize) -> f64 {
     let x = (i as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     ((x ^ (x >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
@@ -48,15 +49,15 @@ fn noise(i: usize) -> f64 {
 #[test]
 fn eigenvector_of_the_grid_laplacian() {
     let n = 40;
-    let (graph, matrix, places) = grid(n, 0.5);
-    // cos(pi k (i + 1/2) / n) cos(pi l (j + 1/2) / n) is an eigenvector of the Laplacian without
-    // flux at the rim.
+    let (graph, matrix, positions) = grid(n, 0.5);
+    // cos(pi k (i + 1/2) / n) cos(pi l (j + 1/2) / n) is an eigenvector of the Laplacian with zero
+    // flux at the boundary.
     let (k, l) = (3.0, 5.0);
     let wave = |m: f64, i: usize| (std::f64::consts::PI * m * (i as f64 + 0.5) / n as f64).cos();
     let value = |m: f64| 2.0 - 2.0 * (std::f64::consts::PI * m / n as f64).cos();
     let vector: Vec<f64> = (0..n * n).map(|p| wave(k, p / n) * wave(l, p % n)).collect();
     let eigenvalue = 0.5 + value(k) + value(l);
-    let order = nested_dissection_order(&graph, &places).unwrap();
+    let order = nested_dissection_order(&graph, &positions).unwrap();
     for ordering in [Ordering::MinimumDegree, Ordering::Given(&order)] {
         let factor = Cholesky::new(Symbolic::new(&graph, ordering).unwrap().into(), &matrix).unwrap();
         let x = factor.solve(&vector).unwrap();
@@ -69,11 +70,11 @@ fn eigenvector_of_the_grid_laplacian() {
 
 #[test]
 fn hermitian_matrix_with_repeated_pairs() {
-    let (mut graph, real, places) = grid(17, 0.1);
+    let (mut graph, real, positions) = grid(17, 0.1);
     let n = graph.unknowns;
     let mut matrix = SymmetricMatrix { diagonal: real.diagonal, off_diagonal: Vec::new() };
-    // Unit phases keep the matrix diagonally dominant; every pair is given in two halves, one of
-    // them mirrored.
+    // Unit phases keep the matrix diagonally dominant. Every pair is given in two halves, one of
+    // them transposed.
     let pairs = std::mem::take(&mut graph.pairs);
     for (k, [i, j]) in pairs.into_iter().enumerate() {
         let value = Complex { re: noise(k).cos(), im: noise(k).sin() }.scale(-0.5);
@@ -82,7 +83,7 @@ fn hermitian_matrix_with_repeated_pairs() {
     }
     let x: Vec<Complex> = (0..n).map(|i| Complex { re: noise(i), im: noise(i + n) }).collect();
     let b = product(&graph, &matrix, &x);
-    let order = nested_dissection_order(&graph, &places).unwrap();
+    let order = nested_dissection_order(&graph, &positions).unwrap();
     let symbolic = Symbolic::new(&graph, Ordering::Given(&order)).unwrap();
     let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
     let solution = factor.solve(&b).unwrap();
@@ -94,8 +95,8 @@ fn hermitian_matrix_with_repeated_pairs() {
 
 #[test]
 fn large_fronts_use_the_blocked_kernels() {
-    // A dense matrix is one supernode of many columns: 1 off the diagonal, n + 1 on it, of which
-    // the inverse is known.
+    // A dense matrix is one supernode of many columns. With 1 off the diagonal and n + 1 on it, its
+    // inverse is known.
     let n = 150;
     let pairs: Vec<[u32; 2]> = (0..n).flat_map(|i| (0..i).map(move |j| [i, j])).collect();
     let matrix =
@@ -110,30 +111,30 @@ fn large_fronts_use_the_blocked_kernels() {
 #[test]
 fn dissection_does_not_depend_on_the_numbering() {
     let n = 60;
-    let (graph, _, places) = grid(n, 1.0);
-    let order = nested_dissection_order(&graph, &places).unwrap();
+    let (graph, _, positions) = grid(n, 1.0);
+    let order = nested_dissection_order(&graph, &positions).unwrap();
     let entries =
         |graph: &Graph, order: &[u32]| Symbolic::new(graph, Ordering::Given(order)).unwrap().factor_entries();
-    // A renumbering by a stride that has no factor in common with n^2.
+    // Renumber by a stride coprime to n^2.
     let renumber = |i: u32| (u64::from(i) * 1_009 % (n * n) as u64) as u32;
     let shuffled =
         Graph { unknowns: graph.unknowns, pairs: graph.pairs.iter().map(|p| p.map(renumber)).collect() };
     let mut moved = vec![[0.0; 3]; n * n];
-    for (i, p) in places.iter().enumerate() {
+    for (i, p) in positions.iter().enumerate() {
         moved[renumber(i as u32) as usize] = *p;
     }
     let other = nested_dissection_order(&shuffled, &moved).unwrap();
     let (a, b) = (entries(&graph, &order), entries(&shuffled, &other));
     assert!(a.abs_diff(b) * 50 < a, "{a} and {b} entries");
-    // George's bound for nested dissection of a square grid, (31/4) n^2 log2 n; the natural order
+    // George's bound for nested dissection of a square grid: (31/4) n^2 log2 n; the natural order
     // has n^3.
     assert!((a as f64) < 7.75 * (n * n) as f64 * (n as f64).log2(), "{a} entries");
 }
 
 #[test]
 fn tiny_solutions_keep_their_relative_accuracy() {
-    // A chain with strong decay: x_i = q^i with q + 1/q = diagonal, far below the smallest normal
-    // number of the square.
+    // A chain with strong decay: x_i = q^i with q + 1/q = diagonal. The squares of the values are
+    // far below the smallest normal number.
     let (n, q) = (120, 0.1f64);
     let graph = Graph { unknowns: n, pairs: (1..n as u32).map(|i| [i - 1, i]).collect() };
     let matrix = SymmetricMatrix { diagonal: vec![q + 1.0 / q; n], off_diagonal: vec![-1.0; n - 1] };
@@ -149,7 +150,7 @@ fn tiny_solutions_keep_their_relative_accuracy() {
 }
 
 #[test]
-fn failures_name_the_unknown() {
+fn errors_name_the_unknown() {
     let (graph, mut matrix, _) = grid(5, 1.0);
     let symbolic = std::sync::Arc::new(Symbolic::new(&graph, Ordering::MinimumDegree).unwrap());
     let good = Cholesky::new(symbolic.clone(), &matrix).unwrap();
@@ -189,10 +190,10 @@ fn empty_and_disconnected_systems() {
 }
 
 #[test]
-fn wanted_unknowns_are_as_in_the_whole_solution() {
+fn solve_where_agrees_with_solve() {
     let n = 60;
-    let (graph, matrix, places) = grid(n, 0.3);
-    let order = nested_dissection_order(&graph, &places).unwrap();
+    let (graph, matrix, positions) = grid(n, 0.3);
+    let order = nested_dissection_order(&graph, &positions).unwrap();
     let symbolic = Symbolic::new(&graph, Ordering::Given(&order)).unwrap();
     let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
     let mut rhs = vec![0.0; n * n];
@@ -203,15 +204,15 @@ fn wanted_unknowns_are_as_in_the_whole_solution() {
     for (unknown, (&x, &y)) in part.iter().zip(&whole).enumerate() {
         assert!(x == y || !wanted(unknown) && x == 0.0, "unknown {unknown}: {x} instead of {y}");
     }
-    assert!(part.iter().filter(|&&x| x == 0.0).count() > n * n / 2, "most of the factor is left alone");
+    assert!(part.iter().filter(|&&x| x == 0.0).count() > n * n / 2, "most of the factor is skipped");
     let none = factor.solve_where(&rhs, |_| false).unwrap();
     assert!(none.iter().all(|&x| x == 0.0));
 }
 
 #[test]
-fn several_right_hand_sides_give_the_digits_of_single_ones() {
-    let (graph, matrix, places) = grid(30, 0.2);
-    let order = nested_dissection_order(&graph, &places).unwrap();
+fn solve_many_equals_solve_bit_for_bit() {
+    let (graph, matrix, positions) = grid(30, 0.2);
+    let order = nested_dissection_order(&graph, &positions).unwrap();
     let symbolic = Symbolic::new(&graph, Ordering::Given(&order)).unwrap();
     let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
     let column = |c: usize| (0..graph.unknowns).map(|i| noise(i + 1000 * c)).collect::<Vec<f64>>();
@@ -224,9 +225,9 @@ fn several_right_hand_sides_give_the_digits_of_single_ones() {
     assert!(factor.solve_many(&[[0.0; 3]]).is_err());
 }
 
-/// Every width and height of small blocks, against a plain Cholesky of the same dense matrix.
+/// Factors dense matrices of every small size, to cover all tails of the blocked kernels.
 #[test]
-fn dense_matrices_of_every_small_size() {
+fn dense_matrices_of_all_small_sizes() {
     fn check<T: Scalar>(n: usize, value: impl Fn(usize) -> T) {
         let pairs: Vec<[u32; 2]> = (0..n as u32).flat_map(|j| (0..j).map(move |i| [j, i])).collect();
         let matrix = SymmetricMatrix {
@@ -250,42 +251,42 @@ fn dense_matrices_of_every_small_size() {
     }
 }
 
-/// Where unknowns lie steers the size of the factor only; and neither a far place nor many unknowns
-/// in one spoil it.
+/// Positions affect the size of the factor only, and neither outliers nor coincident positions
+/// spoil it.
 #[test]
-fn places_of_any_size_give_factors_of_one_size() {
+fn factor_size_does_not_depend_on_scale_or_outliers() {
     let n = 120;
-    let (graph, _, places) = grid(n, 0.1);
-    let entries = |graph: &Graph, places: &[[f64; 3]]| {
-        let order = nested_dissection_order(graph, places).unwrap();
+    let (graph, _, positions) = grid(n, 0.1);
+    let entries = |graph: &Graph, positions: &[[f64; 3]]| {
+        let order = nested_dissection_order(graph, positions).unwrap();
         Symbolic::new(graph, Ordering::Given(&order)).unwrap().factor_entries()
     };
-    let plain = entries(&graph, &places);
+    let plain = entries(&graph, &positions);
     let placed = |scale: f64, move_by: f64| -> Vec<[f64; 3]> {
-        places.iter().map(|p| p.map(|x| scale * x + move_by)).collect()
+        positions.iter().map(|p| p.map(|x| scale * x + move_by)).collect()
     };
     for (scale, move_by) in [(1e-300, 0.0), (1e300, -1e302), (1.0, 1e9), (1e-3, 1e6)] {
         let found = entries(&graph, &placed(scale, move_by));
         assert!(found.abs_diff(plain) < plain / 100, "{scale}, {move_by}: {found} and {plain}");
     }
-    // One unknown far away, without neighbours; and ten such at distances that shrink.
+    // One isolated unknown far away; then ten, at decreasing distances.
     for far in [vec![-1e9], vec![1e300], (0..10).map(|k| 10f64.powi(30 - 3 * k)).collect()] {
         let with = Graph { unknowns: n * n + far.len(), pairs: graph.pairs.clone() };
-        let mut all = places.clone();
+        let mut all = positions.clone();
         all.extend(far.iter().map(|&x| [x; 3]));
         let found = entries(&with, &all);
         assert!(found.abs_diff(plain) < plain / 100, "{far:?}: {found} and {plain}");
     }
-    // A piece of the grid, or all of it, in one place: waves of a search are wider than planes.
-    let squeezed: Vec<[f64; 3]> = places.iter().map(|p| if p[0] < 60.0 { [0.0; 3] } else { *p }).collect();
-    for places in [squeezed, vec![[3.0; 3]; n * n], vec![[f64::NAN; 3]; n * n]] {
-        let found = entries(&graph, &places);
+    // Part of the grid, or all of it, at one position: breadth-first levels are wider than planes.
+    let squeezed: Vec<[f64; 3]> = positions.iter().map(|p| if p[0] < 60.0 { [0.0; 3] } else { *p }).collect();
+    for positions in [squeezed, vec![[3.0; 3]; n * n], vec![[f64::NAN; 3]; n * n]] {
+        let found = entries(&graph, &positions);
         assert!(found < 2 * plain, "{found} and {plain}");
     }
 }
 
 #[test]
-fn pairs_that_are_none_are_refused() {
+fn invalid_pairs_are_rejected() {
     for pair in [[0, 3], [7, 1], [2, 2]] {
         let graph = Graph { unknowns: 3, pairs: vec![[0, 1], pair] };
         let fault = NumericError::NotAPair { contribution: 1, pair, unknowns: 3 };
@@ -297,29 +298,29 @@ fn pairs_that_are_none_are_refused() {
 /// A hub with two rings of many unknowns, whose triangles are far longer than wide: planes across
 /// them cut off whole rings.
 #[test]
-fn hubs_and_long_thin_triangles_fill_little() {
+fn hubs_and_thin_triangles_have_little_fill_in() {
     let n = 4000;
     let around = |i: usize, r: f64| {
         let a = std::f64::consts::TAU * i as f64 / n as f64;
         [r * a.cos(), r * a.sin(), 0.0]
     };
     let rings = [1.0, 2.0].into_iter().flat_map(|r| (0..n).map(move |i| around(i, r)));
-    let places: Vec<[f64; 3]> = std::iter::once([0.0; 3]).chain(rings).collect();
+    let positions: Vec<[f64; 3]> = std::iter::once([0.0; 3]).chain(rings).collect();
     let mut pairs = Vec::new();
     for i in 0..n as u32 {
         let next = (i + 1) % n as u32;
         let (a, b, c, d) = (1 + i, 1 + next, 1 + n as u32 + i, 1 + n as u32 + next);
         pairs.extend([[0, a], [a, b], [a, c], [a, d], [c, d]]);
     }
-    let graph = Graph { unknowns: places.len(), pairs };
-    let order = nested_dissection_order(&graph, &places).unwrap();
+    let graph = Graph { unknowns: positions.len(), pairs };
+    let order = nested_dissection_order(&graph, &positions).unwrap();
     let [dissected, least] = [Ordering::Given(&order), Ordering::MinimumDegree]
         .map(|ordering| Symbolic::new(&graph, ordering).unwrap().factor_entries());
     assert!(2 * dissected < 3 * least, "{dissected} entries, minimum degree has {least}");
 }
 
-/// Unknowns that meet all others within three steps: a plane meets more of them than on a mesh, and
-/// the waves of a search still more. So planes it is, for each piece those of the piece.
+/// Unknowns coupled to all others within three steps: a plane cuts more of them than on a mesh, and
+/// a breadth-first level still more. Planes must be used, recomputed for each piece.
 #[test]
 fn wide_neighbourhoods_are_cut_by_planes() {
     let (nx, ny) = (70i32, 50i32);
@@ -330,8 +331,9 @@ fn wide_neighbourhoods_are_cut_by_planes() {
         pairs.extend(inside.map(|(k, l)| [(i * ny + j) as u32, (k * ny + l) as u32]));
     }
     let graph = Graph { unknowns: (nx * ny) as usize, pairs };
-    let places: Vec<[f64; 3]> = (0..nx * ny).map(|n| [f64::from(n / ny), f64::from(n % ny), 0.0]).collect();
-    let order = nested_dissection_order(&graph, &places).unwrap();
+    let positions: Vec<[f64; 3]> =
+        (0..nx * ny).map(|n| [f64::from(n / ny), f64::from(n % ny), 0.0]).collect();
+    let order = nested_dissection_order(&graph, &positions).unwrap();
     let [dissected, least] = [Ordering::Given(&order), Ordering::MinimumDegree]
         .map(|ordering| Symbolic::new(&graph, ordering).unwrap().factor_entries());
     assert!(20 * dissected < 19 * least, "{dissected} entries, minimum degree has {least}");

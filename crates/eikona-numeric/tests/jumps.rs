@@ -1,5 +1,5 @@
-//! The cheapest jumps: against answers known by hand, against an interior-point solver that knows
-//! nothing of flows, and against themselves under renumbering.
+//! Tests `minimise_jumps` against hand-computed optima and an interior-point solver (Clarabel), and
+//! its invariance under renumbering and scaling.
 
 mod jump_instances;
 
@@ -20,7 +20,7 @@ fn with(method: JumpMethod) -> JumpOptions {
     JumpOptions { method: Some(method), perturbation: 0.0, ..JumpOptions::default() }
 }
 
-/// Solves and checks everything that can be checked without another solver.
+/// Solves, and checks everything that needs no other solver.
 fn solved((nodes, terms): &Instance, options: &JumpOptions) -> JumpSolution {
     let solution = minimise_jumps(*nodes, terms, options).unwrap();
     let c = solution.certificate;
@@ -38,11 +38,11 @@ fn solved((nodes, terms): &Instance, options: &JumpOptions) -> JumpSolution {
     solution
 }
 
-/// The optimum by an interior-point method: potentials and sizes of jumps as unknowns, two rows a
-/// term.
-fn judged((nodes, terms): &Instance) -> f64 {
+/// Optimum by an interior-point method. Unknowns are potentials and absolute values of jumps, with
+/// two constraints per term.
+fn interior_point_optimum((nodes, terms): &Instance) -> f64 {
     let (n, m) = (*nodes, terms.len());
-    // The first node of each component is held.
+    // Fix the potential of the first node of each component.
     let mut leader: Vec<usize> = (0..n).collect();
     fn find(leader: &mut [usize], mut v: usize) -> usize {
         while leader[v] != v {
@@ -56,15 +56,15 @@ fn judged((nodes, terms): &Instance) -> f64 {
         let b = find(&mut leader, term.to as usize);
         leader[a.max(b)] = a.min(b);
     }
-    let held: Vec<usize> = (0..n).filter(|&v| leader[v] == v).collect();
+    let fixed: Vec<usize> = (0..n).filter(|&v| leader[v] == v).collect();
     let (mut rows, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
-    let mut right = vec![0.0; held.len()];
+    let mut right = vec![0.0; fixed.len()];
     let mut entry = |row: usize, column: usize, value: f64| {
         rows.push(row);
         columns.push(column);
         values.push(value);
     };
-    for (row, &v) in held.iter().enumerate() {
+    for (row, &v) in fixed.iter().enumerate() {
         entry(row, v, 1.0);
     }
     let mut cost = vec![0.0; n + m];
@@ -91,7 +91,7 @@ fn judged((nodes, terms): &Instance) -> f64 {
     }
     let height = right.len();
     let matrix = CscMatrix::new_from_triplets(height, n + m, rows, columns, values);
-    let cones = [ZeroConeT(held.len()), NonnegativeConeT(height - held.len())];
+    let cones = [ZeroConeT(fixed.len()), NonnegativeConeT(height - fixed.len())];
     let settings = DefaultSettings {
         verbose: false,
         tol_gap_abs: 1e-11,
@@ -103,12 +103,15 @@ fn judged((nodes, terms): &Instance) -> f64 {
     let mut solver = DefaultSolver::new(&quadratic, &cost, &matrix, &right, &cones, settings).unwrap();
     solver.solve();
     let status = solver.solution.status;
-    assert!(matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved), "the judge says {status:?}");
+    assert!(
+        matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved),
+        "interior-point status {status:?}"
+    );
     solver.solution.obj_val + constant
 }
 
 #[test]
-fn a_cycle_jumps_where_it_is_cheapest() {
+fn a_cycle_jumps_on_its_cheapest_term() {
     let weights = [3.0, 1.0, 2.0];
     for method in METHODS {
         let terms: Vec<_> = (0..3)
@@ -119,22 +122,22 @@ fn a_cycle_jumps_where_it_is_cheapest() {
         assert_eq!(solution.objective, 1.0);
         assert_eq!(solution.potentials, [0.0, 1.0, 0.0]);
         assert_eq!(solution.flow, [1.0, 1.0, 1.0]);
-        // With a limit on the cheapest, the next takes the rest.
+        // With a limit on the cheapest term, the next one takes the rest.
         let mut limited = terms;
         limited[1].limit = Some(0.25);
         let solution = solved(&(3, limited), &with(method));
         assert_eq!(solution.jumps, [0.0, 0.25, 0.75]);
         assert_eq!(solution.objective, 0.25 + 2.0 * 0.75);
-        // The flow of a term at its limit exceeds its weight: that is what lifting the limit would
-        // be worth.
+        // The flow of a term at its limit exceeds its weight by the value of relaxing the limit.
         assert_eq!(solution.flow, [2.0, 2.0, 2.0]);
     }
 }
 
 #[test]
-fn a_boxed_jump_can_not_be_negative() {
+fn a_boxed_jump_is_never_negative() {
     for method in METHODS {
-        // All around -1: the boxed term would be cheapest, but may only jump upwards.
+        // The jumps add up to -1: the boxed term would be cheapest, but its jump cannot be
+        // negative.
         let terms = vec![term(0, 1, -1.0, 5.0, None), term(1, 0, 0.0, 1.0, Some(1.0))];
         let solution = solved(&(2, terms), &with(method));
         assert_eq!(solution.jumps, [-1.0, 0.0]);
@@ -142,13 +145,13 @@ fn a_boxed_jump_can_not_be_negative() {
 }
 
 #[test]
-fn nothing_to_minimise() {
+fn trivial_instances() {
     for method in METHODS {
         let empty = solved(&(0, vec![]), &with(method));
         assert_eq!((empty.objective, empty.certificate.gap), (0.0, 0.0));
         let lonely = solved(&(3, vec![]), &with(method));
         assert_eq!(lonely.potentials, [0.0; 3]);
-        // Shifts that are differences of potentials vanish.
+        // Shifts that are potential differences vanish.
         let flat = gauged((4, (0..4).map(|k| term(k, (k + 1) % 4, 0.0, 1.0, None)).collect()), 1.0, 1);
         assert_eq!(solved(&flat, &with(method)).jumps, [0.0; 4]);
         let mut wide = torus(40, 30, CLOSED, 2);
@@ -159,16 +162,16 @@ fn nothing_to_minimise() {
 }
 
 #[test]
-fn loops_doubles_and_components() {
+fn self_loops_parallel_terms_and_components() {
     for method in METHODS {
         let terms = vec![
             term(0, 0, -0.5, 2.0, None),
             term(0, 0, 0.25, 4.0, Some(0.25)),
-            // Three between the same nodes: the jump that the heavier two agree on.
+            // Three parallel terms: the jump on which the heavier two agree.
             term(0, 2, 1.0, 1.0, None),
             term(0, 2, 2.0, 1.5, None),
             term(2, 0, -2.0, 1.0, None),
-            // Another component, with a term that costs nothing.
+            // Another component, with a term of weight 0.
             term(4, 3, 7.0, 1.0, None),
             term(3, 4, 1.0, 0.0, None),
         ];
@@ -180,7 +183,7 @@ fn loops_doubles_and_components() {
 }
 
 #[test]
-fn weights_of_zero_bind_by_their_limits_only() {
+fn terms_of_weight_zero_constrain_by_their_limits() {
     for method in METHODS {
         let mut terms: Vec<_> = (0..6).map(|k| term(k, (k + 1) % 6, 0.0, 0.0, Some(1.0))).collect();
         terms[0].shift = 4.0;
@@ -188,32 +191,36 @@ fn weights_of_zero_bind_by_their_limits_only() {
         terms.push(term(1, 4, 0.0, 1.0, None));
         terms.push(term(2, 5, 3.5, 1.0, None));
         let instance = (6, terms);
-        assert!((solved(&instance, &with(method)).objective - judged(&instance)).abs() < 1e-8);
+        assert!(
+            (solved(&instance, &with(method)).objective - interior_point_optimum(&instance)).abs() < 1e-8
+        );
     }
 }
 
 #[test]
-fn refusals_name_the_term() {
+fn errors_name_the_term() {
     let good = term(0, 1, 0.0, 1.0, None);
-    let refusal = |bad: JumpTerm| minimise_jumps(2, &[good, bad], &JumpOptions::default()).unwrap_err();
+    let error_for = |bad: JumpTerm| minimise_jumps(2, &[good, bad], &JumpOptions::default()).unwrap_err();
     for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let error = |what| FlowError::NonFinite { term: 1, what };
-        assert_eq!(refusal(JumpTerm { shift: value, ..good }), error("shift"));
-        assert_eq!(refusal(JumpTerm { weight: value, ..good }), error("weight"));
-        assert_eq!(refusal(JumpTerm { limit: Some(value), ..good }), error("limit"));
+        assert_eq!(error_for(JumpTerm { shift: value, ..good }), error("shift"));
+        assert_eq!(error_for(JumpTerm { weight: value, ..good }), error("weight"));
+        assert_eq!(error_for(JumpTerm { limit: Some(value), ..good }), error("limit"));
     }
-    assert_eq!(refusal(term(0, 1, 0.0, -1.0, None)), FlowError::NegativeWeight { term: 1, weight: -1.0 });
-    assert_eq!(refusal(term(0, 1, 0.0, 1.0, Some(0.0))), FlowError::NonPositiveLimit { term: 1, limit: 0.0 });
-    assert_eq!(refusal(term(0, 2, 0.0, 1.0, None)), FlowError::NoSuchNode { term: 1, node: 2, nodes: 2 });
+    assert_eq!(error_for(term(0, 1, 0.0, -1.0, None)), FlowError::NegativeWeight { term: 1, weight: -1.0 });
+    assert_eq!(
+        error_for(term(0, 1, 0.0, 1.0, Some(0.0))),
+        FlowError::NonPositiveLimit { term: 1, limit: 0.0 }
+    );
+    assert_eq!(error_for(term(0, 2, 0.0, 1.0, None)), FlowError::NoSuchNode { term: 1, node: 2, nodes: 2 });
     let options = JumpOptions { perturbation: f64::NAN, ..JumpOptions::default() };
     assert!(matches!(minimise_jumps(2, &[good], &options), Err(FlowError::BadPerturbation { .. })));
 }
 
 #[test]
-fn contradicting_limits_are_named() {
+fn infeasible_limits_are_reported() {
     for method in METHODS {
-        // A ring of boxed terms that must jump by -0.5 in all, with a tail and free terms beside
-        // it.
+        // A ring of boxed terms whose jumps add up to -0.5, with a tail and a free term beside it.
         let mut terms: Vec<_> = (0..5).map(|k| term(k, (k + 1) % 5, 0.0, 1.0, Some(1.0))).collect();
         terms[2].shift = -0.5;
         terms.push(term(5, 2, 0.0, 1.0, Some(1.0)));
@@ -222,11 +229,11 @@ fn contradicting_limits_are_named() {
         cycle.terms.sort_unstable();
         assert_eq!(cycle.terms, [0, 1, 2, 3, 4]);
         assert!((cycle.excess - 0.5).abs() < 1e-15);
-        // More than all limits together.
+        // More than the sum of all limits.
         terms[2].shift = 5.25;
         let [cycle] = contradictions(6, &terms, &with(method)).try_into().unwrap();
         assert_eq!((cycle.terms.len(), cycle.excess), (5, 0.25));
-        // Just enough.
+        // Exactly the sum of all limits.
         terms[2].shift = 5.0;
         let jumps = solved(&(6, terms), &with(method)).jumps;
         assert_eq!(jumps[..5], [1.0; 5]);
@@ -243,10 +250,9 @@ fn contradictions(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Ve
     }
 }
 
-/// Rings of 3 to 12 boxed terms, joined by free ones; of three in turn the limits of two contradict
-/// each other.
+/// Rings of 3 to 12 boxed terms, joined by free terms; two of every three rings are infeasible.
 #[test]
-fn all_contradictions_are_named_at_once() {
+fn all_infeasible_cycles_are_reported_at_once() {
     const RINGS: u32 = 2000;
     let (mut terms, mut wanted) = (Vec::new(), Vec::new());
     let mut nodes = 0;
@@ -263,7 +269,7 @@ fn all_contradictions_are_named_at_once() {
         }));
         nodes += length;
     }
-    // Behind the rings, so that their terms keep their numbers.
+    // Add these after the rings, so that ring terms keep their indices.
     terms.extend((1..nodes).map(|v| term(v - 1, v, 0.0, 1.0, None)));
     let error = minimise_jumps(nodes as usize, &terms, &JumpOptions::default()).unwrap_err();
     let FlowError::Infeasible { cycles, work } = &error else { panic!("{error}") };
@@ -271,7 +277,7 @@ fn all_contradictions_are_named_at_once() {
     found.iter_mut().for_each(|terms| terms.sort_unstable());
     found.sort();
     assert_eq!(found, wanted);
-    // Each ring is walked some times, not once for every other.
+    // Each ring is traversed a few times, not once per other ring.
     assert!(*work < 100 * terms.len() as u64, "{work}");
     assert!(error.to_string().len() < 200, "{error}");
 
@@ -281,9 +287,9 @@ fn all_contradictions_are_named_at_once() {
 }
 
 #[test]
-fn boxes_everywhere() {
+fn all_terms_boxed() {
     for seed in 0..3 {
-        // Limits that a hidden choice of potentials keeps.
+        // Limits that some hidden potentials satisfy.
         let (nodes, mut terms) = torus(24, 16, CLOSED, seed);
         let mut noise = Noise(seed);
         for term in &mut terms {
@@ -292,14 +298,14 @@ fn boxes_everywhere() {
         let instance = gauged((nodes, terms), 3.0, seed);
         let objectives = METHODS.map(|method| solved(&instance, &with(method)).objective);
         assert!((objectives[0] - objectives[1]).abs() < 1e-9 * objectives[0]);
-        // Along one line of cells they can not be kept.
+        // Make the limits along one line of cells infeasible.
         let (nodes, mut terms) = instance;
         for term in terms.iter_mut().filter(|t| t.key % 48 < 3) {
             term.shift -= 0.6;
         }
         let mut met = vec![false; nodes];
         for Contradiction { terms: cycle, excess } in contradictions(nodes, &terms, &JumpOptions::default()) {
-            // The terms named are a cycle: every node is met twice. No other cycle meets it.
+            // The terms form a cycle: every node occurs twice, and in no other cycle.
             let mut ends: Vec<u32> = cycle.iter().flat_map(|&e| [terms[e].from, terms[e].to]).collect();
             ends.sort_unstable();
             assert!(excess > 0.0 && ends.chunks(2).all(|pair| pair[0] == pair[1]));
@@ -310,7 +316,7 @@ fn boxes_everywhere() {
 }
 
 #[test]
-fn work_is_limited() {
+fn work_limit_is_respected() {
     let (nodes, terms) = noisy(torus(40, 20, CLOSED, 5), 6);
     for method in METHODS {
         let options = JumpOptions { work_limit: 20_000, ..with(method) };
@@ -319,7 +325,7 @@ fn work_is_limited() {
     }
 }
 
-/// Random graphs with loops and repeated terms, boxed ones among them that can be kept.
+/// Random graph with self-loops and parallel terms, some of them boxed with feasible limits.
 fn random_graph(seed: u64) -> Instance {
     let mut noise = Noise(seed);
     let nodes = 2 + noise.below(60);
@@ -329,7 +335,7 @@ fn random_graph(seed: u64) -> Instance {
             let (from, to) = (noise.below(nodes), noise.below(nodes));
             let boxed = noise.next() < 0.3;
             let limit = 0.1 + noise.next();
-            // The hidden potentials keep all limits.
+            // The hidden potentials satisfy all limits.
             let jump = if boxed { limit * noise.next() } else { noise.signed() };
             JumpTerm {
                 from: from as u32,
@@ -366,18 +372,18 @@ fn both_methods_agree_with_an_interior_point_solver() {
     }
     assert!(instances.len() > 120);
     for (name, instance) in &instances {
-        let judge = judged(instance);
+        let reference = interior_point_optimum(instance);
         for method in METHODS {
             let objective = solved(instance, &with(method)).objective;
-            // The judge's own tolerance is relative to its data where the optimum is nearly 0.
-            let off = (objective - judge).abs() / judge.abs().max(1e-2);
-            assert!(off < 1e-8, "{name} by {method:?}: {objective} against {judge}");
+            // The interior-point tolerance is relative to the data where the optimum is nearly 0.
+            let off = (objective - reference).abs() / reference.abs().max(1e-2);
+            assert!(off < 1e-8, "{name} by {method:?}: {objective} against {reference}");
         }
     }
 }
 
 #[test]
-fn whole_shifts_make_whole_jumps() {
+fn integer_shifts_give_integer_jumps() {
     for seed in 0..8 {
         for instance in [torus(30, 14, CLOSED, seed), stepped(torus(30, 14, CLOSED, seed), 1.0, seed)] {
             for method in METHODS {
@@ -392,8 +398,8 @@ fn whole_shifts_make_whole_jumps() {
 }
 
 #[test]
-fn perturbed_answers_do_not_depend_on_numbering_or_method() {
-    // Equal weights everywhere: countless equally cheap answers without perturbation.
+fn perturbed_solutions_do_not_depend_on_numbering_or_method() {
+    // Equal weights: without perturbation, countless optima.
     for seed in 0..6 {
         let (nodes, mut terms) = torus(24, 18, BROKEN, seed);
         for (k, term) in terms.iter_mut().enumerate() {
@@ -425,7 +431,7 @@ fn the_same_input_gives_the_same_digits() {
 }
 
 #[test]
-fn units_do_not_matter() {
+fn solutions_scale_with_units() {
     let (nodes, terms) = torus(20, 14, BROKEN, 9);
     let plain = solved(&(nodes, terms.clone()), &JumpOptions::default());
     for unit in [1e-9, 1e9] {

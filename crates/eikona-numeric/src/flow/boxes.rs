@@ -1,22 +1,22 @@
-//! Whether potentials can keep all limits, and which do.
+//! Feasibility of the limits of boxed terms.
 
 use super::error::{Contradiction, FlowError};
 use super::network::{Arc, Incidence, NONE, Network};
 
 /// Lowers potentials until every boxed jump lies within its limits, to a tolerance, and adds to
-/// `work`. Returns cycles of terms whose limits contradict each other; none if the limits are kept.
+/// `work`. Returns infeasible cycles of terms; none if all limits are satisfied.
 ///
-/// A limit bounds a difference of two potentials, so this is a shortest path problem (Bellman and
-/// Ford) on the boxed terms only; a negative cycle of it is a contradiction. A part that boxed
-/// terms join is given up when it shows cycles, while the others go on: one call names all parts
-/// that can not be kept.
+/// A limit bounds a difference of two potentials, so this is a shortest-path problem (Bellman-Ford)
+/// on the boxed terms; its negative cycles are infeasible. A component of boxed terms is dropped
+/// once it shows a negative cycle while the others continue, so that one call reports all
+/// infeasible components.
 ///
 /// # Errors
 /// [`FlowError::WorkLimit`].
 ///
 /// # Cost
-/// O(boxed terms) when few are violated; O(nodes x terms) of the boxed part at worst.
-pub(super) fn keep_limits(
+/// O(boxed terms) if few are violated; O(nodes x terms) of the boxed subgraph at worst.
+pub(super) fn enforce_limits(
     network: &Network,
     potentials: &mut [f64],
     tolerance: f64,
@@ -39,7 +39,7 @@ pub(super) fn keep_limits(
     for round in 0..=members {
         for &v in &queue {
             queued[v as usize] = false;
-            if search.given_up[v as usize] {
+            if search.dropped[v as usize] {
                 continue;
             }
             *work += incidence.at(v as usize).len() as u64;
@@ -48,7 +48,7 @@ pub(super) fn keep_limits(
                 let (w, bound) = bound(arc, v, potentials);
                 if potentials[w as usize] > bound + tolerance {
                     potentials[w as usize] = bound;
-                    search.bound_by[w as usize] = a;
+                    search.predecessor[w as usize] = a;
                     lowered += 1;
                     if !queued[w as usize] {
                         queued[w as usize] = true;
@@ -71,7 +71,7 @@ pub(super) fn keep_limits(
             return Err(FlowError::WorkLimit { work: work_limit });
         }
     }
-    // Of what is not given up only rounding can bring us here: a cycle that contradicts itself by
+    // For components not dropped, this is reached through rounding only: a cycle infeasible by
     // about the tolerance.
     Ok(found)
 }
@@ -80,7 +80,7 @@ fn within(arc: &Arc, jump: f64, tolerance: f64) -> bool {
     jump >= -tolerance && jump <= arc.limit + tolerance
 }
 
-/// What the potential of `v` allows at the other end of a boxed arc.
+/// Upper bound on the potential at the other end of a boxed arc, given that of `v`.
 fn bound(arc: &Arc, v: u32, potentials: &[f64]) -> (u32, f64) {
     let here = potentials[v as usize];
     match arc.from == v {
@@ -89,29 +89,29 @@ fn bound(arc: &Arc, v: u32, potentials: &[f64]) -> (u32, f64) {
     }
 }
 
-/// What bounds the potentials, looked through for cycles.
+/// Predecessor graph of the shortest-path search, for finding negative cycles.
 struct Search<'a> {
     network: &'a Network,
     incidence: &'a Incidence,
-    /// Nodes at which boxed arcs end.
+    /// Nodes with boxed arcs.
     members: Vec<u32>,
-    /// The arc that bounds a node's potential now.
-    bound_by: Vec<u32>,
-    /// The last walk that came by.
+    /// The arc that currently bounds a node's potential.
+    predecessor: Vec<u32>,
+    /// Start of the last walk through a node.
     seen: Vec<u32>,
-    given_up: Vec<bool>,
+    dropped: Vec<bool>,
 }
 
 impl<'a> Search<'a> {
     fn new(network: &'a Network, incidence: &'a Incidence) -> Self {
         let n = network.nodes();
         let members = (0..n as u32).filter(|&v| !incidence.at(v as usize).is_empty()).collect();
-        let (bound_by, seen) = (vec![NONE; n], vec![NONE; n]);
-        Search { network, incidence, members, bound_by, seen, given_up: vec![false; n] }
+        let (predecessor, seen) = (vec![NONE; n], vec![NONE; n]);
+        Search { network, incidence, members, predecessor, seen, dropped: vec![false; n] }
     }
 
-    /// Adds the cycles among the arcs that bound the potentials, and gives up the parts in which
-    /// they lie. One arc bounds a node, so no two cycles have a node in common.
+    /// Finds the cycles of the predecessor graph and drops their components. Every node has one
+    /// predecessor, so no two cycles share a node.
     fn contradictions(&mut self, found: &mut Vec<Contradiction>) {
         for &v in &self.members {
             self.seen[v as usize] = NONE;
@@ -120,11 +120,11 @@ impl<'a> Search<'a> {
         for &start in &self.members {
             let mut v = start;
             while self.seen[v as usize] == NONE
-                && self.bound_by[v as usize] != NONE
-                && !self.given_up[v as usize]
+                && self.predecessor[v as usize] != NONE
+                && !self.dropped[v as usize]
             {
                 self.seen[v as usize] = start;
-                v = self.network.across(self.bound_by[v as usize], v);
+                v = self.network.across(self.predecessor[v as usize], v);
             }
             if self.seen[v as usize] == start {
                 let cycle = self.cycle(v);
@@ -135,17 +135,17 @@ impl<'a> Search<'a> {
             }
         }
         while let Some(v) = on_cycles.pop() {
-            if !std::mem::replace(&mut self.given_up[v as usize], true) {
+            if !std::mem::replace(&mut self.dropped[v as usize], true) {
                 on_cycles.extend(self.incidence.at(v as usize).iter().map(|&a| self.network.across(a, v)));
             }
         }
     }
 
-    /// The cycle of binding arcs through a node.
+    /// The cycle of predecessor arcs through a node.
     fn cycle(&self, first: u32) -> Contradiction {
         let (mut v, mut total, mut terms) = (first, 0.0, Vec::new());
         loop {
-            let a = self.bound_by[v as usize];
+            let a = self.predecessor[v as usize];
             let arc = &self.network.arcs[a as usize];
             total += if arc.to == v { arc.shift } else { arc.limit - arc.shift };
             terms.push(self.network.terms[a as usize] as usize);

@@ -1,35 +1,31 @@
-//! How good an answer is, from the answer alone.
+//! Certificates of optimality, computed from potentials and flow alone.
 
 use super::JumpTerm;
 
-/// What can be said about potentials and a flow without trusting who found them.
+/// Certificate of optimality of potentials and a flow, independent of how they were found.
 ///
-/// For any potentials `primal` is at least the optimum, and for any flow within its bounds that is
-/// conserved at all nodes `dual` is at most the optimum (weak duality): where the two agree, both
-/// are optimal.
+/// Weak duality: for any potentials `primal` is at least the optimum, and for any circulation
+/// within its bounds `dual` is at most the optimum. Where the two agree, both are optimal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Certificate {
-    /// The sum of the costs of the jumps that the potentials make. Boxed jumps count as if they lay
-    /// within their limits.
+    /// Total cost of the jumps of the potentials. Boxed jumps are clamped to their limits.
     pub primal: f64,
-    /// The sum over the terms of `shift * flow`, less `limit * (flow - weight)` where the flow of a
+    /// Sum over the terms of `shift * flow`, less `limit * (flow - weight)` where the flow of a
     /// boxed term exceeds its weight.
     pub dual: f64,
-    /// `(primal - dual) / max(primal, dual)`; where the optimum is less than a millionth of what
-    /// shifts and limits would cost as jumps, or less than if every term jumped by a millionth of
-    /// the largest of them, relative to that, since rounding is in proportion to them.
+    /// Relative duality gap `(primal - dual) / max(primal, dual)`. Rounding is proportional to the
+    /// data, so the denominator is at least a millionth of the sum of `weight * max(|shift|,
+    /// limit)`, and of the sum of the weights times the largest shift or limit.
     pub gap: f64,
-    /// The largest |inflow - outflow| of a node, relative to the largest weight.
+    /// Largest |inflow - outflow| of a node, relative to the largest weight.
     pub conservation: f64,
-    /// By how much the flow of a free term exceeds its weight, at most; relative to the largest
-    /// weight.
+    /// Largest excess of a free term's flow over its weight, relative to the largest weight.
     pub overflow: f64,
-    /// By how much a boxed jump lies outside its limits, at most; relative to the largest shift or
-    /// limit.
+    /// Largest violation of the limits of a boxed jump, relative to the largest shift or limit.
     pub violation: f64,
 }
 
-/// The certificate of potentials and flow for given weights.
+/// Computes the certificate of potentials and flow for given weights.
 pub(super) fn certify(
     nodes: usize,
     terms: &[JumpTerm],
@@ -70,7 +66,7 @@ pub(super) fn certify(
     c
 }
 
-/// A lower bound of the optimum for the terms' own weights, from a flow for weights that are up to
+/// Lower bound on the optimum for the terms' own weights, from a flow for weights that are at most
 /// `1 + excess` times as large.
 pub(super) fn lower_bound(terms: &[JumpTerm], flow: &[f64], excess: f64) -> f64 {
     let bound = |(term, y): (&JumpTerm, &f64)| {

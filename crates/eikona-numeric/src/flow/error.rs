@@ -1,32 +1,31 @@
-//! Why jumps could not be minimised.
+//! Errors of jump minimisation.
 
 use thiserror::Error;
 
-/// Boxed terms that form a cycle, around which the jumps can not all lie within their limits.
+/// Cycle of boxed terms whose jumps cannot all lie within their limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contradiction {
-    /// The terms of the cycle, in its order.
+    /// Terms of the cycle, in cyclic order.
     pub terms: Vec<usize>,
-    /// By how much the jumps around the cycle exceed what the limits allow.
+    /// Amount by which the jumps around the cycle exceed what the limits allow.
     pub excess: f64,
 }
 
-/// Why jumps could not be minimised. Terms are named by their index in the caller's list.
+/// Error of jump minimisation. Terms are named by their index in the caller's list.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FlowError {
-    /// A term names a node that does not exist.
-    #[error("term {term} names node {node}, but there are {nodes} nodes")]
+    /// A term refers to a node that does not exist.
+    #[error("term {term} refers to node {node}, but there are only {nodes} nodes")]
     NoSuchNode {
         /// The term.
         term: usize,
-        /// The node it names.
+        /// The missing node.
         node: u32,
-        /// The number of nodes.
+        /// Number of nodes.
         nodes: usize,
     },
-    /// A shift, weight or limit is NaN or infinite. A term without upper limit is one with `limit:
-    /// None`.
+    /// A shift, weight or limit is NaN or infinite. For no upper limit, use `limit: None`.
     #[error("the {what} of term {term} is not finite")]
     NonFinite {
         /// The term.
@@ -34,8 +33,7 @@ pub enum FlowError {
         /// "shift", "weight" or "limit".
         what: &'static str,
     },
-    /// A weight is negative: the term would pay for jumps. Give its reverse (nodes exchanged, shift
-    /// negated) or leave it out.
+    /// A weight is negative, which would reward jumps.
     #[error("the weight {weight} of term {term} is negative; weights must be at least 0")]
     NegativeWeight {
         /// The term.
@@ -43,8 +41,8 @@ pub enum FlowError {
         /// Its weight.
         weight: f64,
     },
-    /// A limit is zero or negative. To forbid a jump altogether, make its two nodes one.
-    #[error("the limit {limit} of term {term} is not positive")]
+    /// A limit is zero or negative. To forbid a jump altogether, merge its two nodes.
+    #[error("the limit {limit} of term {term} is not positive; limits must be greater than 0")]
     NonPositiveLimit {
         /// The term.
         term: usize,
@@ -52,41 +50,40 @@ pub enum FlowError {
         limit: f64,
     },
     /// The relative perturbation is not in [0, 0.1].
-    #[error("a perturbation of {perturbation} is not in [0, 0.1]")]
+    #[error("the perturbation {perturbation} is not in [0, 0.1]")]
     BadPerturbation {
-        /// What was given.
+        /// The perturbation given.
         perturbation: f64,
     },
-    /// No potentials keep all limits. Raise a limit of each cycle, or make one of its terms free
-    /// (`limit: None`).
-    #[error("no potentials keep all limits: {}", several(cycles))]
+    /// No potentials satisfy all limits. Make one term of each cycle free (`limit: None`).
+    #[error("the limits are infeasible: {}", describe(cycles))]
     Infeasible {
-        /// At least one cycle in each part that boxed terms join and in which limits contradict
-        /// each other; no two have a node in common. Where these are mended, others may show.
+        /// At least one infeasible cycle for each infeasible component of the graph of boxed terms;
+        /// no two share a node. In addition, each infeasible term that joins a node to itself.
+        /// Further cycles may appear once these are resolved.
         cycles: Vec<Contradiction>,
-        /// Steps taken until they were found.
+        /// Steps taken to find them.
         work: u64,
     },
-    /// The work limit was reached first. Raise
+    /// The work limit was reached before the optimum. Raise
     /// [`JumpOptions::work_limit`](super::JumpOptions::work_limit).
-    #[error("not solved within {work} steps; raise the work limit")]
+    #[error("no solution within {work} steps; raise the work limit")]
     WorkLimit {
-        /// The steps that were allowed.
+        /// Steps allowed.
         work: u64,
     },
-    /// The method stopped, but its answer does not pass its own check: the numbers span too many
-    /// orders of magnitude.
+    /// The solution fails its optimality check: the numbers span too many orders of magnitude.
     #[error(
-        "the answer is not certified (gap {gap:e}, worst residual {worst:e}); scale weights and shifts to fewer orders of magnitude"
+        "the solution fails its optimality check (gap {gap:e}, worst residual {worst:e}); scale weights and shifts to fewer orders of magnitude"
     )]
     Uncertified {
-        /// The relative gap between the objective and its lower bound.
+        /// Relative duality gap.
         gap: f64,
-        /// The largest of the gap and the other residuals of the certificate.
+        /// Largest of the gap and the other residuals of the certificate.
         worst: f64,
     },
-    /// More nodes or terms than 32-bit indices can name.
-    #[error("{nodes} nodes and {terms} terms exceed 32-bit indices; split the mesh")]
+    /// There are more nodes or terms than 32-bit indices allow.
+    #[error("{nodes} nodes and {terms} terms are too many for 32-bit indices; split the mesh")]
     TooLarge {
         /// Number of nodes.
         nodes: usize,
@@ -95,10 +92,11 @@ pub enum FlowError {
     },
 }
 
-/// The first of some cycles in words; a cycle may have any number of terms.
-fn several(cycles: &[Contradiction]) -> String {
+/// Describes the first cycle, of which only some terms are listed, and counts the others.
+fn describe(cycles: &[Contradiction]) -> String {
     const MOST: usize = 8;
-    let Some(first) = cycles.first() else { return "their terms are not known".into() };
+    let Some(first) = cycles.first() else { return "no cycle is known".into() };
+    let noun = if first.terms.len() == 1 { "term" } else { "terms" };
     let terms: Vec<String> = first.terms.iter().take(MOST).map(|e| e.to_string()).collect();
     let more = match first.terms.len().saturating_sub(MOST) {
         0 => String::new(),
@@ -106,10 +104,11 @@ fn several(cycles: &[Contradiction]) -> String {
     };
     let others = match cycles.len() - 1 {
         0 => String::new(),
-        others => format!("; so do {others} more"),
+        1 => "; 1 more cycle is infeasible".into(),
+        others => format!("; {others} more cycles are infeasible"),
     };
     format!(
-        "the terms {}{more} form a cycle that jumps by {} too much{others}",
+        "the jumps around the cycle of {noun} {}{more} violate their limits by {}{others}; make a term of each cycle free",
         terms.join(", "),
         first.excess
     )

@@ -1,13 +1,14 @@
-//! Jumps that are zero become exactly zero.
+//! Snaps jumps to exactly 0 or to their limit.
 
 use super::State;
 use super::network::{Incidence, NONE, Network};
 
-/// Integrates the potentials anew along terms whose jump is zero or at its limit, to the tolerance:
-/// nodes joined by such terms form regions within which the potentials are exact. The first node of
-/// a component gets potential 0; whole numbers stay whole. Returns the jumps, which on those terms
-/// are exactly 0 or the limit.
-pub(super) fn purify(network: &Network, state: &mut State, tolerance: f64) -> Vec<f64> {
+/// Integrates the potentials along tight terms, those whose jump is 0 or at its limit within the
+/// tolerance, so that these jumps become exact.
+///
+/// The first node of a component gets potential 0; integers stay integers. Returns the jumps, which
+/// on tight terms are exactly 0 or the limit.
+pub(super) fn snap_jumps(network: &Network, state: &mut State, tolerance: f64) -> Vec<f64> {
     let n = network.nodes();
     let old = &state.potentials;
     let tight = |a: usize| {
@@ -59,8 +60,7 @@ pub(super) fn purify(network: &Network, state: &mut State, tolerance: f64) -> Ve
     jumps.map(|(arc, target)| target.unwrap_or_else(|| arc.jump(&state.potentials))).collect()
 }
 
-/// For each node the potential of that node of its component which comes first in the caller's
-/// numbering.
+/// For each node, the potential of the first node of its component in the caller's numbering.
 fn first_potentials(network: &Network, potentials: &[f64]) -> Vec<f64> {
     let n = network.nodes();
     let mut root: Vec<u32> = (0..n as u32).collect();

@@ -1,16 +1,15 @@
-//! The primal-dual method: jumps are lowered level by level, with a maximum flow between two
-//! levels.
+//! Primal-dual method: lowers jumps level by level, with one maximum flow per level.
 //!
-//! Flow on terms that jump is fixed at its bound, which leaves surpluses and deficits at the nodes.
-//! Flow that balances them may only use terms whose jump is 0 or at its limit, so much fits as a
-//! maximum flow says. Then the potentials that surplus reaches are moved until the next such term
-//! opens (shortest paths, Dijkstra), and so on until nothing is left over. Every potential is that
-//! of a solution within the limits, the objective never rises, and each level costs O(m log m) and
-//! one maximum flow.
+//! Terms with a nonzero jump have their flow at a bound, which creates surpluses and deficits at
+//! the nodes. A maximum flow over tight terms, whose jump is 0 or at its limit, balances as many of
+//! these as possible. Then the potentials of the nodes reachable from surpluses change until
+//! another term becomes tight (shortest paths, Dijkstra). This repeats until no surplus is left.
+//! The potentials always satisfy the limits, the objective never increases, and each level costs
+//! O(m log m) plus one maximum flow.
 
 use super::State;
 use super::Statistics;
-use super::maximum_flow::{Half, Halves, MaximumFlow};
+use super::maximum_flow::{HalfArc, MaximumFlow, ResidualGraph};
 use super::network::{Incidence, Network};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -20,35 +19,35 @@ struct Levels<'a> {
     potentials: Vec<f64>,
     flow: Vec<f64>,
     surplus: Vec<f64>,
-    halves: Halves,
-    /// What a unit of flow costs over each half; infinite if there is no room at any price.
+    residual: ResidualGraph,
+    /// Cost per unit of flow over each half-arc; infinite if it has no capacity at any cost.
     costs: Vec<f64>,
-    /// The half of each arc that starts at its `from`.
+    /// The half-arc of each arc that starts at its `from`.
     forward: Vec<u32>,
     tolerance: f64,
 }
 
-/// A node that can be reached at a price.
+/// Heap entry: a node with its tentative distance.
 #[derive(PartialEq)]
-struct Reached {
-    price: f64,
+struct Labelled {
+    distance: f64,
     node: u32,
 }
 
-impl Eq for Reached {}
-impl PartialOrd for Reached {
+impl Eq for Labelled {}
+impl PartialOrd for Labelled {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
-impl Ord for Reached {
+impl Ord for Labelled {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.price.total_cmp(&other.price).then(self.node.cmp(&other.node))
+        self.distance.total_cmp(&other.distance).then(self.node.cmp(&other.node))
     }
 }
 
-/// Solves by the primal-dual method from potentials that keep all limits. `None` when `work_limit`
-/// steps do not suffice.
+/// Solves by the primal-dual method from potentials that satisfy all limits. Returns `None` if
+/// `work_limit` steps do not suffice.
 pub(super) fn solve(
     network: &Network,
     start: Vec<f64>,
@@ -57,18 +56,18 @@ pub(super) fn solve(
     statistics: &mut Statistics,
 ) -> Option<State> {
     let largest = network.arcs.iter().map(|arc| arc.weight).fold(0.0, f64::max);
-    let nothing = 1e-14 * largest;
+    let negligible = 1e-14 * largest;
     let mut levels = Levels::new(network, start, tolerance);
     let mut flow = MaximumFlow::new(network.nodes());
     loop {
-        levels.open_level(nothing);
+        levels.open_level(negligible);
         let left = work_limit.saturating_sub(statistics.work);
         let before = flow.work;
-        flow.run(&mut levels.halves, &mut levels.surplus, nothing, left);
+        flow.run(&mut levels.residual, &mut levels.surplus, negligible, left);
         statistics.work += flow.work - before + 4 * network.arcs.len() as u64;
         statistics.levels += 1;
         levels.close_level();
-        if !levels.raise(nothing) {
+        if !levels.update_potentials(negligible) {
             break;
         }
         if statistics.work > work_limit {
@@ -82,7 +81,7 @@ pub(super) fn solve(
 
 impl<'a> Levels<'a> {
     fn new(network: &'a Network, potentials: Vec<f64>, tolerance: f64) -> Self {
-        let (halves, forward) = halves(network);
+        let (residual, forward) = residual_graph(network);
         let mut flow = vec![0.0; network.arcs.len()];
         let mut surplus = vec![0.0; network.nodes()];
         for (arc, y) in network.arcs.iter().zip(&mut flow) {
@@ -95,19 +94,19 @@ impl<'a> Levels<'a> {
             surplus[arc.from as usize] -= *y;
             surplus[arc.to as usize] += *y;
         }
-        let costs = vec![0.0; halves.list.len()];
-        Levels { network, potentials, flow, surplus, halves, costs, forward, tolerance }
+        let costs = vec![0.0; residual.arcs.len()];
+        Levels { network, potentials, flow, surplus, residual, costs, forward, tolerance }
     }
 
-    /// Whether an arc's jump is 0 and whether it is at its limit.
+    /// Whether an arc's jump is 0, and whether it is at its limit.
     #[inline]
     fn tight(&self, jump: f64, limit: f64) -> (bool, bool) {
         let low = if limit < f64::INFINITY { jump <= self.tolerance } else { jump.abs() <= self.tolerance };
         (low, jump >= limit - self.tolerance)
     }
 
-    /// Room on the arcs over which flow costs nothing.
-    fn open_level(&mut self, nothing: f64) {
+    /// Sets the residual capacities of tight arcs, over which flow costs nothing.
+    fn open_level(&mut self, negligible: f64) {
         for (a, arc) in self.network.arcs.iter().enumerate() {
             let y = self.flow[a];
             let (low, high) = self.tight(arc.jump(&self.potentials), arc.limit);
@@ -118,21 +117,21 @@ impl<'a> Levels<'a> {
                 _ => (0.0, 0.0),
             };
             let h = self.forward[a] as usize;
-            let mate = self.halves.list[h].mate as usize;
-            self.halves.list[h].room = if more > nothing { more } else { 0.0 };
-            self.halves.list[mate].room = if less > nothing { less } else { 0.0 };
+            let reverse = self.residual.arcs[h].reverse as usize;
+            self.residual.arcs[h].capacity = if more > negligible { more } else { 0.0 };
+            self.residual.arcs[reverse].capacity = if less > negligible { less } else { 0.0 };
         }
     }
 
-    /// Reads the flow off the room that is left, and says what more would cost.
+    /// Reads the flow off the residual capacities, and sets the cost of further flow.
     fn close_level(&mut self) {
         for (a, arc) in self.network.arcs.iter().enumerate() {
             let jump = arc.jump(&self.potentials);
             let (low, high) = self.tight(jump, arc.limit);
             let h = self.forward[a] as usize;
-            let mate = self.halves.list[h].mate as usize;
-            let (more, less) = (self.halves.list[h].room, self.halves.list[mate].room);
-            let open = |room: f64, otherwise: f64| if room > 0.0 { 0.0 } else { otherwise };
+            let reverse = self.residual.arcs[h].reverse as usize;
+            let (more, less) = (self.residual.arcs[h].capacity, self.residual.arcs[reverse].capacity);
+            let open = |capacity: f64, otherwise: f64| if capacity > 0.0 { 0.0 } else { otherwise };
             let (cost_more, cost_less) = match (low, high) {
                 (true, _) => {
                     self.flow[a] = arc.weight - more;
@@ -147,62 +146,62 @@ impl<'a> Levels<'a> {
                 _ => (-jump, f64::INFINITY),
             };
             self.costs[h] = cost_more;
-            self.costs[mate] = cost_less;
+            self.costs[reverse] = cost_less;
         }
     }
 
-    /// Moves the potentials that surplus reaches until it reaches a deficit; false if nothing is
-    /// left over or no deficit can be reached.
-    fn raise(&mut self, nothing: f64) -> bool {
+    /// Changes the potentials by the shortest distances from surpluses to the nearest deficit.
+    /// Returns false if no surplus is left or no deficit can be reached.
+    fn update_potentials(&mut self, negligible: f64) -> bool {
         let n = self.network.nodes();
-        let mut price = vec![f64::INFINITY; n];
+        let mut distance = vec![f64::INFINITY; n];
         let mut done = vec![false; n];
-        let mut heap: BinaryHeap<Reverse<Reached>> = BinaryHeap::new();
-        // Nodes to be scanned at the present price.
-        let mut stack: Vec<u32> = (0..n as u32).filter(|&v| self.surplus[v as usize] > nothing).collect();
+        let mut heap: BinaryHeap<Reverse<Labelled>> = BinaryHeap::new();
+        // Nodes to be scanned at the current distance.
+        let mut stack: Vec<u32> = (0..n as u32).filter(|&v| self.surplus[v as usize] > negligible).collect();
         for &v in &stack {
-            price[v as usize] = 0.0;
+            distance[v as usize] = 0.0;
         }
         let mut found = None;
         'search: loop {
             let v = match stack.pop() {
                 Some(v) => v,
                 None => match heap.pop() {
-                    Some(Reverse(Reached { node, .. })) => node,
+                    Some(Reverse(Labelled { node, .. })) => node,
                     None => break,
                 },
             };
             if std::mem::replace(&mut done[v as usize], true) {
                 continue;
             }
-            let here = price[v as usize];
-            if self.surplus[v as usize] < -nothing {
+            let here = distance[v as usize];
+            if self.surplus[v as usize] < -negligible {
                 found = Some(here);
                 break 'search;
             }
-            for h in self.halves.range(v) {
-                let (head, cost) = (self.halves.list[h].head, self.costs[h]);
+            for h in self.residual.range(v) {
+                let (head, cost) = (self.residual.arcs[h].head, self.costs[h]);
                 let there = here + cost;
-                if there < price[head as usize] {
-                    price[head as usize] = there;
+                if there < distance[head as usize] {
+                    distance[head as usize] = there;
                     if cost == 0.0 {
                         stack.push(head);
                     } else {
-                        heap.push(Reverse(Reached { price: there, node: head }));
+                        heap.push(Reverse(Labelled { distance: there, node: head }));
                     }
                 }
             }
         }
         let Some(level) = found else { return false };
         for v in 0..n {
-            self.potentials[v] -= price[v].min(level);
+            self.potentials[v] -= distance[v].min(level);
         }
         true
     }
 }
 
-/// Both directions of every arc, and where that from its `from` stands.
-fn halves(network: &Network) -> (Halves, Vec<u32>) {
+/// Builds the residual graph. Also returns the index of each arc's forward half-arc.
+fn residual_graph(network: &Network) -> (ResidualGraph, Vec<u32>) {
     let arcs = &network.arcs;
     let Incidence { start, arcs: order } =
         Incidence::of(network.nodes(), arcs.iter().enumerate().map(|(a, arc)| (a as u32, arc)));
@@ -213,10 +212,10 @@ fn halves(network: &Network) -> (Halves, Vec<u32>) {
             places[a][usize::from(arcs[a].from != v)] = h;
         }
     }
-    let mut list = vec![Half { head: 0, mate: 0, room: 0.0 }; order.len()];
+    let mut list = vec![HalfArc { head: 0, reverse: 0, capacity: 0.0 }; order.len()];
     for (arc, &[forward, backward]) in arcs.iter().zip(&places) {
-        list[forward as usize] = Half { head: arc.to, mate: backward, room: 0.0 };
-        list[backward as usize] = Half { head: arc.from, mate: forward, room: 0.0 };
+        list[forward as usize] = HalfArc { head: arc.to, reverse: backward, capacity: 0.0 };
+        list[backward as usize] = HalfArc { head: arc.from, reverse: forward, capacity: 0.0 };
     }
-    (Halves { start, list }, places.iter().map(|place| place[0]).collect())
+    (ResidualGraph { start, arcs: list }, places.iter().map(|place| place[0]).collect())
 }

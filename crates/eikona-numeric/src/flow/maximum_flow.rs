@@ -1,29 +1,29 @@
-//! Maximum flow from nodes with a surplus to nodes with a deficit, by pushing and relabelling.
+//! Maximum flow from nodes with a surplus to nodes with a deficit, by push-relabel.
 //!
-//! Surplus flows downhill on labels that never exceed a node's distance to the nearest deficit
-//! (Goldberg and Tarjan 1988), highest label first (Cheriyan and Maheshwari 1989), so that what
-//! comes together at a node goes on together. Labels are made exact from time to time by a
-//! breadth-first search (Cherkassky and Goldberg 1997); surplus that can not reach a deficit stays
-//! where it is. The number of steps is bounded whatever the capacities are: O(n^2 sqrt(m)).
+//! Labels are lower bounds on a node's distance to the nearest deficit, and surplus flows downhill
+//! (Goldberg and Tarjan 1988), highest label first (Cheriyan and Maheshwari 1989), so that surplus
+//! which meets at a node moves on together. Global relabelling by breadth-first search makes labels
+//! exact from time to time (Cherkassky and Goldberg 1997); surplus that cannot reach a deficit
+//! stays where it is. The number of steps is O(n^2 sqrt(m)) for any capacities.
 
-/// One of the two directions of an arc, seen from the node where it starts.
+/// One direction of an arc, stored at the node where it starts.
 #[derive(Clone, Copy)]
-pub(super) struct Half {
-    /// Where it leads.
+pub(super) struct HalfArc {
+    /// The node it leads to.
     pub(super) head: u32,
-    /// The other direction.
-    pub(super) mate: u32,
-    /// How much flow it can take. May be infinite.
-    pub(super) room: f64,
+    /// The opposite direction.
+    pub(super) reverse: u32,
+    /// Residual capacity; may be infinite.
+    pub(super) capacity: f64,
 }
 
-/// The halves of all arcs, by the node where they start.
-pub(super) struct Halves {
+/// Residual graph: the half-arcs of all arcs, by the node where they start.
+pub(super) struct ResidualGraph {
     pub(super) start: Vec<u32>,
-    pub(super) list: Vec<Half>,
+    pub(super) arcs: Vec<HalfArc>,
 }
 
-impl Halves {
+impl ResidualGraph {
     #[inline]
     pub(super) fn range(&self, v: u32) -> std::ops::Range<usize> {
         self.start[v as usize] as usize..self.start[v as usize + 1] as usize
@@ -31,21 +31,21 @@ impl Halves {
 }
 
 const NONE: u32 = u32::MAX;
-/// The label of nodes that reach no deficit.
-const CUT_OFF: u32 = u32::MAX;
+/// Label of nodes that cannot reach a deficit.
+const UNREACHABLE: u32 = u32::MAX;
 
-/// What is kept from one run to the next.
+/// Working memory that is reused between runs.
 pub(super) struct MaximumFlow {
     labels: Vec<u32>,
-    /// Nodes with a surplus, by label: the first of each and who follows whom.
-    first: Vec<u32>,
-    follower: Vec<u32>,
-    listed: Vec<bool>,
-    /// How many nodes have each label.
+    /// Active nodes (with a surplus) as one linked list per label: its head, and the next node.
+    head_active: Vec<u32>,
+    next_active: Vec<u32>,
+    active: Vec<bool>,
+    /// Number of nodes with each label.
     count: Vec<u32>,
-    /// No listed node has a larger label.
+    /// Upper bound on the labels of active nodes.
     highest: usize,
-    /// A label that no node had: nodes above it are cut off.
+    /// Gap heuristic: no node has this label, so nodes above it cannot reach a deficit.
     gap: u32,
     queue: Vec<u32>,
     /// Steps taken.
@@ -55,28 +55,34 @@ pub(super) struct MaximumFlow {
 impl MaximumFlow {
     pub(super) fn new(nodes: usize) -> MaximumFlow {
         MaximumFlow {
-            labels: vec![CUT_OFF; nodes],
-            first: vec![NONE; nodes + 1],
-            follower: vec![NONE; nodes],
-            listed: vec![false; nodes],
+            labels: vec![UNREACHABLE; nodes],
+            head_active: vec![NONE; nodes + 1],
+            next_active: vec![NONE; nodes],
+            active: vec![false; nodes],
             count: vec![0; nodes + 1],
             highest: 0,
-            gap: CUT_OFF,
+            gap: UNREACHABLE,
             queue: Vec::new(),
             work: 0,
         }
     }
 
-    /// Sends as much as possible from nodes of positive to nodes of negative surplus. What is at
-    /// most `nothing` in size counts as nothing. Stops early after `work_limit` steps.
-    pub(super) fn run(&mut self, halves: &mut Halves, surplus: &mut [f64], nothing: f64, work_limit: u64) {
+    /// Sends as much flow as possible from nodes of positive to nodes of negative surplus. Amounts
+    /// up to `negligible` count as zero. Stops early after `work_limit` steps.
+    pub(super) fn run(
+        &mut self,
+        residual: &mut ResidualGraph,
+        surplus: &mut [f64],
+        negligible: f64,
+        work_limit: u64,
+    ) {
         let end = self.work.saturating_add(work_limit);
-        let between_searches = (2 * halves.list.len() + surplus.len()) as u64;
+        let relabel_interval = (2 * residual.arcs.len() + surplus.len()) as u64;
         loop {
-            self.search(halves, surplus, nothing);
-            let next_search = end.min(self.work + between_searches);
+            self.global_relabel(residual, surplus, negligible);
+            let next_relabel = end.min(self.work + relabel_interval);
             loop {
-                let v = self.first[self.highest];
+                let v = self.head_active[self.highest];
                 if v == NONE {
                     if self.highest == 0 {
                         return;
@@ -84,10 +90,10 @@ impl MaximumFlow {
                     self.highest -= 1;
                     continue;
                 }
-                self.first[self.highest] = self.follower[v as usize];
-                self.listed[v as usize] = false;
-                self.discharge(v, halves, surplus, nothing);
-                if self.work >= next_search {
+                self.head_active[self.highest] = self.next_active[v as usize];
+                self.active[v as usize] = false;
+                self.discharge(v, residual, surplus, negligible);
+                if self.work >= next_relabel {
                     break;
                 }
             }
@@ -97,17 +103,17 @@ impl MaximumFlow {
         }
     }
 
-    /// Exact labels: distances to the nearest deficit.
-    fn search(&mut self, halves: &Halves, surplus: &[f64], nothing: f64) {
-        self.labels.fill(CUT_OFF);
-        self.first.fill(NONE);
+    /// Global relabelling: sets labels to exact distances to the nearest deficit.
+    fn global_relabel(&mut self, residual: &ResidualGraph, surplus: &[f64], negligible: f64) {
+        self.labels.fill(UNREACHABLE);
+        self.head_active.fill(NONE);
         self.count.fill(0);
-        self.listed.fill(false);
-        self.gap = CUT_OFF;
+        self.active.fill(false);
+        self.gap = UNREACHABLE;
         self.highest = 0;
         self.queue.clear();
         for (v, s) in surplus.iter().enumerate() {
-            if *s < -nothing {
+            if *s < -negligible {
                 self.labels[v] = 0;
                 self.queue.push(v as u32);
             }
@@ -117,63 +123,63 @@ impl MaximumFlow {
             at += 1;
             let label = self.labels[v as usize];
             self.count[label as usize] += 1;
-            if surplus[v as usize] > nothing {
-                self.list(v, label);
+            if surplus[v as usize] > negligible {
+                self.activate(v, label);
             }
-            for half in &halves.list[halves.range(v)] {
+            for half in &residual.arcs[residual.range(v)] {
                 let there = &mut self.labels[half.head as usize];
-                if *there == CUT_OFF && halves.list[half.mate as usize].room > 0.0 {
+                if *there == UNREACHABLE && residual.arcs[half.reverse as usize].capacity > 0.0 {
                     *there = label + 1;
                     self.queue.push(half.head);
                 }
             }
         }
-        self.work += halves.list.len() as u64;
+        self.work += residual.arcs.len() as u64;
     }
 
     #[inline]
-    fn list(&mut self, v: u32, label: u32) {
-        if !self.listed[v as usize] {
-            self.listed[v as usize] = true;
-            self.follower[v as usize] = self.first[label as usize];
-            self.first[label as usize] = v;
+    fn activate(&mut self, v: u32, label: u32) {
+        if !self.active[v as usize] {
+            self.active[v as usize] = true;
+            self.next_active[v as usize] = self.head_active[label as usize];
+            self.head_active[label as usize] = v;
             self.highest = self.highest.max(label as usize);
         }
     }
 
-    /// Pushes the surplus of a node on until nothing is left or the node is cut off.
-    fn discharge(&mut self, v: u32, halves: &mut Halves, surplus: &mut [f64], nothing: f64) {
+    /// Pushes and relabels a node until its surplus is gone or it cannot reach a deficit.
+    fn discharge(&mut self, v: u32, residual: &mut ResidualGraph, surplus: &mut [f64], negligible: f64) {
         let mut label = self.labels[v as usize];
         if label > self.gap {
-            self.labels[v as usize] = CUT_OFF;
+            self.labels[v as usize] = UNREACHABLE;
             return;
         }
         let mut here = surplus[v as usize];
         loop {
-            // The lowest label that can be pushed to.
-            let mut lowest = CUT_OFF;
-            for h in halves.range(v) {
+            // Lowest label of a residual neighbour.
+            let mut lowest = UNREACHABLE;
+            for h in residual.range(v) {
                 self.work += 1;
-                let Half { head, mate, room } = halves.list[h];
-                if room <= 0.0 {
+                let HalfArc { head, reverse, capacity } = residual.arcs[h];
+                if capacity <= 0.0 {
                     continue;
                 }
                 let there = self.labels[head as usize];
                 if there < label {
-                    let step = here.min(room);
-                    let left = room - step;
-                    halves.list[h].room = if left <= nothing { 0.0 } else { left };
-                    halves.list[mate as usize].room += step;
+                    let step = here.min(capacity);
+                    let left = capacity - step;
+                    residual.arcs[h].capacity = if left <= negligible { 0.0 } else { left };
+                    residual.arcs[reverse as usize].capacity += step;
                     here -= step;
                     surplus[head as usize] += step;
-                    if surplus[head as usize] > nothing {
-                        self.list(head, there);
+                    if surplus[head as usize] > negligible {
+                        self.activate(head, there);
                     }
-                    if here <= nothing {
+                    if here <= negligible {
                         surplus[v as usize] = here;
                         return;
                     }
-                    if left <= nothing {
+                    if left <= negligible {
                         continue;
                     }
                 }
@@ -185,7 +191,7 @@ impl MaximumFlow {
                 self.gap = self.gap.min(label);
             }
             if lowest >= self.gap || lowest as usize + 1 >= self.labels.len() {
-                self.labels[v as usize] = CUT_OFF;
+                self.labels[v as usize] = UNREACHABLE;
                 surplus[v as usize] = here;
                 return;
             }

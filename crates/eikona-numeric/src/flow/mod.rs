@@ -1,15 +1,14 @@
-//! Potentials that make the cheapest jumps: a linear program on a graph, solved by its dual, a flow
-//! of least cost.
+//! Weighted L1 fitting of jumps on a graph, the dual of minimum-cost flow.
 //!
-//! A [`JumpTerm`] compares the potentials of two nodes, `jump = shift + p[from] - p[to]`, and costs
-//! `weight * |jump|`. A *boxed* term has a limit: its jump must lie in `[0, limit]`. The multiplier
-//! of a jump flows along its term; at the optimum the flow is a circulation, jumps are made only
-//! where the flow is at its bound, and both have the same value, which is what the [`Certificate`]
-//! checks.
+//! A [`JumpTerm`] compares the potentials of two nodes: it has the jump `shift + p[from] - p[to]`
+//! and costs `weight * |jump|`. A *boxed* term has a limit: its jump must lie in `[0, limit]`. The
+//! dual variable of a jump is the flow along its term. At the optimum the flow is a circulation,
+//! jumps occur only where the flow is at its bound, and primal and dual objective agree, which the
+//! [`Certificate`] checks.
 //!
-//! The way of an instance: terms -> `network` (what binds, a spanning forest, numbers in its order)
-//! -> `boxes` (can the limits be kept?) -> `simplex` (with `tree`) or `levels` (with
-//! `maximum_flow`) -> `exact` (zeros that are zero) -> `certificate`.
+//! The steps are `network` (drops irrelevant terms, builds a spanning forest, renumbers nodes) ->
+//! `boxes` (feasibility of the limits) -> `simplex` (with `tree`) or `levels` (with `maximum_flow`)
+//! -> `exact` (snaps jumps to 0 and to limits) -> `certificate`.
 
 mod boxes;
 mod certificate;
@@ -26,43 +25,42 @@ pub use error::{Contradiction, FlowError};
 
 use network::Network;
 
-/// One term of the objective: `weight * |jump|` of the jump `shift + p[from] - p[to]`.
+/// Term of the objective: `weight * |jump|` with the jump `shift + p[from] - p[to]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JumpTerm {
-    /// The node whose potential raises the jump.
+    /// Node whose potential raises the jump.
     pub from: u32,
-    /// The node whose potential lowers it. May be the same: such a jump is always `shift`.
+    /// Node whose potential lowers the jump. If it equals `from`, the jump is always `shift`.
     pub to: u32,
-    /// The jump where the potentials are equal.
+    /// Jump at equal potentials.
     pub shift: f64,
-    /// What a jump of 1 costs; at least 0.
+    /// Cost of a jump of 1; at least 0.
     pub weight: f64,
-    /// `Some(limit)`: the jump must lie in `[0, limit]`, and `limit` must be positive.
+    /// `Some(limit)` constrains the jump to `[0, limit]`; `limit` must be positive.
     pub limit: Option<f64>,
-    /// What the perturbation of the weight is made from. Equal keys give equal perturbations; keys
-    /// that come from the geometry rather than from the numbering make answers independent of the
-    /// numbering.
+    /// Seed of the weight's perturbation. Equal keys give equal perturbations; keys derived from
+    /// the geometry instead of the numbering make the solution independent of the numbering.
     pub key: u64,
 }
 
 impl JumpTerm {
-    /// The jump that potentials make.
+    /// Returns the jump for given potentials.
     #[inline]
     pub fn jump(&self, potentials: &[f64]) -> f64 {
         self.shift + potentials[self.from as usize] - potentials[self.to as usize]
     }
 }
 
-/// How to minimise jumps.
+/// Options of [`minimise_jumps`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JumpOptions {
-    /// Weights are multiplied by `1 + perturbation * r`, where `r` in `[0, 1)` is a hash of the
-    /// term's key, so that of several equally cheap answers always the same is found. At most 0.1;
-    /// 0 leaves the weights alone.
+    /// Relative perturbation of the weights, to break ties deterministically: each weight is
+    /// multiplied by `1 + perturbation * r`, where `r` in `[0, 1)` is a hash of the term's key. At
+    /// most 0.1; 0 leaves the weights alone.
     pub perturbation: f64,
-    /// Which method to use; `None` chooses.
+    /// Solution method; `None` selects it automatically.
     pub method: Option<JumpMethod>,
-    /// The most steps (nodes and terms touched) that may be taken; 2 to 9 times 10^7 take a second.
+    /// Largest number of steps (nodes and terms visited); 2 to 9 times 10^7 take a second.
     pub work_limit: u64,
 }
 
@@ -72,90 +70,91 @@ impl Default for JumpOptions {
     }
 }
 
-/// How a flow of least cost is found.
+/// Minimum-cost flow method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JumpMethod {
-    /// Network simplex: exchanges one term of a spanning forest at a time. For shifts of many
-    /// different values.
+    /// Network simplex: exchanges one arc of a spanning-tree basis per pivot. For shifts with many
+    /// distinct values.
     NetworkSimplex,
-    /// Primal-dual: a maximum flow for each level of jumps. For shifts of few different values.
+    /// Primal-dual: one maximum flow per level of jumps. For shifts with few distinct values.
     PrimalDual,
 }
 
-/// The potentials of least cost and the flow that proves it.
+/// Optimal potentials, and the flow that certifies them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JumpSolution {
-    /// A potential for each node; 0 at the first node of each component.
+    /// One potential per node; 0 at the first node of each component.
     pub potentials: Vec<f64>,
-    /// The jump of each term. Jumps that are 0 or at their limit are so exactly, and if all shifts
-    /// and limits are whole numbers, so are the jumps.
+    /// One jump per term. Jumps at 0 or at their limit are exact, and if all shifts and limits are
+    /// integers, so are the jumps.
     pub jumps: Vec<f64>,
-    /// What flows along each term from `from` to `to`.
+    /// Flow along each term from `from` to `to`.
     pub flow: Vec<f64>,
-    /// The cost of the jumps with the weights as given.
+    /// Cost of the jumps with the unperturbed weights.
     pub objective: f64,
-    /// No potentials cost less than this with the weights as given. The difference to `objective`
-    /// is at most `perturbation` times the objective, and rounding.
+    /// Lower bound on the optimal cost with the unperturbed weights. `objective` exceeds it by at
+    /// most `perturbation` times `objective`, plus rounding.
     pub lower_bound: f64,
-    /// The certificate for the perturbed weights: for what was solved.
+    /// Certificate for the perturbed weights, which are those of the problem solved.
     pub certificate: Certificate,
-    /// How it was found.
+    /// Method and effort.
     pub statistics: JumpStatistics,
 }
 
-/// How jumps were minimised.
+/// Method and effort of one solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JumpStatistics {
-    /// The method that found the answer.
+    /// Method that found the solution.
     pub method: JumpMethod,
-    /// Exchanges of the network simplex.
+    /// Pivots of the network simplex.
     pub pivots: u64,
     /// Levels of the primal-dual method.
     pub levels: u64,
-    /// Steps taken (nodes and terms touched).
+    /// Steps taken (nodes and terms visited).
     pub work: u64,
 }
 use JumpStatistics as Statistics;
 
-/// Potentials and flow in the numbering of a network.
+/// Potentials and flow in a network's numbering.
 struct State {
     potentials: Vec<f64>,
     flow: Vec<f64>,
 }
 
-/// Jumps below this, relative to the largest that the start makes, are no jumps.
+/// Jumps below this, relative to the largest jump of the starting potentials, count as zero.
 const TOLERANCE: f64 = 1e-9;
-/// What shifts, limits and potentials are off by, relatively.
+/// Relative rounding error of shifts, limits and potentials.
 const ROUNDING: f64 = 1e-12;
-/// Up to so many different sizes of jumps the primal-dual method is tried first.
+/// Largest number of distinct jump sizes for which the primal-dual method is tried first.
 const FEW_SIZES: usize = 64;
-/// Steps a node and term after which the network simplex takes over from the primal-dual method.
-/// Broken curves need about 100, 160 levels of noise 6000; the network simplex 1500 for noise on 25
-/// 000 cells.
+/// Steps per node and term after which the network simplex takes over from the primal-dual method.
+/// Broken curves need about 100, noise with 160 levels 6000; the network simplex needs 1500 for
+/// noise on 25,000 cells.
 const PATIENCE: u64 = 2000;
-/// The largest relative gap, excess of flow or violation of a limit that is accepted.
+/// Largest relative duality gap, flow excess or limit violation that is accepted.
 const ACCEPTED_GAP: f64 = 1e-6;
 
-/// Finds potentials of least total cost `sum of weight * |jump|` such that all boxed jumps lie
-/// within their limits, with a proof.
+/// Computes potentials that minimise the total cost `sum of weight * |jump|` subject to the limits
+/// of boxed terms, with a certificate of optimality.
 ///
-/// `terms` may repeat, join a node to itself, and leave the graph in any number of components. A
-/// free term of weight 0 costs and binds nothing.
+/// `terms` may repeat and may join a node to itself; the graph may have any number of components. A
+/// free term of weight 0 has no effect.
 ///
 /// # Which method
-/// Unless `options.method` says so: the primal-dual method if the jumps of the start have at most
-/// 64 different sizes, else the network simplex. Should the former need more than 2000 steps a node
-/// and term, the latter takes over. The rule counts, it does not clock: the same input always takes
-/// the same way.
+/// Unless `options.method` is set: the primal-dual method if the jumps of the starting potentials
+/// have at most 64 distinct sizes, else the network simplex. If the former needs more than 2000
+/// steps per node and term, the latter takes over. The rule counts steps instead of time, so the
+/// same input always uses the same method.
 ///
-/// The start makes jumps on boxed terms and straight across the gaps between them, so their sizes
-/// are the periods of the curves: few on a surface of small genus (4 to 11 levels were needed), as
-/// many as terms where every shift is noisy.
+/// The starting potentials jump on boxed terms and straight across the gaps between them, so the
+/// jump sizes are the periods of the curves: few on a surface of small genus (4 to 11 levels were
+/// needed), as many as terms if every shift is noisy.
 ///
 /// # Errors
 /// A [`FlowError`] that names the term: indices out of range, numbers that are not finite, negative
-/// weights, limits that are not positive; [`FlowError::Infeasible`] with cycles of terms whose
-/// limits contradict each other; [`FlowError::WorkLimit`] if `options.work_limit` does not suffice.
+/// weights, limits that are not positive. [`FlowError::Infeasible`] with cycles of terms whose
+/// limits contradict each other. [`FlowError::WorkLimit`] if `options.work_limit` is too small.
+/// [`FlowError::Uncertified`] if the solution fails its optimality check.
 ///
 /// # Cost
 /// On graphs dual to a triangulated torus, one thread of a shared machine (`examples/jumps.rs`):
@@ -171,20 +170,20 @@ const ACCEPTED_GAP: f64 = 1e-6;
 /// | noise on every term | 200 000 | 300 000 | 182 094 pivots | 69 |
 ///
 /// # Reference
-/// The program is that of Feng, Gillespie and Crane, *Winding Numbers on Discrete Surfaces* (2023),
-/// eq. 11. Network simplex: Cunningham, *A network simplex method* (1976); primal-dual: Ford and
-/// Fulkerson, *Flows in Networks* (1962), ch. III; in both the duality of Rockafellar, *Network
-/// Flows and Monotropic Optimization* (1984).
+/// The linear program is that of Feng, Gillespie and Crane, *Winding Numbers on Discrete Surfaces*
+/// (2023), eq. 11. Network simplex: Cunningham, *A network simplex method* (1976). Primal-dual:
+/// Ford and Fulkerson, *Flows in Networks* (1962), ch. III. Duality: Rockafellar, *Network Flows
+/// and Monotropic Optimization* (1984).
 ///
 /// # Example
 /// ```
 /// use eikona_numeric::{JumpOptions, JumpTerm, minimise_jumps};
-/// // Three nodes in a cycle whose shifts add up to 1. The cheapest term takes 0.25, its limit.
-/// let door = |from, to, shift, weight, limit| {
+/// // A cycle of three nodes whose shifts add up to 1. The cheapest term jumps by its limit, 0.25.
+/// let term = |from, to, shift, weight, limit| {
 ///     JumpTerm { from, to, shift, weight, limit, key: from as u64 }
 /// };
 /// let terms =
-///     [door(0, 1, 1.0, 3.0, None), door(1, 2, 0.0, 1.0, Some(0.25)), door(2, 0, 0.0, 2.0, None)];
+///     [term(0, 1, 1.0, 3.0, None), term(1, 2, 0.0, 1.0, Some(0.25)), term(2, 0, 0.0, 2.0, None)];
 /// let solution = minimise_jumps(3, &terms, &JumpOptions::default())?;
 /// assert_eq!(solution.jumps, [0.0, 0.25, 0.75]);
 /// assert_eq!(solution.objective, 0.25 * 1.0 + 0.75 * 2.0);
@@ -203,12 +202,18 @@ pub fn minimise_jumps(
     let mut start = network.forest_potentials();
     let tolerance = tolerance(&network, &start);
     let mut work = 0;
-    let mut cycles = contradicting_loops(terms);
-    cycles.extend(boxes::keep_limits(&network, &mut start, 1e-3 * tolerance, options.work_limit, &mut work)?);
+    let mut cycles = infeasible_loops(terms);
+    cycles.extend(boxes::enforce_limits(
+        &network,
+        &mut start,
+        1e-3 * tolerance,
+        options.work_limit,
+        &mut work,
+    )?);
     if !cycles.is_empty() {
         return Err(FlowError::Infeasible { cycles, work });
     }
-    let few = || different_jumps(&network, &start, tolerance) <= FEW_SIZES;
+    let few = || distinct_jump_sizes(&network, &start, tolerance) <= FEW_SIZES;
     let first = options.method.unwrap_or_else(|| match few() {
         true => JumpMethod::PrimalDual,
         false => JumpMethod::NetworkSimplex,
@@ -226,13 +231,13 @@ pub fn minimise_jumps(
         found = simplex::solve(&network, tolerance, options.work_limit, &mut statistics)?;
     }
     let mut state = found.ok_or(FlowError::WorkLimit { work: options.work_limit })?;
-    let arc_jumps = exact::purify(&network, &mut state, tolerance);
+    let arc_jumps = exact::snap_jumps(&network, &mut state, tolerance);
 
     let mut potentials = vec![0.0; nodes];
     for (v, p) in state.potentials.iter().enumerate() {
         potentials[network.callers[v] as usize] = *p;
     }
-    // Terms that are not in the network: their flow has the sign of their jump.
+    // Terms outside the network: their flow has the sign of their jump.
     let mut jumps: Vec<f64> = terms.iter().map(|term| term.jump(&potentials)).collect();
     let mut flow: Vec<f64> = jumps
         .iter()
@@ -252,7 +257,7 @@ pub fn minimise_jumps(
     let objective: f64 = terms.iter().zip(&jumps).map(|(term, jump)| term.weight * jump.abs()).sum();
     Ok(JumpSolution {
         objective,
-        // Above it by rounding only.
+        // It exceeds the objective by rounding only.
         lower_bound: certificate::lower_bound(terms, &flow, options.perturbation).min(objective),
         potentials,
         jumps,
@@ -262,9 +267,9 @@ pub fn minimise_jumps(
     })
 }
 
-/// Below this a jump is none. The forest takes all but the periods of the shifts away, so what
-/// jumps at the start says how large jumps are; limits may be far larger, and count by their
-/// rounding only.
+/// Returns the size below which a jump counts as zero. The forest removes all but the periods of
+/// the shifts, so the jumps of the starting potentials set the scale. Limits may be far larger and
+/// contribute by their rounding only.
 fn tolerance(network: &Network, start: &[f64]) -> f64 {
     let jumps = network.arcs.iter().map(|arc| arc.jump(start).abs()).fold(0.0, f64::max);
     let numbers = start.iter().fold(network.scale, |m, p| m.max(p.abs()));
@@ -301,9 +306,9 @@ fn check(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Result<(), 
     Ok(())
 }
 
-/// Boxed terms that join a node to itself, so that their jump is their shift, and this is outside
-/// of their limits.
-fn contradicting_loops(terms: &[JumpTerm]) -> Vec<Contradiction> {
+/// Boxed terms that join a node to itself and whose jump, which is their shift, is outside their
+/// limits.
+fn infeasible_loops(terms: &[JumpTerm]) -> Vec<Contradiction> {
     let outside = |(e, term): (usize, &JumpTerm)| {
         let limit = term.limit.filter(|_| term.from == term.to)?;
         let excess = (-term.shift).max(term.shift - limit);
@@ -312,8 +317,8 @@ fn contradicting_loops(terms: &[JumpTerm]) -> Vec<Contradiction> {
     terms.iter().enumerate().filter_map(outside).collect()
 }
 
-/// How many different sizes the jumps have; stops counting at `FEW_SIZES + 1`.
-fn different_jumps(network: &Network, potentials: &[f64], tolerance: f64) -> usize {
+/// Number of distinct sizes of the jumps; stops counting at `FEW_SIZES + 1`.
+fn distinct_jump_sizes(network: &Network, potentials: &[f64], tolerance: f64) -> usize {
     let mut sizes: Vec<f64> = Vec::new();
     for arc in &network.arcs {
         let size = arc.jump(potentials).abs();
@@ -331,7 +336,7 @@ fn different_jumps(network: &Network, potentials: &[f64], tolerance: f64) -> usi
     sizes.len()
 }
 
-/// A number in [0, 1) that looks random (the finaliser of SplitMix64).
+/// Pseudorandom number in [0, 1) (the finaliser of SplitMix64).
 fn fraction(key: u64) -> f64 {
     let mut x = key.wrapping_add(0x9E37_79B9_7F4A_7C15);
     x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -1,20 +1,18 @@
-//! The network that both methods work on: terms that matter, nodes numbered along a spanning
-//! forest.
+//! Network on which both methods work: relevant terms only, nodes in preorder of a spanning forest.
 
 use super::JumpTerm;
 
-/// No node, no arc.
+/// Marks the absence of a node or an arc.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// A term between two different nodes. What flows along it from `from` to `to` is the multiplier of
-/// its jump.
+/// Term between two different nodes. Its flow from `from` to `to` is the dual variable of its jump.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
     pub(super) from: u32,
     pub(super) to: u32,
     pub(super) shift: f64,
     pub(super) weight: f64,
-    /// Infinite for a free term, whose jump is not bounded below either.
+    /// Upper limit of the jump. Infinite for a free term, whose jump has no lower limit either.
     pub(super) limit: f64,
 }
 
@@ -27,31 +25,32 @@ impl Arc {
     pub(super) fn jump(&self, potentials: &[f64]) -> f64 {
         self.shift + potentials[self.from as usize] - potentials[self.to as usize]
     }
-    /// The other end.
+    /// Returns the other end.
     #[inline]
     pub(super) fn across(&self, node: u32) -> u32 {
         if self.from == node { self.to } else { self.from }
     }
 }
 
-/// Terms that bind two nodes, with a spanning forest of them. Nodes are numbered in preorder of the
-/// forest, so that parents come before their children and subtrees lie together in memory, however
-/// the caller numbered them.
+/// Relevant terms, with a spanning forest. Nodes are numbered in preorder of the forest, so that
+/// parents precede their children and subtrees are contiguous in memory, for any numbering of the
+/// input.
 pub(super) struct Network {
     pub(super) arcs: Vec<Arc>,
     /// Term of each arc.
     pub(super) terms: Vec<u32>,
-    /// The caller's number of each node.
+    /// The caller's index of each node.
     pub(super) callers: Vec<u32>,
-    /// The arc to the parent in the forest; `NONE` for roots.
+    /// Arc to the parent in the forest; `NONE` for roots.
     pub(super) forest: Vec<u32>,
-    /// The largest |shift| or limit.
+    /// Largest |shift| or limit.
     pub(super) scale: f64,
 }
 
 impl Network {
-    /// `weights[e]` replaces the weight of term `e`. Terms without weight and limit bind nothing,
-    /// nor do those that join a node to itself: they are left out.
+    /// Builds the network, with `weights[e]` instead of the weight of term `e`. Terms with neither
+    /// weight nor limit, and terms that join a node to itself, have no effect on the potentials and
+    /// are left out.
     pub(super) fn new(nodes: usize, terms: &[JumpTerm], weights: &[f64]) -> Network {
         let mut scale = 0.0f64;
         let mut arcs = Vec::with_capacity(terms.len());
@@ -79,7 +78,7 @@ impl Network {
             arc.from = number[arc.from as usize];
             arc.to = number[arc.to as usize];
         }
-        // Arcs in the order of their first node.
+        // Sort arcs by their first node.
         let firsts = arcs.iter().enumerate().map(|(a, arc)| (arc.from.min(arc.to), a as u32));
         let (_, order) = by_node(nodes, firsts);
         let sorted = order.iter().map(|&a| arcs[a as usize]).collect();
@@ -96,13 +95,13 @@ impl Network {
         self.callers.len()
     }
 
-    /// The other end of an arc.
+    /// Returns the other end of an arc.
     #[inline]
     pub(super) fn across(&self, arc: u32, node: u32) -> u32 {
         self.arcs[arc as usize].across(node)
     }
 
-    /// Potentials without jumps on the forest; 0 at its roots.
+    /// Returns the potentials without jumps on the forest; 0 at its roots.
     pub(super) fn forest_potentials(&self) -> Vec<f64> {
         let mut potentials = vec![0.0; self.nodes()];
         for v in 0..self.nodes() {
@@ -117,8 +116,8 @@ impl Network {
         potentials
     }
 
-    /// Sends what is left over at the nodes (rounding, in a flow that is meant to be a circulation)
-    /// along the forest to its roots.
+    /// Sends the imbalance of each node (rounding, for a flow that should be a circulation) along
+    /// the forest to its roots.
     pub(super) fn balance(&self, flow: &mut [f64]) {
         let mut surplus = vec![0.0; self.nodes()];
         for (arc, y) in self.arcs.iter().zip(flow.iter()) {
@@ -136,11 +135,10 @@ impl Network {
     }
 }
 
-/// Things sorted by their node, in their order at each: where those of each node start, and the
-/// things.
-fn by_node(nodes: usize, things: impl Iterator<Item = (u32, u32)> + Clone) -> (Vec<u32>, Vec<u32>) {
+/// Stable counting sort of items by node. Returns where each node's items start, and the items.
+fn by_node(nodes: usize, items: impl Iterator<Item = (u32, u32)> + Clone) -> (Vec<u32>, Vec<u32>) {
     let mut start = vec![0u32; nodes + 1];
-    for (v, _) in things.clone() {
+    for (v, _) in items.clone() {
         start[v as usize + 1] += 1;
     }
     for v in 0..nodes {
@@ -148,15 +146,15 @@ fn by_node(nodes: usize, things: impl Iterator<Item = (u32, u32)> + Clone) -> (V
     }
     let mut next = start.clone();
     let mut sorted = vec![0u32; start[nodes] as usize];
-    for (v, thing) in things {
+    for (v, item) in items {
         let slot = &mut next[v as usize];
-        sorted[*slot as usize] = thing;
+        sorted[*slot as usize] = item;
         *slot += 1;
     }
     (start, sorted)
 }
 
-/// For each node the arcs that end there.
+/// Arcs incident to each node.
 pub(super) struct Incidence {
     pub(super) start: Vec<u32>,
     pub(super) arcs: Vec<u32>,
@@ -173,19 +171,21 @@ impl Incidence {
     }
 }
 
-/// Nodes in the order in which a forest reaches them, with the arc over which each was reached.
+/// Grows a spanning forest. Returns the nodes in the order reached, and the arc over which each was
+/// reached.
 ///
-/// The forest is flooded from the nodes farthest from boxed terms towards these, and crosses them
-/// last. Its branches then meet where they are: jumps of the start lie on boxed terms, where they
-/// are cheap, or on a valley of the distance between two of them, which for a broken curve is the
-/// straight way across the gap.
+/// The forest grows from the nodes farthest from boxed terms towards these, and crosses boxed terms
+/// last. Its branches therefore meet at boxed terms, where jumps are cheap, or along a valley of
+/// the distance between two of them, which for a broken curve is straight across the gap. The jumps
+/// of the starting potentials lie there.
 fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
     let incidence = Incidence::of(nodes, arcs.iter().enumerate().map(|(a, arc)| (a as u32, arc)));
     let distance = distance_to_boxed(nodes, arcs, &incidence);
     let mut reached = vec![false; nodes];
     let mut order: Vec<u32> = Vec::with_capacity(nodes);
     let mut forest = Vec::with_capacity(nodes);
-    // Arcs to nodes not reached yet, by the distance of these plus 1; boxed ones in front.
+    // Bucket queue of arcs to unreached nodes, by the distance of these plus 1; boxed arcs in
+    // bucket 0.
     let highest = distance.iter().max().map_or(0, |d| *d as usize);
     let mut waiting: Vec<std::collections::VecDeque<(u32, u32)>> = vec![Default::default(); highest + 2];
     let mut roots: Vec<Vec<u32>> = vec![Vec::new(); highest + 1];
@@ -225,7 +225,7 @@ fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
     (order, forest)
 }
 
-/// The same forest with its nodes in preorder, so that subtrees are stretches of memory.
+/// Renumbers the forest in preorder, so that subtrees are contiguous in memory.
 fn in_preorder(arcs: &[Arc], order: &[u32], forest: &[u32]) -> (Vec<u32>, Vec<u32>) {
     let n = order.len();
     let mut place = vec![0u32; n];
@@ -237,7 +237,7 @@ fn in_preorder(arcs: &[Arc], order: &[u32], forest: &[u32]) -> (Vec<u32>, Vec<u3
     for k in (0..n).rev().filter(|&k| forest[k] != NONE) {
         size[parent(k)] += size[k];
     }
-    // Where the next child of a node begins; for roots, the next root.
+    // Position of the next child of a node, and of the next root.
     let mut free = vec![0u32; n];
     let mut next_root = 0;
     let (mut callers, mut links) = (vec![0u32; n], vec![NONE; n]);
@@ -252,7 +252,7 @@ fn in_preorder(arcs: &[Arc], order: &[u32], forest: &[u32]) -> (Vec<u32>, Vec<u3
     (callers, links)
 }
 
-/// How many free terms each node is away from the nearest boxed one; 0 where there is none.
+/// Number of free terms between each node and the nearest boxed one; 0 if there is none.
 fn distance_to_boxed(nodes: usize, arcs: &[Arc], incidence: &Incidence) -> Vec<u32> {
     let mut distance = vec![NONE; nodes];
     let mut queue: Vec<u32> = Vec::new();

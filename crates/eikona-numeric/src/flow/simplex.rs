@@ -1,17 +1,17 @@
-//! The network simplex method, with bounds on the flow and no artificial arcs.
+//! Network simplex method with bounded flow and without artificial arcs.
 //!
-//! It starts with no flow at all: the forest is a basis on which no jump is, and whose arcs have
-//! room in both directions, so that the first steps are not degenerate. All other arcs lie at flow
-//! 0 between their bounds ("superbasic"); only those on which there is a jump may enter. The
-//! leaving arc is the last that blocks, seen from the apex along the cycle (Cunningham 1976): the
-//! forest stays strongly feasible and no basis occurs twice.
+//! The initial basis is the spanning forest with zero flow: its arcs have no jump and residual
+//! capacity in both directions, so the first pivots are not degenerate. Nonbasic arcs start at flow
+//! 0 between their bounds ("superbasic"); only arcs with a jump may enter. The jump of an arc is
+//! minus its reduced cost. The leaving arc is the last blocking arc along the cycle from the apex
+//! (Cunningham 1976), so the basis stays strongly feasible and never repeats.
 
 use super::error::{Contradiction, FlowError};
 use super::network::{NONE, Network};
 use super::tree::Tree;
 use super::{State, Statistics};
 
-/// What the pricing and the walks along cycles touch, in one cache line.
+/// Arc data for pricing and cycle traversal, in one cache line.
 #[derive(Clone, Copy)]
 struct SimplexArc {
     from: u32,
@@ -27,21 +27,21 @@ struct Simplex<'a> {
     arcs: Vec<SimplexArc>,
     tree: Tree,
     tolerance: f64,
-    /// Arcs that violated optimality when they were last looked at.
+    /// Candidate list for pricing: arcs that violated optimality when last checked.
     candidates: Vec<u32>,
-    /// How many they were after the last sweep.
+    /// Number of candidates after the last sweep.
     collected: usize,
-    /// Where the next sweep over all arcs goes on.
+    /// Arc at which the next sweep starts.
     cursor: usize,
 }
 
-/// How many candidates a sweep collects.
+/// Number of candidates that a sweep collects.
 const CANDIDATES: usize = 400;
 
-/// Solves by the network simplex method. `None` when `work` steps do not suffice.
+/// Solves by the network simplex method. Returns `None` if `work_limit` steps do not suffice.
 ///
-/// A boxed term is two arcs: one that carries any flow up to its weight, at cost -shift, and one
-/// for what exceeds the weight, at cost limit - shift.
+/// A boxed term is two parallel arcs: one for flow up to its weight, at cost `-shift`, and one for
+/// flow above it, at cost `limit - shift`.
 pub(super) fn solve(
     network: &Network,
     tolerance: f64,
@@ -57,7 +57,7 @@ pub(super) fn solve(
         if !finished || statistics.work > work_limit {
             return Ok(None);
         }
-        // What many small updates have added up to must not hide a violation.
+        // Remove the rounding accumulated in the potentials, which could hide a violation.
         simplex.integrate();
         if simplex.violations() == 0 {
             break;
@@ -103,7 +103,7 @@ impl<'a> Simplex<'a> {
         }
     }
 
-    /// Pivots until no candidate is left. False when the work limit was reached.
+    /// Pivots until no arc can enter. Returns false if the work limit was reached.
     fn run(
         &mut self,
         work_limit: u64,
@@ -123,9 +123,9 @@ impl<'a> Simplex<'a> {
         }
     }
 
-    /// The jump on an arc if its flow may change in that direction.
+    /// Size of an arc's jump if its flow may change in that direction, else 0.
     #[inline]
-    fn gain(&self, arc: &SimplexArc) -> f64 {
+    fn violation(&self, arc: &SimplexArc) -> f64 {
         let jump = arc.shift + self.tree.potential(arc.from) - self.tree.potential(arc.to);
         let open = (jump > self.tolerance && arc.flow < arc.upper)
             || (jump < -self.tolerance && arc.flow > arc.lower);
@@ -133,35 +133,36 @@ impl<'a> Simplex<'a> {
     }
 
     fn violations(&self) -> usize {
-        self.arcs.iter().filter(|arc| self.gain(arc) > 0.0).count()
+        self.arcs.iter().filter(|arc| self.violation(arc) > 0.0).count()
     }
 
-    /// The candidate with the largest jump. When half of the candidates are used up, a sweep over
-    /// the arcs collects more.
+    /// Returns the candidate with the largest jump. When half of the candidates are used up, a
+    /// sweep over the arcs collects more.
     fn price(&mut self, work: &mut u64) -> Option<usize> {
         let mut best = None;
-        let mut best_gain = 0.0;
+        let mut best_violation = 0.0;
         let mut candidates = std::mem::take(&mut self.candidates);
         *work += candidates.len() as u64;
         candidates.retain(|&a| {
-            let gain = self.gain(&self.arcs[a as usize]);
-            if gain > best_gain {
-                (best_gain, best) = (gain, Some(a as usize));
+            let violation = self.violation(&self.arcs[a as usize]);
+            if violation > best_violation {
+                (best_violation, best) = (violation, Some(a as usize));
             }
-            gain > 0.0
+            violation > 0.0
         });
         if 2 * candidates.len() <= self.collected {
-            // A candidate may be met again: it is dropped when it is no longer one.
+            // Arcs may enter the list twice; they are dropped once they no longer violate
+            // optimality.
             let mut swept = 0;
             while swept < self.arcs.len() && candidates.len() < CANDIDATES {
                 let a = self.cursor;
                 self.cursor = if a + 1 == self.arcs.len() { 0 } else { a + 1 };
                 swept += 1;
-                let gain = self.gain(&self.arcs[a]);
-                if gain > 0.0 {
+                let violation = self.violation(&self.arcs[a]);
+                if violation > 0.0 {
                     candidates.push(a as u32);
-                    if gain > best_gain {
-                        (best_gain, best) = (gain, Some(a));
+                    if violation > best_violation {
+                        (best_violation, best) = (violation, Some(a));
                     }
                 }
             }
@@ -172,37 +173,37 @@ impl<'a> Simplex<'a> {
         best
     }
 
-    /// Sends as much flow as fits around the cycle that an arc closes, and exchanges it for the arc
-    /// that blocks.
+    /// Augments the cycle closed by the entering arc as far as possible, then exchanges it for the
+    /// leaving arc.
     fn pivot(&mut self, entering: usize, work: &mut u64) -> Result<(), Contradiction> {
         let arc = self.arcs[entering];
         let jump = arc.shift + self.tree.potential(arc.from) - self.tree.potential(arc.to);
         let more = jump > 0.0;
-        // Flow goes from the apex down to `tail`, over the arc to `head`, and up again.
+        // Flow runs from the apex down to `tail`, over the arc to `head`, and back up.
         let (tail, head) = if more { (arc.from, arc.to) } else { (arc.to, arc.from) };
         let apex = self.tree.apex(tail, head);
-        let room =
+        let capacity =
             |arc: &SimplexArc, more: bool| if more { arc.upper - arc.flow } else { arc.flow - arc.lower };
         let mut step = f64::INFINITY;
         let mut leaving = None;
         let mut v = tail;
         while v != apex {
             let (a, down) = self.tree.link(v);
-            let here = room(&self.arcs[a], down);
+            let here = capacity(&self.arcs[a], down);
             if here < step {
                 (step, leaving) = (here, Some((v, a, down, true)));
             }
             v = self.tree.parent(v);
             *work += 1;
         }
-        let here = room(&arc, more);
+        let here = capacity(&arc, more);
         if here <= step {
             (step, leaving) = (here, None);
         }
         let mut v = head;
         while v != apex {
             let (a, down) = self.tree.link(v);
-            let here = room(&self.arcs[a], !down);
+            let here = capacity(&self.arcs[a], !down);
             if here <= step {
                 (step, leaving) = (here, Some((v, a, !down, false)));
             }
@@ -210,8 +211,7 @@ impl<'a> Simplex<'a> {
             *work += 1;
         }
         if step == f64::INFINITY {
-            // The limits contradict each other by more than the check of the boxes lets pass, but
-            // hardly more.
+            // The limits are infeasible by barely more than the tolerance of `boxes`.
             return Err(self.contradiction(entering, tail, head, apex, jump.abs()));
         }
         let step = step.max(0.0);
@@ -231,14 +231,14 @@ impl<'a> Simplex<'a> {
         };
         self.arcs[a].flow = if up_bound { self.arcs[a].upper } else { self.arcs[a].lower };
         let (inner, outer) = if tail_side { (tail, head) } else { (head, tail) };
-        // The jump on the entering arc vanishes: one side of the cut moves by it.
+        // The jump of the entering arc vanishes: one side of the cut is shifted by it.
         let change = if inner == arc.from { -jump } else { jump };
-        *work += u64::from(self.tree.raise(top, change));
-        self.tree.rehang(top, inner, outer, apex, entering as u32, arc.from == outer);
+        *work += u64::from(self.tree.shift_potentials(top, change));
+        self.tree.reattach(top, inner, outer, apex, entering as u32, arc.from == outer);
         Ok(())
     }
 
-    /// The cycle that an arc closes, as a contradiction of limits.
+    /// Returns the cycle closed by an arc as an infeasible cycle of terms.
     fn contradiction(&self, entering: usize, tail: u32, head: u32, apex: u32, excess: f64) -> Contradiction {
         let mut cycle = vec![entering];
         for mut v in [tail, head] {
@@ -256,13 +256,13 @@ impl<'a> Simplex<'a> {
         }
     }
 
-    /// All nodes, parents before their children.
+    /// Returns all nodes, parents before children.
     fn preorder(&self) -> Vec<u32> {
         let roots = (0..self.network.nodes() as u32).filter(|&v| self.tree.root(v) == v);
         roots.flat_map(|root| self.tree.component(root)).collect()
     }
 
-    /// Potentials from the tree, without what updates have added up to.
+    /// Recomputes the potentials from the tree, without accumulated rounding.
     fn integrate(&mut self) {
         for v in self.preorder() {
             if self.tree.parent(v) == NONE {
@@ -275,7 +275,7 @@ impl<'a> Simplex<'a> {
         }
     }
 
-    /// The flow on the tree from that on the other arcs, without what updates have added up to.
+    /// Recomputes the flow of tree arcs from that of the others, without accumulated rounding.
     fn rebalance(&mut self) {
         let order = self.preorder();
         for &v in &order {

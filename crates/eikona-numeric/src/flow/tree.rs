@@ -1,35 +1,34 @@
-//! The spanning forest of the network simplex.
+//! Spanning-tree basis of the network simplex.
 
 use super::network::{NONE, Network};
 
-/// Nodes of the forest in preorder: a doubly linked ring for each component, so that a subtree and
-/// its complement are stretches of the ring and either can be walked.
+/// Spanning forest in preorder: one doubly linked ring per component, so that a subtree and its
+/// complement are contiguous in the ring and either can be traversed.
 pub(super) struct Tree {
     nodes: Vec<Node>,
-    /// The root of each node's component. Roots never change.
+    /// Root of each node's component. Roots never change.
     root: Vec<u32>,
-    /// The path that is turned over by `rehang`; with each node what follows its subtree in the
-    /// ring.
+    /// Path reversed by `reattach`; with each node, the node after its subtree in the ring.
     stem: Vec<(u32, u32)>,
 }
 
 #[derive(Clone, Copy)]
 struct Node {
     parent: u32,
-    /// Twice the arc to the parent, plus 1 if the arc leads from the parent to this node.
+    /// Twice the parent arc, plus 1 if it leads from the parent to this node.
     link: u32,
     next: u32,
     previous: u32,
-    /// The last node of the subtree in preorder.
+    /// Last node of the subtree in preorder.
     last: u32,
-    /// Nodes in the subtree.
+    /// Number of nodes in the subtree.
     size: u32,
-    /// Here rather than in an array of its own, since walks along subtrees wait for memory.
+    /// Stored here because subtree traversals are bound by memory latency.
     potential: f64,
 }
 
 impl Tree {
-    /// The forest of a network.
+    /// Builds the forest of a network.
     pub(super) fn new(network: &Network) -> Tree {
         let n = network.nodes();
         let mut root: Vec<u32> = (0..n as u32).collect();
@@ -44,7 +43,7 @@ impl Tree {
                 potential: 0.0,
             })
             .collect();
-        // Parents have smaller numbers than their children.
+        // Parents have smaller indices than their children.
         for v in 0..n {
             let a = network.forest[v];
             if a != NONE {
@@ -55,7 +54,7 @@ impl Tree {
             }
         }
         let mut tree = Tree { nodes, root, stem: Vec::new() };
-        // A finished subtree is put behind its parent, ahead of those put there before.
+        // Insert each finished subtree right after its parent, before subtrees inserted earlier.
         for v in (0..n as u32).rev() {
             let Node { parent, size, last, .. } = tree.nodes[v as usize];
             if parent != NONE {
@@ -75,7 +74,7 @@ impl Tree {
     pub(super) fn parent(&self, v: u32) -> u32 {
         self.nodes[v as usize].parent
     }
-    /// The arc to the parent, and whether it leads from the parent down to `v`.
+    /// Returns the arc to the parent, and whether it leads from the parent down to `v`.
     #[inline]
     pub(super) fn link(&self, v: u32) -> (usize, bool) {
         let link = self.nodes[v as usize].link;
@@ -103,9 +102,9 @@ impl Tree {
         self.nodes[b as usize].previous = a;
     }
 
-    /// The node where the paths of two nodes to the root meet.
+    /// Returns the lowest common ancestor of two nodes.
     pub(super) fn apex(&self, mut u: u32, mut v: u32) -> u32 {
-        // A node that has the smaller subtree is no ancestor of the other.
+        // A node with the smaller subtree is no ancestor of the other.
         while u != v {
             if self.size(u) < self.size(v) {
                 u = self.parent(u);
@@ -116,7 +115,7 @@ impl Tree {
         u
     }
 
-    /// The nodes of the component of `root` in preorder.
+    /// Iterates over the component of `root` in preorder.
     pub(super) fn component(&self, root: u32) -> impl Iterator<Item = u32> {
         let mut at = root;
         (0..self.size(root)).map(move |_| {
@@ -126,10 +125,10 @@ impl Tree {
         })
     }
 
-    /// Adds to the potentials of the subtree of `top`, or subtracts from all others of its
-    /// component if these are fewer, which changes the differences alike. Returns how many nodes
-    /// were touched.
-    pub(super) fn raise(&mut self, top: u32, change: f64) -> u32 {
+    /// Adds to the potentials of the subtree of `top`, or subtracts from the rest of its component
+    /// if that is smaller, which has the same effect on differences. Returns the number of nodes
+    /// visited.
+    pub(super) fn shift_potentials(&mut self, top: u32, change: f64) -> u32 {
         let node = self.nodes[top as usize];
         let others = self.size(self.root(top)) - node.size;
         let (mut at, count, change) = match node.size <= others {
@@ -144,13 +143,13 @@ impl Tree {
         count
     }
 
-    /// Cuts off the subtree of `top` and hangs it, turned over so that its node `inner` is its
-    /// root, below `outer` by an arc; `down` tells that the arc leads from `outer` to `inner`.
-    /// `apex` is a common ancestor of both.
-    pub(super) fn rehang(&mut self, top: u32, inner: u32, outer: u32, apex: u32, arc: u32, down: bool) {
+    /// Detaches the subtree of `top`, makes its node `inner` the root, and attaches it below
+    /// `outer` by an arc; `down` says that the arc leads from `outer` to `inner`. `apex` is a
+    /// common ancestor of `top` and `outer`.
+    pub(super) fn reattach(&mut self, top: u32, inner: u32, outer: u32, apex: u32, arc: u32, down: bool) {
         let Node { size: total, last: top_last, previous: before, parent: old_parent, .. } =
             self.nodes[top as usize];
-        // Out of the ring, and out of the counts of its ancestors.
+        // Remove the subtree from the ring and from the counts of its ancestors.
         let after = self.nodes[top_last as usize].next;
         self.join(before, after);
         let mut v = old_parent;
@@ -163,8 +162,8 @@ impl Tree {
             self.nodes[v as usize].size -= total;
             v = self.parent(v);
         }
-        // The stem from `inner` to `top` is turned over: in preorder the block of each of its
-        // nodes, less the block of the one before it, follows the block of that.
+        // Reverse the stem from `inner` to `top`: in preorder, the subtree of each stem node,
+        // without that of its predecessor on the stem, follows its predecessor's.
         let mut stem = std::mem::take(&mut self.stem);
         stem.clear();
         let mut v = inner;
@@ -192,8 +191,8 @@ impl Tree {
             }
         }
         self.join(tail, successor);
-        // Parents, links and sizes along the stem; the last of it first, since each takes what its
-        // successor had.
+        // Update parents, links and sizes along the stem, from `top` down, since each node takes
+        // the former link of its predecessor.
         for i in (1..stem.len()).rev() {
             let child = self.nodes[stem[i - 1].0 as usize];
             let node = &mut self.nodes[stem[i].0 as usize];

@@ -1,9 +1,9 @@
-//! Instances for `minimise_jumps`: graphs dual to triangulated tori, with curves on them.
+//! Instances of `minimise_jumps`: graphs dual to triangulated tori, with curves on them.
 
 use eikona_numeric::JumpTerm;
 use std::collections::HashSet;
 
-/// A repeatable sequence of numbers in [0, 1).
+/// Deterministic pseudorandom sequence in [0, 1).
 pub struct Noise(pub u64);
 
 impl Noise {
@@ -17,34 +17,34 @@ impl Noise {
     pub fn below(&mut self, n: usize) -> usize {
         (self.next() * n as f64) as usize
     }
-    /// In [-1, 1).
+    /// Returns a number in [-1, 1).
     pub fn signed(&mut self) -> f64 {
         2.0 * self.next() - 1.0
     }
 }
 
-/// Nodes and terms.
+/// Number of nodes, and the terms.
 pub type Instance = (usize, Vec<JumpTerm>);
 
-/// What a curve does to the edges it runs along.
+/// Effect of curves on the edges along them.
 #[derive(Clone, Copy)]
 pub struct Curves {
-    /// The jump across a meridian and across a longitude: 1 for closed curves, less for broken
-    /// ones, which jump by their periods.
+    /// Jump across a meridian and across a longitude: 1 for closed curves, less for broken curves,
+    /// which jump by their periods.
     pub periods: [f64; 2],
-    /// Share of the curves' edges that is missing.
+    /// Share of missing edges of the curves.
     pub broken: f64,
     /// Weight of an edge on a curve, relative to others.
     pub epsilon: f64,
 }
 
-/// The graph dual to a jittered `nu` by `nv` torus grid with random diagonals, edge lengths as
-/// weights, with a meridian, a longitude and a disk as curves. Face `2 c` of cell `c` touches its
-/// lower edge, face `2 c + 1` its upper one.
+/// Graph dual to a jittered `nu` by `nv` torus grid with random diagonals, with edge lengths as
+/// weights and a meridian, a longitude and a disk as curves. Face `2 c` of cell `c` is adjacent to
+/// its lower edge, face `2 c + 1` to its upper edge.
 pub fn torus(nu: usize, nv: usize, curves: Curves, seed: u64) -> Instance {
     let mut noise = Noise(seed);
     let tau = std::f64::consts::TAU;
-    let places: Vec<[f64; 3]> = (0..nu * nv)
+    let positions: Vec<[f64; 3]> = (0..nu * nv)
         .map(|c| {
             let u = tau * ((c / nv) as f64 + 0.3 * noise.signed()) / nu as f64;
             let v = tau * ((c % nv) as f64 + 0.3 * noise.signed()) / nv as f64;
@@ -54,11 +54,11 @@ pub fn torus(nu: usize, nv: usize, curves: Curves, seed: u64) -> Instance {
         .collect();
     let vertex = |i: usize, j: usize| (i % nu) * nv + j % nv;
     let length = |a: usize, b: usize| {
-        let d: f64 = (0..3).map(|k| (places[a][k] - places[b][k]).powi(2)).sum();
+        let d: f64 = (0..3).map(|k| (positions[a][k] - positions[b][k]).powi(2)).sum();
         d.sqrt()
     };
-    // The diagonal leads up (from the corner i, j) or down; the face left of it and the face right
-    // of it.
+    // Whether the diagonal leads up (from corner i, j) or down; then the faces left and right of
+    // it.
     let up: Vec<bool> = (0..nu * nv).map(|_| noise.next() < 0.5).collect();
     let cell = |i: usize, j: usize| (i % nu) * nv + j % nv;
     let left = |c: usize| 2 * c as u32 + u32::from(up[c]);
@@ -110,7 +110,7 @@ pub fn torus(nu: usize, nv: usize, curves: Curves, seed: u64) -> Instance {
     (2 * nu * nv, terms)
 }
 
-/// Curves lose stretches of a few edges.
+/// Removes runs of a few edges from curves.
 struct Gaps {
     noise: Noise,
     broken: f64,
@@ -131,10 +131,10 @@ impl Gaps {
 
 /// Closed curves.
 pub const CLOSED: Curves = Curves { periods: [1.0, 1.0], broken: 0.0, epsilon: 1e-2 };
-/// Broken ones.
+/// Broken curves.
 pub const BROKEN: Curves = Curves { periods: [0.7311, 0.8173], broken: 0.25, epsilon: 1e-2 };
 
-/// Every jump is noisy, no curves.
+/// Replaces all shifts by noise and removes the curves.
 pub fn noisy(instance: Instance, seed: u64) -> Instance {
     let mut noise = Noise(seed);
     let (nodes, mut terms) = instance;
@@ -146,7 +146,7 @@ pub fn noisy(instance: Instance, seed: u64) -> Instance {
     (nodes, terms)
 }
 
-/// Every jump is noisy, of a few values: multiples of `1 / steps`.
+/// As `noisy`, with shifts rounded to multiples of `1 / steps`.
 pub fn stepped(instance: Instance, steps: f64, seed: u64) -> Instance {
     let (nodes, mut terms) = noisy(instance, seed);
     for term in &mut terms {
@@ -155,7 +155,7 @@ pub fn stepped(instance: Instance, steps: f64, seed: u64) -> Instance {
     (nodes, terms)
 }
 
-/// Two tori joined where a square hole is cut out of each.
+/// Two tori, joined at a square hole in each.
 pub fn double_torus(nu: usize, nv: usize, curves: [Curves; 2], seed: u64) -> Instance {
     let parts = [torus(nu, nv, curves[0], seed), torus(nu, nv, curves[1], seed + 1)];
     let cells = 2 * nu * nv;
@@ -192,7 +192,7 @@ pub fn double_torus(nu: usize, nv: usize, curves: [Curves; 2], seed: u64) -> Ins
     (2 * cells, terms)
 }
 
-/// Adds a random function of the nodes to the potentials: the jumps that can be made stay the same.
+/// Adds a random potential to the shifts, which does not change the attainable jumps.
 pub fn gauged(instance: Instance, amount: f64, seed: u64) -> Instance {
     let mut noise = Noise(seed);
     let (nodes, mut terms) = instance;
@@ -203,7 +203,7 @@ pub fn gauged(instance: Instance, amount: f64, seed: u64) -> Instance {
     (nodes, terms)
 }
 
-/// Numbers nodes and terms at random. Keys stay with their terms.
+/// Renumbers nodes and terms at random. Keys stay with their terms.
 pub fn shuffled(instance: &Instance, seed: u64) -> Instance {
     let mut noise = Noise(seed);
     let mut shuffle = |n: usize| {
@@ -223,7 +223,7 @@ pub fn shuffled(instance: &Instance, seed: u64) -> Instance {
     (*nodes, terms)
 }
 
-/// Different ends of terms, to make sure that a graph is what it should be.
+/// Set of node degrees, to check that a graph is well-formed.
 pub fn degrees(instance: &Instance) -> HashSet<usize> {
     let mut degree = vec![0usize; instance.0];
     for term in &instance.1 {
