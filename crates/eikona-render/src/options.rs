@@ -70,7 +70,7 @@ pub struct Camera {
     pub elevation: Option<f64>,
     /// Rotation about the line of sight in radians; the image turns clockwise.
     pub roll: f64,
-    /// Magnification of the fitted view; greater than 0.
+    /// Magnification of the fitted view, 1e-6 to 1e6.
     pub zoom: f64,
     /// Point at the centre of the image, in mesh coordinates; fitted by default.
     pub target: Option<[f64; 3]>,
