@@ -1,8 +1,8 @@
-//! Draws a handful of shapes with analytic fields into a folder (by default `target/gallery`), to
-//! look at.
+//! Renders a few shapes with analytic fields into a folder (by default `target/gallery`), for
+//! visual inspection.
 //!
-//! `cargo run -p eikona-render --example gallery [folder] [mesh.obj]`: with a mesh of triangles in
-//! OBJ form it draws that one.
+//! Usage: `cargo run -p eikona-render --example gallery [folder] [mesh.obj]`. If a triangle mesh in
+//! OBJ format is given, renders it instead.
 
 use eikona_mesh::TriangleMesh;
 use eikona_render::{
@@ -37,10 +37,11 @@ fn save(scene: &Scene, options: &RenderOptions, folder: &Path, name: &str) -> Re
     image.write_png(folder.join(name))
 }
 
-/// A grid of `n` by `m` cells wrapped over a surface given by two angles.
-fn wrapped(n: usize, m: usize, place: impl Fn(f64, f64) -> [f64; 3]) -> Result<TriangleMesh, Failure> {
-    let positions =
-        (0..n * m).map(|i| place(TAU * (i / m) as f64 / n as f64, TAU * (i % m) as f64 / m as f64)).collect();
+/// Grid of `n` by `m` cells wrapped over a surface parametrised by two angles.
+fn wrapped(n: usize, m: usize, position: impl Fn(f64, f64) -> [f64; 3]) -> Result<TriangleMesh, Failure> {
+    let positions = (0..n * m)
+        .map(|i| position(TAU * (i / m) as f64 / n as f64, TAU * (i % m) as f64 / m as f64))
+        .collect();
     let vertex = |i: usize, j: usize| ((i % n) * m + j % m) as u32;
     let faces = (0..n * m)
         .flat_map(|c| {
@@ -57,7 +58,7 @@ fn torus_point(u: f64, v: f64) -> [f64; 3] {
     [r * u.cos(), r * u.sin(), 0.42 * v.sin()]
 }
 
-/// An icosphere: each of the 20 faces cut into `k` by `k`.
+/// Latitude-longitude sphere.
 fn sphere(rings: usize, sides: usize) -> Result<TriangleMesh, Failure> {
     let mut positions = vec![[0.0, 1.0, 0.0]];
     for i in 1..rings {
@@ -125,7 +126,7 @@ fn sphere_with_a_signed_distance(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The angle about the middle over 2 pi: it jumps by 1 along a ray. And a hole in the data.
+/// Angle about the centre over 2 pi, which jumps by 1 along a ray; with missing values.
 fn flat_disk_with_a_jump(folder: &Path) -> Result<(), Failure> {
     let (rings, sides) = (24usize, 96usize);
     let mut positions = Vec::new();

@@ -1,16 +1,16 @@
-//! Normalises the scene to unit size, chooses a view, and projects.
+//! Normalises the scene to unit size, chooses the view, and projects.
 
 use crate::options::{Projection, RenderOptions, UpAxis};
 use crate::scene::Scene;
 use crate::vector::{V3, add, cross, dot, norm, scale, sub, unit};
 
-/// Nothing nearer to the camera than this share of the scene's radius is drawn.
+/// Distance of the near plane, in units of the scene's radius.
 pub(crate) const NEAR: f64 = 1e-4;
 
-/// Share of the picture that stays free on each side.
+/// Margin on each side, as a fraction of the image.
 const MARGIN: f64 = 0.05;
 
-/// Brings coordinates of any size to a box about the origin with half diagonal 1.
+/// Maps coordinates of any magnitude to a box about the origin with half diagonal 1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Normalization {
     largest: f64,
@@ -25,8 +25,8 @@ impl Normalization {
         let vertices = scene.mesh.triangles().iter().flatten().map(|&v| &scene.mesh.positions()[v as usize]);
         let all = || vertices.clone().chain(curves.clone()).chain(points.clone());
         let largest = all().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
-        // Divided by the largest coordinate first: differences of huge numbers would overflow,
-        // squares of tiny ones vanish.
+        // Divide by the largest coordinate first: differences of huge numbers would overflow,
+        // squares of tiny ones underflow.
         let largest = if largest > 0.0 { largest } else { 1.0 };
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
@@ -51,7 +51,7 @@ impl Normalization {
     }
 }
 
-/// A point in homogeneous sample coordinates `(X, Y, W)`, which is sample `(X / W, Y / W)`, and its
+/// Point in homogeneous sample coordinates `(X, Y, W)`, at sample `(X / W, Y / W)`, with its
 /// distance in front of the camera.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Projected {
@@ -59,7 +59,7 @@ pub(crate) struct Projected {
     pub(crate) depth: f64,
 }
 
-/// A camera at its place.
+/// Camera with fitted position and focal length.
 #[derive(Clone, Debug)]
 pub(crate) struct View {
     pub(crate) perspective: bool,
@@ -71,7 +71,7 @@ pub(crate) struct View {
     /// Samples per unit at distance 1 (perspective) or per unit (orthographic).
     pub(crate) focal: f64,
     pub(crate) center: [f64; 2],
-    /// Which way is up in the scene, and whether that is a ground to stand on.
+    /// Up direction of the scene, and whether there is a ground.
     pub(crate) world_up: V3,
     pub(crate) has_ground: bool,
 }
@@ -85,11 +85,11 @@ impl View {
         let y = -self.focal * dot(q, self.up) + self.center[1] * w;
         Projected { h: [x, y, w], depth }
     }
-    /// The direction from a point of the scene to the camera.
+    /// Returns the direction from a point of the scene to the camera.
     pub(crate) fn toward_camera(&self, p: V3) -> V3 {
         if self.perspective { unit(sub(self.eye, p)) } else { self.back }
     }
-    /// Where the ray through a sample starts and where it goes (a step of 1 is a step of 1 in
+    /// Returns origin and direction of the ray through a sample (a step of 1 is a step of 1 in
     /// depth).
     pub(crate) fn ray(&self, x: f64, y: f64) -> (V3, V3) {
         let across = add(
@@ -99,20 +99,20 @@ impl View {
         let forward = scale(self.back, -1.0);
         if self.perspective { (self.eye, add(forward, across)) } else { (add(self.eye, across), forward) }
     }
-    /// Larger is nearer; linear over the samples of a flat face.
+    /// Returns the depth key: larger is nearer, and linear over the samples of a planar face.
     pub(crate) fn depth_key(&self, depth: f64) -> f64 {
         if self.perspective { 1.0 / depth } else { -depth }
     }
     pub(crate) fn depth_of_key(&self, key: f64) -> f64 {
         if self.perspective { 1.0 / key } else { -key }
     }
-    /// Size of a sample at this depth in the scene.
+    /// Returns the size of a sample in the scene at this depth.
     pub(crate) fn sample_size(&self, depth: f64) -> f64 {
         if self.perspective { depth / self.focal } else { 1.0 / self.focal }
     }
 
-    /// The view of these (normalised) points in the part of the picture that is `free_width` pixels
-    /// wide from the left.
+    /// Fits a view of these (normalised) points to the left part of the image, `free_width` pixels
+    /// wide.
     pub(crate) fn fit(
         points: &[V3],
         triangles: &[[u32; 3]],
@@ -142,8 +142,8 @@ impl View {
             Projection::Perspective { field_of_view } => height / 2.0 / (field_of_view / 2.0).tan(),
             Projection::Orthographic => 1.0,
         };
-        // Half the visible height over distance; a point (x, y, z), z towards the camera, shows
-        // while |x| <= slope (d - z).
+        // Half the visible extent over distance: a point (x, y, z), z towards the camera, is
+        // visible while |x| <= slope (d - z).
         let slope = if perspective { half.map(|h| h / focal) } else { [0.0; 2] };
         let mut reach = [[f64::NEG_INFINITY; 2]; 2]; // per axis: of x + slope z and of -x + slope z
         let mut nearest = f64::NEG_INFINITY;
@@ -188,7 +188,7 @@ impl View {
     }
 }
 
-/// What is in front and what is up before the camera is turned.
+/// Front and up directions, and default angles, before the camera is rotated.
 struct Base {
     front: V3,
     up: V3,
@@ -197,9 +197,9 @@ struct Base {
     flat: bool,
 }
 
-/// A mesh thinner than this share of its largest spread is flat.
+/// A mesh thinner than this, in units of the scene's radius, is flat.
 const FLAT: f64 = 1e-4;
-/// A mesh thinner than this share of its second largest side lies on that side.
+/// A mesh whose shortest side is below this fraction of its second shortest lies flat.
 const LYING: f64 = 0.5;
 
 impl Base {
@@ -211,7 +211,7 @@ impl Base {
                 UpAxis::Auto | UpAxis::Y => AXES[1],
                 UpAxis::Z => AXES[2],
             };
-            // Lying in the xz plane it is seen like a map, with -z upwards.
+            // A mesh in the xz plane is seen like a map, with -z upwards.
             let instead = if up_axis == UpAxis::Z { AXES[1] } else { scale(AXES[2], -1.0) };
             let within = |a: V3| sub(a, scale(normal, dot(a, normal)));
             let up = if norm(within(wanted)) > 0.5 { within(wanted) } else { within(instead) };
@@ -233,7 +233,7 @@ impl Base {
             UpAxis::X => 0,
             UpAxis::Y => 1,
             UpAxis::Z => 2,
-            // What is thin along x stands, such as a figure that looks along z.
+            // A mesh that is thin along x stands, such as a figure that looks along z.
             UpAxis::Auto if lying && order[0] != 0 => order[0],
             UpAxis::Auto => 1,
         };
@@ -244,8 +244,7 @@ impl Base {
     }
 }
 
-/// The common normal of a flat mesh, to the side from which most of its faces are
-/// counter-clockwise.
+/// Returns the normal of a flat mesh, on the side from which most of its area is counter-clockwise.
 fn flat_normal(triangles: &[[u32; 3]], positions: &[V3]) -> Option<V3> {
     let corner = |v: u32| positions[v as usize];
     let mut widest = [0.0; 3];
@@ -261,7 +260,7 @@ fn flat_normal(triangles: &[[u32; 3]], positions: &[V3]) -> Option<V3> {
     if normal == [0.0; 3] {
         return None;
     }
-    // The widest face gives the plane; all corners must lie in it.
+    // The largest face defines the plane; all corners must lie in it.
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for &v in triangles.iter().flatten() {
         let height = dot(corner(v), normal);

@@ -1,9 +1,9 @@
-//! Colours: sRGB and linear light, and the colour maps.
+//! Colour spaces (sRGB, linear light, Oklab) and colour maps.
 
 use crate::error::RenderError;
 use std::sync::LazyLock;
 
-/// Red, green, blue in linear light.
+/// RGB in linear light.
 pub(crate) type Linear = [f32; 3];
 
 pub(crate) fn srgb_to_linear(c: u8) -> f32 {
@@ -25,14 +25,14 @@ pub(crate) fn mix(a: Linear, b: Linear, t: f32) -> Linear {
     [0, 1, 2].map(|k| a[k] + (b[k] - a[k]) * t)
 }
 
-/// Colours of faces without a field: warm light clay.
+/// Default surface colour: warm light clay.
 pub(crate) const CLAY: [u8; 3] = [214, 208, 199];
 /// Colour of faces without a value.
 pub(crate) const MISSING: [u8; 3] = [176, 176, 178];
 
-/// Categorical colours of the labels 1, 2, ... 12 in turn, so that the last but one is that of -1:
-/// the seven chromatic ones of Okabe and Ito (2008) and five of our own. Warm ones are small
-/// positive labels, cool ones negative, as in [`ColorMap::signed`].
+/// Categorical colours of labels, assigned cyclically to 1, 2, ... 12, so that -1 has the last but
+/// one: the seven chromatic colours of Okabe and Ito (2008) and five of our own. Small positive
+/// labels are warm and negative ones cool, as in [`ColorMap::signed`].
 const CATEGORIES: [[u8; 3]; 12] = [
     [230, 159, 0],
     [213, 94, 0],
@@ -48,8 +48,8 @@ const CATEGORIES: [[u8; 3]; 12] = [
     [166, 206, 140],
 ];
 
-/// The sRGB colour of a label: light grey for 0, else one of twelve in turn (orange for 1, light
-/// blue for -1).
+/// Returns the sRGB colour of a label: light grey for 0, else one of twelve, assigned cyclically
+/// (orange for 1, light blue for -1).
 ///
 /// ```
 /// use eikona_render::label_color;
@@ -63,7 +63,7 @@ pub fn label_color(label: i64) -> [u8; 3] {
     CATEGORIES[(i128::from(label) - 1).rem_euclid(CATEGORIES.len() as i128) as usize]
 }
 
-/// [`label_color`] in linear light, looked up: it is asked for at every sample.
+/// [`label_color`] in linear light, from a table because it is called per sample.
 pub(crate) fn label_linear(label: i64) -> Linear {
     static TABLE: LazyLock<Vec<Linear>> =
         LazyLock::new(|| (0..=CATEGORIES.len() as i64).map(|l| to_linear(label_color(l))).collect());
@@ -71,8 +71,8 @@ pub(crate) fn label_linear(label: i64) -> Linear {
     TABLE[if label == 0 { 0 } else { turn }]
 }
 
-/// A colour map: from a number in [0, 1] to a colour. Between its stops it runs straight in Oklab
-/// (Ottosson 2020), a space in which equal steps look equal.
+/// Colour map from [0, 1] to colours, piecewise linear in Oklab (Ottosson 2020), a perceptually
+/// uniform space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColorMap {
     name: &'static str,
@@ -83,13 +83,13 @@ pub struct ColorMap {
 const TABLE: usize = 512;
 
 impl ColorMap {
-    /// The names that [`ColorMap::by_name`] knows.
+    /// Names of the colour maps, for [`ColorMap::by_name`].
     ///
     /// `signed` (blue, white, orange; for signed distances, 0 in the middle), `viridis`, `magma`,
     /// `lagoon` (pale to deep blue), `phase` (cyclic, for angles) and `gray`.
     pub const NAMES: [&'static str; 6] = ["signed", "viridis", "magma", "lagoon", "phase", "gray"];
 
-    /// The colour map of this name.
+    /// Returns the colour map of this name.
     ///
     /// ```
     /// use eikona_render::ColorMap;
@@ -119,15 +119,15 @@ impl ColorMap {
         }
     }
 
-    /// Blue below the middle, white in it, orange above.
+    /// Returns the diverging map from blue through white to orange.
     pub fn signed() -> ColorMap {
         const STOPS: [u32; 9] =
             [0x21497f, 0x3672b5, 0x67a8db, 0xb0d4ec, 0xf8f6f1, 0xfcd3a6, 0xf2a154, 0xd97420, 0xa24f12];
         Self::from_stops("signed", true, &STOPS)
     }
 
-    /// Dark violet over green to yellow, through nine colours of the published map (van der Walt
-    /// and Smith 2015).
+    /// Returns viridis, from dark violet through green to yellow, interpolated from nine colours of
+    /// the published map (van der Walt and Smith 2015).
     pub fn viridis() -> ColorMap {
         const STOPS: [u32; 9] =
             [0x440154, 0x472d7b, 0x3b528b, 0x2c728e, 0x21918c, 0x28ae80, 0x5ec962, 0xaddc30, 0xfde725];
@@ -148,20 +148,21 @@ impl ColorMap {
         ColorMap { name, diverging, table }
     }
 
-    /// Its name.
+    /// Returns the name.
     pub fn name(&self) -> &'static str {
         self.name
     }
-    /// Whether its middle stands for 0, so that a range chosen for it is symmetric.
+    /// Returns whether the map is diverging: its midpoint represents 0, and automatic ranges are
+    /// symmetric.
     pub fn is_diverging(&self) -> bool {
         self.diverging
     }
-    /// The sRGB colour at `t`, which is clamped to [0, 1] (NaN to 0).
+    /// Returns the sRGB colour at `t`, which is clamped to [0, 1] (NaN to 0).
     pub fn color(&self, t: f64) -> [u8; 3] {
         self.linear(t).map(linear_to_srgb)
     }
     pub(crate) fn linear(&self, t: f64) -> Linear {
-        let s = t.clamp(0.0, 1.0) * TABLE as f64; // NaN stays NaN and becomes index 0 below
+        let s = t.clamp(0.0, 1.0) * TABLE as f64; // NaN stays NaN; the cast makes it index 0
         let k = (s as usize).min(TABLE - 1);
         let fraction = if s.is_nan() { 0.0 } else { s - k as f64 };
         mix(self.table[k], self.table[k + 1], fraction as f32)
@@ -181,7 +182,7 @@ fn oklab(c: Linear) -> [f64; 3] {
     ]
 }
 
-/// Oklab to linear sRGB, clamped to what a screen can show.
+/// Oklab to linear sRGB, clamped to the gamut.
 fn from_oklab([lightness, a, b]: [f64; 3]) -> Linear {
     let l = (lightness + 0.396_337_777_4 * a + 0.215_803_757_3 * b).powi(3);
     let m = (lightness - 0.105_561_345_8 * a - 0.063_854_172_8 * b).powi(3);
@@ -215,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn maps_are_known_by_name_and_lightness_is_monotone() {
+    fn maps_have_names_and_monotone_lightness() {
         for name in ColorMap::NAMES {
             let map = ColorMap::by_name(name).unwrap();
             assert_eq!(map.name(), name);
@@ -234,9 +235,9 @@ mod tests {
     }
 
     #[test]
-    fn labels_of_either_sign_have_colors() {
+    fn labels_of_both_signs_have_colors() {
         let colors: std::collections::BTreeSet<_> = (-6..=5).map(label_color).collect();
-        assert_eq!(colors.len(), 12, "small labels have colours of their own");
+        assert_eq!(colors.len(), 12, "small labels have distinct colours");
         assert_eq!(label_color(1), label_color(13));
         for label in [i64::MIN, -1, 0, 1, 12, 13, i64::MAX] {
             assert_eq!(label_linear(label), to_linear(label_color(label)));

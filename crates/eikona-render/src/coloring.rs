@@ -1,27 +1,27 @@
-//! The colour of a place in a face: field, colour map, isolines.
+//! Colour of a sample: field lookup, colour map, isolines.
 
 use crate::color::{CLAY, ColorMap, Linear, label_linear, mix, to_linear};
-use crate::crumbs::zero_crumbs;
-use crate::raster::FacePlace;
+use crate::raster::FacePoint;
 use crate::scene::{Isolines, Levels, Scene, SceneField};
+use crate::short_isolines::short_zero_isolines;
 use crate::vector::V3;
 
-/// The field of a scene, ready to be looked up.
+/// Field of a scene, prepared for lookup.
 pub(crate) struct Coloring<'a> {
     field: SceneField<'a>,
     triangles: &'a [[u32; 3]],
     map: ColorMap,
     /// Values at the ends of the colour map.
     range: [f64; 2],
-    /// Values at the ends of the colour bar: the part of `range` that occurs.
+    /// Values at the ends of the colour bar: by default the part of `range` that occurs.
     pub(crate) bar: [f64; 2],
     surface: Linear,
     lines: Option<Lines>,
 }
 
-/// What a face shows at a sample.
+/// Appearance of a face at a sample.
 pub(crate) enum Shown {
-    /// This colour.
+    /// A colour.
     Color(Linear),
     /// The hatch for "no value".
     Missing,
@@ -31,10 +31,10 @@ struct Lines {
     style: Isolines,
     color: Linear,
     levels: Sorted,
-    /// No line is drawn beyond these values.
+    /// Isolines outside this interval are not drawn.
     between: [f64; 2],
-    /// Faces in which the line of value 0 is too short to be drawn.
-    crumbs: Vec<bool>,
+    /// Faces whose zero isoline is too short to be drawn.
+    short: Vec<bool>,
 }
 
 enum Sorted {
@@ -42,7 +42,7 @@ enum Sorted {
     Values(Vec<f64>),
 }
 
-/// The value at a sample and its change one sample to the right and one downwards.
+/// Value at a sample, and its change per sample to the right and downwards.
 struct Value {
     value: f64,
     dx: f64,
@@ -56,7 +56,7 @@ impl<'a> Coloring<'a> {
             let both = occurring.is_some_and(|[low, high]| low < 0.0 && high > 0.0);
             if both { ColorMap::signed() } else { ColorMap::viridis() }
         });
-        let range = scene.range.unwrap_or_else(|| chosen_range(occurring, &map));
+        let range = scene.range.unwrap_or_else(|| automatic_range(occurring, &map));
         let bar = match (scene.range, occurring) {
             (None, Some([low, high])) if low < high => [low, high],
             _ => range,
@@ -74,16 +74,16 @@ impl<'a> Coloring<'a> {
                 }
             };
             let between = match (&style.levels, &levels) {
-                // A line at the very ends of the range would be a scatter of dashes around peaks
+                // An isoline at the very ends of the range would be scattered dashes around peaks
                 // and pits.
                 (Levels::About(_), Sorted::Multiples(step)) => [bar[0] + 0.02 * step, bar[1] - 0.02 * step],
                 _ => [f64::NEG_INFINITY, f64::INFINITY],
             };
-            let crumbs = match scene.field {
-                SceneField::Vertex(values) => zero_crumbs(scene.mesh, values),
+            let short = match scene.field {
+                SceneField::Vertex(values) => short_zero_isolines(scene.mesh, values),
                 _ => Vec::new(),
             };
-            Lines { color: to_linear(style.color), style, levels, between, crumbs }
+            Lines { color: to_linear(style.color), style, levels, between, short }
         });
         Coloring {
             field: scene.field,
@@ -96,23 +96,23 @@ impl<'a> Coloring<'a> {
         }
     }
 
-    /// The colour at a place in a face; `samples` is the number of samples along a pixel.
-    pub(crate) fn at(&self, face: usize, place: Option<&FacePlace>, samples: f64) -> Shown {
+    /// Returns the colour at a point of a face; `samples` is the number of samples along a pixel.
+    pub(crate) fn at(&self, face: usize, point: Option<&FacePoint>, samples: f64) -> Shown {
         match self.field {
             SceneField::None => Shown::Color(self.surface),
             SceneField::Labels(labels) => Shown::Color(label_linear(labels[face])),
             SceneField::Face(values) if values[face].is_nan() => Shown::Missing,
-            SceneField::Face(values) => Shown::Color(self.map.linear(self.share(values[face]))),
+            SceneField::Face(values) => Shown::Color(self.map.linear(self.fraction(values[face]))),
             SceneField::Vertex(values) => {
                 let corners = self.triangles[face].map(|v| values[v as usize]);
-                self.interpolated(face, corners, [1.0; 3], place, samples)
+                self.interpolated(face, corners, [1.0; 3], point, samples)
             }
             SceneField::Corner(values) => {
-                self.interpolated(face, [0, 1, 2].map(|k| values[3 * face + k]), [1.0; 3], place, samples)
+                self.interpolated(face, [0, 1, 2].map(|k| values[3 * face + k]), [1.0; 3], point, samples)
             }
             SceneField::Quotient { numerator, denominator } => {
                 let corners = |v: &[f64]| [0, 1, 2].map(|k| v[3 * face + k]);
-                self.interpolated(face, corners(numerator), corners(denominator), place, samples)
+                self.interpolated(face, corners(numerator), corners(denominator), point, samples)
             }
         }
     }
@@ -122,38 +122,38 @@ impl<'a> Coloring<'a> {
         face: usize,
         numerator: V3,
         denominator: V3,
-        place: Option<&FacePlace>,
+        point: Option<&FacePoint>,
         samples: f64,
     ) -> Shown {
-        let here = value_at(numerator, denominator, place);
+        let here = value_at(numerator, denominator, point);
         if !here.value.is_finite() {
             return Shown::Missing;
         }
-        let color = self.map.linear(self.share(here.value));
+        let color = self.map.linear(self.fraction(here.value));
         match &self.lines {
             Some(lines) => Shown::Color(lines.over(color, face, &here, samples)),
             None => Shown::Color(color),
         }
     }
 
-    /// The place of a value in the colour map, 0 to 1.
-    fn share(&self, value: f64) -> f64 {
-        share_of(self.range, value)
+    /// Position of a value in the colour map, 0 to 1.
+    fn fraction(&self, value: f64) -> f64 {
+        fraction_of(self.range, value)
     }
 
-    /// The place of a value in the colour bar, 0 at its lower end.
-    pub(crate) fn share_of_bar(&self, value: f64) -> f64 {
-        share_of(self.bar, value)
+    /// Position of a value in the colour bar, 0 at its lower end.
+    pub(crate) fn bar_fraction(&self, value: f64) -> f64 {
+        fraction_of(self.bar, value)
     }
 
-    /// The colour of the bar at a share of its length.
-    pub(crate) fn bar_color(&self, share: f64) -> [u8; 3] {
-        let [low, high] = self.bar.map(|v| self.share(v));
-        self.map.color(low + share * (high - low))
+    /// Returns the colour of the bar at a fraction of its length.
+    pub(crate) fn bar_color(&self, fraction: f64) -> [u8; 3] {
+        let [low, high] = self.bar.map(|v| self.fraction(v));
+        self.map.color(low + fraction * (high - low))
     }
 
-    /// The labels that occur, in increasing order; `None` when the field is not of labels or there
-    /// are more than `most`.
+    /// Returns the labels that occur in increasing order; `None` if the field has no labels or more
+    /// than `most`.
     pub(crate) fn labels(&self, most: usize) -> Option<Vec<i64>> {
         let SceneField::Labels(labels) = self.field else { return None };
         let mut found = std::collections::BTreeSet::new();
@@ -167,25 +167,25 @@ impl<'a> Coloring<'a> {
     }
 }
 
-/// `N / D` for numerator and denominator that are linear in the face, and its derivative in the
-/// picture: with `e` linear in the sample, `f = sum(e n) / sum(e d)` gives `f' = sum(e' (n - f d))
-/// / sum(e d)`.
-fn value_at(numerator: V3, denominator: V3, place: Option<&FacePlace>) -> Value {
-    let Some(place) = place else {
+/// Evaluates the quotient of numerator and denominator, both linear in the face, and its derivative
+/// in the image: for `f = sum(e n) / sum(e d)` with `e` linear in the sample coordinates, `f' =
+/// sum(e' (n - f d)) / sum(e d)`.
+fn value_at(numerator: V3, denominator: V3, point: Option<&FacePoint>) -> Value {
+    let Some(point) = point else {
         let value = numerator.iter().sum::<f64>() / denominator.iter().sum::<f64>();
         return Value { value, dx: 0.0, dy: 0.0 };
     };
     let sum = |w: V3, v: V3| w[0] * v[0] + w[1] * v[1] + w[2] * v[2];
-    let below = sum(place.weights, denominator);
-    let value = sum(place.weights, numerator) / below;
+    let below = sum(point.weights, denominator);
+    let value = sum(point.weights, numerator) / below;
     let rest = [0, 1, 2].map(|k| numerator[k] - value * denominator[k]);
-    Value { value, dx: sum(place.dx, rest) / below, dy: sum(place.dy, rest) / below }
+    Value { value, dx: sum(point.dx, rest) / below, dy: sum(point.dy, rest) / below }
 }
 
 impl Lines {
-    /// The colour with the nearest line over it.
+    /// Blends the nearest isoline over a colour.
     fn over(&self, color: Linear, face: usize, here: &Value, samples: f64) -> Linear {
-        let slope = here.dx.hypot(here.dy) * samples; // change a pixel
+        let slope = here.dx.hypot(here.dy) * samples; // change per pixel
         if !(slope > 0.0 && slope.is_finite()) {
             return color;
         }
@@ -195,11 +195,11 @@ impl Lines {
         }
         let distance = (here.value - level).abs() / slope;
         let zero = level == 0.0;
-        if zero && self.crumbs.get(face) == Some(&true) {
+        if zero && self.short.get(face) == Some(&true) {
             return color;
         }
         let width = if zero { self.style.zero_width } else { self.style.width };
-        // One sample of softness; the filter over the samples does the rest.
+        // Antialiased over one sample; the pixel filter does the rest.
         let coverage = ((width / 2.0 - distance) * samples + 0.5).clamp(0.0, 1.0);
         if coverage == 0.0 || !coverage.is_finite() {
             return color;
@@ -207,15 +207,15 @@ impl Lines {
         let opacity = if zero {
             1.0 - (1.0 - self.style.opacity) * 0.15
         } else {
-            // Lines nearer to each other than they are wide would fill the face with black: they
-            // fade instead.
+            // Isolines closer together than their width would fill the face with their colour; fade
+            // them instead.
             let gap = spacing / slope / self.style.width.max(1e-9);
             self.style.opacity * ((gap - 1.2) / 2.5).clamp(0.0, 1.0)
         };
         mix(color, self.color, (coverage * opacity) as f32)
     }
 
-    /// The level nearest to a value and the distance between levels there.
+    /// Returns the level nearest to a value, and the spacing of levels there.
     fn nearest(&self, value: f64) -> (f64, f64) {
         match &self.levels {
             Sorted::Multiples(step) => ((value / step).round() * step, *step),
@@ -232,8 +232,8 @@ impl Lines {
     }
 }
 
-fn share_of(range: [f64; 2], value: f64) -> f64 {
-    // Halves: the difference of the ends may overflow.
+fn fraction_of(range: [f64; 2], value: f64) -> f64 {
+    // Halve first: the difference of the ends may overflow.
     ((value / 2.0 - range[0] / 2.0) / half_span(range)).clamp(0.0, 1.0)
 }
 
@@ -258,7 +258,7 @@ fn occurring_range(field: &SceneField) -> Option<[f64; 2]> {
     }
 }
 
-fn chosen_range(occurring: Option<[f64; 2]>, map: &ColorMap) -> [f64; 2] {
+fn automatic_range(occurring: Option<[f64; 2]>, map: &ColorMap) -> [f64; 2] {
     let [low, high] = occurring.unwrap_or([0.0, 1.0]);
     if map.is_diverging() {
         let most = low.abs().max(high.abs());
@@ -266,24 +266,24 @@ fn chosen_range(occurring: Option<[f64; 2]>, map: &ColorMap) -> [f64; 2] {
     } else if low < high {
         [low, high]
     } else {
-        // One value everywhere: a range about it in which it is in the middle.
+        // A constant field: centre the range on its value.
         let reach = if low == 0.0 { 1.0 } else { low.abs() / 2.0 };
         [low - reach, high + reach]
     }
 }
 
-/// The round number (1, 2 or 5 times a power of ten) that divides the span into about `count`
-/// parts.
+/// Returns the round number (1, 2 or 5 times a power of ten) that divides the span into about
+/// `count` parts.
 pub(crate) fn round_step(span: f64, count: f64) -> f64 {
     let raw = (span / count).clamp(1e-300, 1e300);
     let power = 10f64.powf(raw.log10().floor());
-    let share = raw / power;
+    let fraction = raw / power;
     power
-        * if share < 1.5 {
+        * if fraction < 1.5 {
             1.0
-        } else if share < 3.5 {
+        } else if fraction < 3.5 {
             2.0
-        } else if share < 7.5 {
+        } else if fraction < 7.5 {
             5.0
         } else {
             10.0
@@ -304,23 +304,23 @@ mod tests {
     }
 
     #[test]
-    fn the_bar_shows_the_values_that_occur_in_the_colours_they_have() {
+    fn the_bar_shows_the_range_of_the_field() {
         let corners = vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
         let mesh = eikona_mesh::TriangleMesh::new(corners, vec![[0, 1, 2]]).unwrap();
         let scene = Scene::new(&mesh).vertex_scalar(&[-0.1, 0.3, 0.9]);
         let coloring = Coloring::new(&scene);
         let map = ColorMap::signed();
         assert_eq!((coloring.bar, coloring.map.name()), ([-0.1, 0.9], "signed"));
-        assert_eq!(coloring.share(0.0), 0.5, "0 is the middle of the map");
-        assert!((coloring.share_of_bar(0.0) - 0.1).abs() < 1e-12, "but not of the bar");
+        assert_eq!(coloring.fraction(0.0), 0.5, "0 is the middle of the map");
+        assert!((coloring.bar_fraction(0.0) - 0.1).abs() < 1e-12, "but not of the bar");
         assert_eq!(coloring.bar_color(1.0), map.color(1.0));
         assert_eq!(coloring.bar_color(0.0), map.color(0.4 / 0.9));
         assert_eq!(coloring.bar_color(0.1), map.color(0.5));
-        // A range that was asked for is shown whole.
-        let asked = Coloring::new(&scene.range(-2.0, 1.0));
-        assert_eq!((asked.bar, asked.bar_color(0.0)), ([-2.0, 1.0], map.color(0.0)));
+        // An explicit range is shown whole.
+        let explicit = Coloring::new(&scene.range(-2.0, 1.0));
+        assert_eq!((explicit.bar, explicit.bar_color(0.0)), ([-2.0, 1.0], map.color(0.0)));
         let same = Scene::new(&mesh).vertex_scalar(&[2.0; 3]);
-        assert_eq!(Coloring::new(&same).bar, [1.0, 3.0], "one value lies in the middle");
+        assert_eq!(Coloring::new(&same).bar, [1.0, 3.0], "a constant lies in the middle");
     }
 
     #[test]
@@ -328,7 +328,7 @@ mod tests {
         // A face in perspective: the weights at the corners differ.
         let h = [[0.0, 0.0, 1.0], [40.0, 4.0, 2.0], [6.0, 33.0, 1.5]];
         let (n, d) = ([1.0, -2.0, 0.5], [1.0, 3.0, 2.0]);
-        let value = |x: f64, y: f64| value_at(n, d, FacePlace::at(h, x, y).as_ref());
+        let value = |x: f64, y: f64| value_at(n, d, FacePoint::at(h, x, y).as_ref());
         let (x, y, step) = (6.0, 7.0, 1e-5);
         let here = value(x, y);
         let dx = (value(x + step, y).value - value(x - step, y).value) / (2.0 * step);

@@ -1,90 +1,90 @@
-//! Why there is no picture.
+//! Errors of rendering.
 
 use eikona_mesh::CurveError;
 use thiserror::Error;
 
-/// What can be wrong with a scene, its options or the file to write.
+/// Invalid scene, options or output file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// A side of the picture is zero or too long.
-    #[error("a picture of {width} x {height} pixels can not be made; each side must be 1 to 16384")]
+    /// A side of the image is zero or too long.
+    #[error("an image of {width} x {height} pixels is not supported; each side must be 1 to 16384")]
     ImageSize {
-        /// Width asked for.
+        /// Requested width.
         width: u32,
-        /// Height asked for.
+        /// Requested height.
         height: u32,
     },
-    /// More samples than fit in a reasonable amount of memory.
-    #[error("{samples} samples are more than {limit}; make the picture smaller or lower `supersampling`")]
+    /// There are too many samples for a reasonable amount of memory.
+    #[error("{samples} samples exceed the limit of {limit}; make the image smaller or lower `supersampling`")]
     TooManySamples {
         /// Width times height times supersampling squared.
         samples: u64,
-        /// The most that are drawn.
+        /// Largest number allowed.
         limit: u64,
     },
-    /// An option is out of its range.
+    /// An option is out of range.
     #[error("{name} = {value} is out of range: {bound}")]
     Option {
-        /// Its name.
+        /// Name of the option.
         name: &'static str,
         /// The value given.
         value: f64,
-        /// What is allowed.
+        /// Allowed values.
         bound: &'static str,
     },
-    /// A field does not have one value an element.
-    #[error("{found} {what} were given, {expected} are needed: one an element, in the order of the mesh")]
+    /// A field does not have one value per element.
+    #[error("the field has {found} {what}, but the mesh needs {expected}, in its own order")]
     WrongLength {
-        /// What the values are ("values per vertex").
+        /// Kind of the values ("values per vertex").
         what: &'static str,
-        /// The number given.
+        /// Number given.
         found: usize,
-        /// The number needed.
+        /// Number needed.
         expected: usize,
     },
-    /// A value that can not be drawn. NaN is allowed in fields, where it means "no value";
+    /// A value or coordinate cannot be drawn. NaN is allowed in fields, where it means "no value";
     /// infinities are not.
-    #[error("{what} {index} is {value}; it must be finite (a field may hold NaN for \"no value\")")]
+    #[error("{what} {index} is {value}; it must be finite (fields may use NaN for \"no value\")")]
     NonFinite {
-        /// What holds the value ("value of vertex", "point of curve 3,").
+        /// Owner of the value ("value of vertex", "point of curve 3,").
         what: String,
         /// 0-based index.
         index: usize,
         /// The value given.
         value: f64,
     },
-    /// A colour range that is empty or not finite.
-    #[error("the colour range {min} to {max} is empty; give finite numbers, the smaller first")]
+    /// The colour range is empty or not finite.
+    #[error("the colour range {min} to {max} is invalid; give finite numbers, the smaller first")]
     Range {
         /// Lower end.
         min: f64,
         /// Upper end.
         max: f64,
     },
-    /// No colour map has this name.
+    /// There is no colour map of this name.
     #[error("there is no colour map \"{name}\"; choose one of {choices}")]
     UnknownColorMap {
         /// The name given.
         name: String,
-        /// All names.
+        /// All valid names.
         choices: String,
     },
     /// A curve on the surface does not fit the mesh.
     #[error(transparent)]
     Curve(#[from] CurveError),
-    /// The pixels do not make a picture, or encoding failed.
-    #[error("the picture can not be encoded as PNG: {reason}")]
+    /// The pixel array has the wrong length, or encoding failed.
+    #[error("the image cannot be encoded as PNG: {reason}")]
     Encoding {
-        /// What the encoder says.
+        /// Reason.
         reason: String,
     },
-    /// The file can not be written.
-    #[error("{path} can not be written: {source}; the file, if there was one, is unchanged")]
+    /// The file cannot be written.
+    #[error("{path} cannot be written: {source}; the file, if there was one, is unchanged")]
     Write {
         /// The file.
         path: String,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
 }

@@ -1,15 +1,15 @@
-//! A small stroke font for colour bars: ASCII letters, digits and signs as lines and arcs.
+//! Stroke font for colour bars: ASCII letters, digits and signs as lines and arcs.
 
-/// Height of capitals in the units of the glyphs.
+/// Cap height in glyph units.
 const CAP: f64 = 7.0;
-/// Space between glyphs.
+/// Gap between glyphs.
 const GAP: f64 = 1.5;
-/// Width of the strokes.
+/// Stroke width.
 const STROKE: f64 = 0.92;
 
-/// Width and strokes of a glyph. `M x y` lifts the pen, `L x y` draws a line, `A cx cy rx ry from
-/// to` an arc (degrees) to which nothing leads; the pen stays at its end. y runs upwards from the
-/// base line.
+/// Returns width and strokes of a glyph. `M x y` moves the pen, `L x y` draws a line, `A cx cy rx
+/// ry from to` draws an arc (degrees), to which no line leads; the pen stays at its end. y points
+/// upwards from the baseline.
 fn glyph(c: char) -> Option<(f64, &'static str)> {
     Some(match c {
         ' ' => (1.6, ""),
@@ -100,19 +100,19 @@ fn glyph(c: char) -> Option<(f64, &'static str)> {
     })
 }
 
-/// Width of a line of text whose capitals are `size` high.
+/// Returns the width of a line of text with cap height `size`.
 pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     let advance: f64 = text.chars().filter_map(glyph).map(|g| g.0 + GAP).sum();
     (advance - GAP).max(0.0) * size / CAP
 }
 
-/// Half the width of the strokes of text whose capitals are `size` high.
+/// Returns half the stroke width of text with cap height `size`.
 pub(crate) fn stroke_radius(size: f64) -> f64 {
     STROKE * size / CAP / 2.0
 }
 
-/// The strokes of a line of text as segments in pixels, y downwards, starting at `x` on the base
-/// line `y`.
+/// Returns the strokes of a line of text as segments in pixels, y downwards, starting at `x` on the
+/// baseline `y`.
 pub(crate) fn text_segments(text: &str, x: f64, y: f64, size: f64) -> Vec<[[f64; 2]; 2]> {
     let unit = size / CAP;
     let mut segments = Vec::new();
@@ -156,14 +156,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_letter_digit_and_sign_of_numbers_has_a_glyph() {
+    fn all_letters_digits_and_number_signs_have_glyphs() {
         for c in ('a'..='z').chain('A'..='Z').chain('0'..='9').chain("+-.e".chars()) {
             assert!(!text_segments(&c.to_string(), 0.0, 0.0, 7.0).is_empty(), "{c}");
         }
     }
 
     #[test]
-    fn capitals_are_as_high_as_asked_and_within_their_width() {
+    fn capitals_have_the_cap_height_and_width() {
         for c in 'A'..='Z' {
             let s = c.to_string();
             let points: Vec<[f64; 2]> = text_segments(&s, 0.0, 0.0, 14.0).concat();

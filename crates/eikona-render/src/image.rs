@@ -1,24 +1,24 @@
-//! The finished picture and its PNG file.
+//! Finished image and its PNG encoding.
 
 use crate::error::RenderError;
 use std::io::Write;
 use std::path::Path;
 
-/// A picture: rows from top to bottom, pixels from left to right, 8 bits a channel, sRGB, alpha not
-/// premultiplied.
+/// Image: rows from top to bottom, pixels from left to right, 8 bits per channel, sRGB, with
+/// straight (not premultiplied) alpha.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
-    /// Pixels in a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Number of rows.
+    /// Height in pixels.
     pub height: u32,
     /// Red, green, blue, alpha of each pixel: `4 * width * height` bytes.
     pub rgba: Vec<u8>,
 }
 
 impl Image {
-    /// The colour of the pixel in column `x` and row `y` (row 0 is at the top), or `None` outside
-    /// the picture.
+    /// Returns the colour of the pixel in column `x` and row `y` (row 0 is the top), or `None`
+    /// outside the image.
     pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 4]> {
         if x >= self.width || y >= self.height {
             return None;
@@ -27,15 +27,14 @@ impl Image {
         self.rgba.get(start..start + 4)?.try_into().ok()
     }
 
-    /// The picture as a PNG file: RGB when it is opaque, RGBA otherwise.
+    /// Encodes the image as PNG: RGB if it is opaque, RGBA otherwise.
     ///
     /// # Errors
-    /// [`RenderError::Encoding`] when `rgba` does not have `4 * width * height` bytes or a side is
-    /// 0.
+    /// [`RenderError::Encoding`] if `rgba` does not have `4 * width * height` bytes or a side is 0.
     pub fn to_png_bytes(&self) -> Result<Vec<u8>, RenderError> {
         let expected = 4 * self.width as usize * self.height as usize;
         if self.rgba.len() != expected {
-            let reason = format!("{} bytes of pixels, {expected} are needed", self.rgba.len());
+            let reason = format!("the pixels are {} bytes, but {expected} are needed", self.rgba.len());
             return Err(RenderError::Encoding { reason });
         }
         let failed = |e: png::EncodingError| RenderError::Encoding { reason: e.to_string() };
@@ -56,8 +55,8 @@ impl Image {
         Ok(bytes)
     }
 
-    /// Writes the PNG file. It is written under a temporary name in the same folder and renamed, so
-    /// that no half-written file is ever seen.
+    /// Writes the image as a PNG file, under a temporary name in the same folder that is then
+    /// renamed, so that no half-written file is visible.
     ///
     /// # Errors
     /// [`RenderError::Write`] with the path and the system's reason, [`RenderError::Encoding`] as

@@ -1,4 +1,4 @@
-//! The colour bar: ticks at round numbers, or a swatch for each label.
+//! Colour bar with ticks at round numbers, or a legend with one swatch per label.
 
 use crate::color::label_color;
 use crate::coloring::{Coloring, round_step};
@@ -7,10 +7,10 @@ use crate::image::Image;
 use crate::options::{Background, RenderOptions};
 use crate::scene::{Scene, SceneField};
 
-/// More labels than this get no legend: one could not tell the colours apart.
-const MOST_LABELS: usize = 16;
+/// Largest number of labels with a legend: the colours of more would be hard to tell apart.
+const MAX_LABELS: usize = 16;
 
-/// What the legend shows and where, in pixels.
+/// Contents and layout of the legend, in pixels.
 pub(crate) struct Legend {
     entries: Entries,
     title: Option<String>,
@@ -23,14 +23,14 @@ pub(crate) struct Legend {
 }
 
 enum Entries {
-    /// Share of the bar from its lower end, and text.
+    /// Fraction of the bar from its lower end, and text.
     Ticks(Vec<(f64, String)>),
-    /// Labels from top to bottom, the highest first, as in a bar.
+    /// Labels from top to bottom, the largest first, as in a bar.
     Swatches(Vec<i64>),
 }
 
 impl Legend {
-    /// `None` when there is nothing to explain or no room for it.
+    /// Lays out the legend; `None` if there is nothing to explain or too little space.
     pub(crate) fn new(scene: &Scene, coloring: &Coloring, options: &RenderOptions) -> Option<Legend> {
         if !options.color_bar || matches!(scene.field, SceneField::None) {
             return None;
@@ -39,7 +39,7 @@ impl Legend {
         let text = (0.0145 * height).max(7.0);
         let entries = match scene.field {
             SceneField::Labels(_) => {
-                Entries::Swatches(coloring.labels(MOST_LABELS)?.into_iter().rev().collect())
+                Entries::Swatches(coloring.labels(MAX_LABELS)?.into_iter().rev().collect())
             }
             _ => Entries::Ticks(ticks(coloring)),
         };
@@ -62,12 +62,12 @@ impl Legend {
         Some(Legend { entries, title: scene.title.clone(), text, left, bar_width, right, ink })
     }
 
-    /// Pixels from the left that stay free for the scene.
+    /// Width in pixels, from the left, available to the scene.
     pub(crate) fn free_width(&self) -> f64 {
         self.left.min(self.title_left() - self.text).max(0.5 * self.left)
     }
 
-    /// Where the title begins.
+    /// Left end of the title.
     fn title_left(&self) -> f64 {
         let width = self.title.as_ref().map_or(0.0, |title| text_width(title, self.text));
         (self.right - width).max(self.text).min(self.left)
@@ -96,8 +96,8 @@ impl Legend {
                     |y| coloring.bar_color((bottom - y) / (bottom - top)),
                     1.0,
                 );
-                for (share, label) in ticks {
-                    let y = bottom - share * (bottom - top);
+                for (fraction, label) in ticks {
+                    let y = bottom - fraction * (bottom - top);
                     let end = bar_right + 0.55 * text;
                     fill(image, [bar_right, y - line / 2.0], [end, y + line / 2.0], |_| self.ink, 1.0);
                     self.write(image, label, text_left, y + 0.5 * text);
@@ -124,7 +124,7 @@ impl Legend {
         let radius = stroke_radius(self.text).max(0.55);
         let reach = radius + 0.5;
         let segments = text_segments(text, x, y, self.text);
-        // Strokes of one line of text overlap: the largest coverage of a pixel counts, once.
+        // Strokes within one line of text overlap: each pixel takes the largest coverage.
         let (left, right) = (x - 2.0 * reach, x + text_width(text, self.text) + 2.0 * reach);
         let (top, bottom) = (y - 1.3 * self.text - reach, y + 0.5 * self.text + reach);
         let clamp = |v: f64, most: u32| v.clamp(0.0, most as f64) as u32;
@@ -157,20 +157,20 @@ fn distance(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     (p[0] - a[0] - t * dx).hypot(p[1] - a[1] - t * dy)
 }
 
-/// Fills a box with soft borders; the colour is asked for the middle of each row.
+/// Fills a box with antialiased borders; `color` is evaluated at the middle of each row.
 fn fill(image: &mut Image, low: [f64; 2], high: [f64; 2], color: impl Fn(f64) -> [u8; 3], alpha: f64) {
-    let share =
+    let fraction =
         |i: u32, low: f64, high: f64| ((i as f64 + 1.0).min(high) - (i as f64).max(low)).clamp(0.0, 1.0);
     let end = |v: f64, most: u32| v.ceil().clamp(0.0, most as f64) as u32;
     for y in low[1].max(0.0) as u32..end(high[1], image.height) {
         let c = color(y as f64 + 0.5);
         for x in low[0].max(0.0) as u32..end(high[0], image.width) {
-            over(image, x, y, c, alpha * share(x, low[0], high[0]) * share(y, low[1], high[1]));
+            over(image, x, y, c, alpha * fraction(x, low[0], high[0]) * fraction(y, low[1], high[1]));
         }
     }
 }
 
-/// Blends in sRGB, in which soft text keeps its weight.
+/// Blends in sRGB, in which antialiased text keeps its weight.
 fn over(image: &mut Image, x: u32, y: u32, color: [u8; 3], alpha: f64) {
     let start = 4 * (y as usize * image.width as usize + x as usize);
     let Some(pixel) = image.rgba.get_mut(start..start + 4) else { return };
@@ -186,25 +186,25 @@ fn over(image: &mut Image, x: u32, y: u32, color: [u8; 3], alpha: f64) {
     pixel[3] = (255.0 * out).round() as u8;
 }
 
-/// Round numbers in the range, with their places.
+/// Returns round numbers in the range, with their positions on the bar.
 fn ticks(coloring: &Coloring) -> Vec<(f64, String)> {
     let [low, high] = coloring.bar;
     let step = round_step((high / 2.0 - low / 2.0) * 2.0, 6.0);
     let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
     if (last - first).is_nan() || last - first > 20.0 || step < 1e-290 {
-        // The ends differ by less than rounding lets round numbers tell.
-        return [low, high].map(|v| (coloring.share_of_bar(v), format!("{v:.3e}"))).to_vec();
+        // The range is too narrow for round numbers to resolve.
+        return [low, high].map(|v| (coloring.bar_fraction(v), format!("{v:.3e}"))).to_vec();
     }
     let most = low.abs().max(high.abs());
     (0..=(last - first) as usize)
         .map(|i| {
             let value = (first + i as f64) * step;
-            (coloring.share_of_bar(value), number(value, step, most))
+            (coloring.bar_fraction(value), number(value, step, most))
         })
         .collect()
 }
 
-/// A number to the precision of the step between ticks.
+/// Formats a number to the precision of the tick step.
 fn number(value: f64, step: f64, most: f64) -> String {
     let value = if value.abs() < step * 1e-6 { 0.0 } else { value };
     if value == 0.0 {

@@ -1,8 +1,8 @@
-//! Pictures of triangle meshes with a scalar field, isolines, curves and points, drawn to PNG
-//! without GPU or display.
+//! Software renderer for triangle meshes with a scalar field, isolines, curves and points; writes
+//! PNG and needs no GPU or display.
 //!
-//! A [`Scene`] says what is drawn, [`RenderOptions`] how, [`render`] gives an [`Image`]. The same
-//! input gives the same bytes on any number of threads.
+//! A [`Scene`] describes what is drawn, [`RenderOptions`] how, and [`render`] returns an [`Image`].
+//! The same input gives the same bytes on any number of threads.
 //!
 //! ```
 //! use eikona_mesh::TriangleMesh;
@@ -18,15 +18,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! How a picture comes about: the camera is fitted ([`Camera`]), faces are rasterised into a buffer
-//! of nearest faces at a multiple of the picture's resolution, each sample is coloured and lit,
-//! curves and points are drawn over it with a depth test, samples are filtered to pixels, and the
-//! colour bar is drawn last.
+//! Stages: fit the camera ([`Camera`]); rasterise faces into a visibility buffer at a multiple of
+//! the image resolution; colour and shade each sample; draw curves and points with a depth test;
+//! filter samples to pixels; draw the colour bar.
 
 mod camera;
 mod color;
 mod coloring;
-mod crumbs;
 mod error;
 mod font;
 mod image;
@@ -39,6 +37,7 @@ mod render;
 mod scene;
 mod shade;
 mod shadow;
+mod short_isolines;
 mod stroke;
 mod vector;
 

@@ -1,9 +1,9 @@
-//! Normals at corners: angle-weighted over the faces that join smoothly, split at sharp edges.
+//! Corner normals: angle-weighted averages over smoothly connected faces, split at creases.
 
 use crate::vector::{V3, add, cross, dot, norm, scale, sub, unit};
 use eikona_mesh::{Orientation, TriangleMesh};
 
-/// Unit normals of the faces; zero for faces without area.
+/// Returns unit face normals; zero for degenerate faces.
 pub(crate) fn face_normals(mesh: &TriangleMesh, positions: &[V3]) -> Vec<V3> {
     mesh.triangles()
         .iter()
@@ -14,8 +14,8 @@ pub(crate) fn face_normals(mesh: &TriangleMesh, positions: &[V3]) -> Vec<V3> {
         .collect()
 }
 
-/// The side of each face that is its front, as a factor of its normal: +1 or -1 such that
-/// neighbours agree, or 0 where the surface is one-sided, so that no face has a front.
+/// Returns the front side of each face as a factor of its normal: +1 or -1, consistent between
+/// neighbours, or 0 on nonorientable patches.
 pub(crate) fn front_sides(mesh: &TriangleMesh) -> Vec<i8> {
     let orientation = Orientation::of(mesh);
     mesh.faces()
@@ -26,9 +26,9 @@ pub(crate) fn front_sides(mesh: &TriangleMesh) -> Vec<i8> {
         .collect()
 }
 
-/// Three normals a face. Corners at a vertex share a normal when a chain of edges, each with an
-/// angle of at most `crease` between its two faces, joins them. Faces oriented against each other
-/// are joined too, with the sign turned.
+/// Returns three normals per face. Corners at a vertex share a normal if they are connected by
+/// edges whose faces differ by at most `crease`. Faces of opposite orientation are connected too,
+/// with opposite sign.
 pub(crate) fn corner_normals(
     mesh: &TriangleMesh,
     positions: &[V3],
@@ -60,52 +60,52 @@ pub(crate) fn corner_normals(
         for k in 0..3 {
             let (u, v) = (sub(p[(k + 1) % 3], p[k]), sub(p[(k + 2) % 3], p[k]));
             let angle = norm(cross(u, v)).atan2(dot(u, v));
-            let (root, turned) = groups.find(3 * f + k);
-            let weight = if turned { -angle } else { angle };
+            let (root, flipped) = groups.find(3 * f + k);
+            let weight = if flipped { -angle } else { angle };
             sum[root] = add(sum[root], scale(face_normal[f], weight));
         }
     }
     (0..mesh.halfedge_count())
         .map(|c| {
-            let (root, turned) = groups.find(c);
+            let (root, flipped) = groups.find(c);
             let n = unit(sum[root]);
             let n = if n == [0.0; 3] { face_normal[c / 3] } else { n };
-            n.map(|x| if turned { -x } else { x } as f32)
+            n.map(|x| if flipped { -x } else { x } as f32)
         })
         .collect()
 }
 
-/// Union-find in which each member is turned over or not relative to its root.
+/// Union-find with a relative sign between each member and its root.
 struct SignedGroups {
     parent: Vec<u32>,
-    turned: Vec<bool>,
+    flipped: Vec<bool>,
 }
 
 impl SignedGroups {
     fn new(count: usize) -> Self {
-        SignedGroups { parent: (0..count as u32).collect(), turned: vec![false; count] }
+        SignedGroups { parent: (0..count as u32).collect(), flipped: vec![false; count] }
     }
     fn find(&mut self, mut i: usize) -> (usize, bool) {
-        let mut turned = false;
+        let mut flipped = false;
         while self.parent[i] as usize != i {
             let p = self.parent[i] as usize;
             // Path halving: point to the grandparent.
-            let (grandparent, parent_turned) = (self.parent[p], self.turned[p]);
+            let (grandparent, parent_flipped) = (self.parent[p], self.flipped[p]);
             if grandparent as usize != p {
                 self.parent[i] = grandparent;
-                self.turned[i] ^= parent_turned;
+                self.flipped[i] ^= parent_flipped;
             }
-            turned ^= self.turned[i];
+            flipped ^= self.flipped[i];
             i = self.parent[i] as usize;
         }
-        (i, turned)
+        (i, flipped)
     }
     fn join(&mut self, a: usize, b: usize, against: bool) {
         let ((ra, ta), (rb, tb)) = (self.find(a), self.find(b));
         if ra != rb {
             let (low, high) = (ra.min(rb), ra.max(rb));
             self.parent[high] = low as u32;
-            self.turned[high] = ta ^ tb ^ against;
+            self.flipped[high] = ta ^ tb ^ against;
         }
     }
 }
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn sharp_edges_split_and_smooth_ones_join() {
+    fn creases_split_normals() {
         let mesh = cube();
         let sharp = normals(&mesh, 1.0);
         let faces = face_normals(&mesh, mesh.positions());
@@ -136,8 +136,8 @@ mod tests {
         }
         for (c, n) in normals(&mesh, 3.0).iter().enumerate() {
             let p = mesh.position(eikona_mesh::Vertex(mesh.triangles()[c / 3][c % 3]));
-            // Each side has a right angle at each corner of the cube, however it is cut: the normal
-            // is the diagonal.
+            // The corner angles of each side add up to a right angle, however it is triangulated,
+            // so the normal is the diagonal.
             for k in 0..3 {
                 assert!((n[k] as f64 - (p[k] * 2.0 - 1.0) / 3f64.sqrt()).abs() < 1e-6);
             }
@@ -145,12 +145,12 @@ mod tests {
     }
 
     #[test]
-    fn a_flipped_face_keeps_the_same_line() {
+    fn flipping_a_face_flips_its_normals_only() {
         let mesh = cube();
-        let flipped = mesh.with_flipped_faces(|f| f == Face(5));
-        let (straight, turned) = (normals(&mesh, 3.0), normals(&flipped, 3.0));
-        // Corner 0 of the flipped face stays corner 0.
-        assert!((0..3).all(|k| (straight[15][k] + turned[15][k]).abs() < 1e-6));
-        assert!((0..3).all(|k| (straight[0][k] - turned[0][k]).abs() < 1e-6));
+        let mesh_flipped = mesh.with_flipped_faces(|f| f == Face(5));
+        let (straight, flipped) = (normals(&mesh, 3.0), normals(&mesh_flipped, 3.0));
+        // Flipping keeps corner 0 in place.
+        assert!((0..3).all(|k| (straight[15][k] + flipped[15][k]).abs() < 1e-6));
+        assert!((0..3).all(|k| (straight[0][k] - flipped[0][k]).abs() < 1e-6));
     }
 }

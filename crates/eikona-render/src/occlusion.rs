@@ -1,23 +1,21 @@
-//! Ambient occlusion from the depth of the picture: how much of the sky above each pixel is hidden
-//! by what is near.
+//! Screen-space ambient occlusion from the depth buffer.
 //!
-//! The estimate is that of McGuire, Mara and Luebke (Scalable Ambient Obscurance, 2012): neighbours
-//! on a spiral, each counted by the cosine to the normal over its distance. The spiral is turned by
-//! a fixed pattern of the pixel's coordinates, and the noise is removed by a blur that stops at
-//! steps in depth.
+//! The estimator is that of McGuire, Mara and Luebke (Scalable Ambient Obscurance, 2012):
+//! neighbours on a spiral, each weighted by the cosine to the normal over its distance. A fixed
+//! pattern of the pixel coordinates rotates the spiral, and a depth-aware blur removes the noise.
 
 use crate::camera::View;
 use crate::shade::Surface;
 use crate::vector::{V3, dot, sub};
 use rayon::prelude::*;
 
-/// Reach in units of the scene's radius.
+/// Sampling radius in units of the scene's radius.
 const RADIUS: f64 = 0.32;
 const TAPS: usize = 26;
 const TURNS: f64 = 7.0;
 const BLUR: i64 = 5;
 
-/// Openness of each pixel: 1 sees the whole sky, 0 none of it.
+/// Visibility of the sky per pixel: 1 is unoccluded, 0 fully occluded.
 pub(crate) struct Occlusion {
     width: usize,
     height: usize,
@@ -58,11 +56,11 @@ impl Occlusion {
         Occlusion { width, height, samples, depth, open }
     }
 
-    /// Openness at a sample, from the pixels around it that are about as far away.
+    /// Visibility of the sky at a sample, interpolated from surrounding pixels of similar depth.
     pub(crate) fn at(&self, x: usize, y: usize, depth: f64) -> f64 {
-        // Pixel i was looked up at its sample samples / 2.
-        let place = |c: usize| (c as f64 - (self.samples / 2) as f64) / self.samples as f64;
-        let (px, py) = (place(x), place(y));
+        // Pixel i was evaluated at its sample `samples / 2`.
+        let position = |c: usize| (c as f64 - (self.samples / 2) as f64) / self.samples as f64;
+        let (px, py) = (position(x), position(y));
         let (fx, fy) = (px - px.floor(), py - py.floor());
         let (mut sum, mut total) = (0.0, 0.0);
         for (dy, wy) in [(0, 1.0 - fy), (1, fy)] {
@@ -72,7 +70,7 @@ impl Occlusion {
                     continue;
                 }
                 let at = j as usize * self.width + i as usize;
-                let weight = (wx * wy + 1e-4) * alike(depth, self.depth[at] as f64);
+                let weight = (wx * wy + 1e-4) * similarity(depth, self.depth[at] as f64);
                 sum += weight * self.open[at] as f64;
                 total += weight;
             }
@@ -81,8 +79,8 @@ impl Occlusion {
     }
 }
 
-/// How much two depths belong to one surface, from 1 down to almost 0.
-fn alike(a: f64, b: f64) -> f64 {
+/// Similarity of two depths, from 1 down to almost 0.
+fn similarity(a: f64, b: f64) -> f64 {
     if !b.is_finite() {
         return 0.0;
     }
@@ -95,16 +93,16 @@ struct Grid<'a> {
     width: usize,
     height: usize,
     samples: usize,
-    /// Depths alone: the neighbours are all over the picture, and this much fits the cache.
+    /// Depths only: the neighbours are scattered over the image, and these fit the cache.
     depth: &'a [f32],
     pixels: &'a [(f32, [f32; 3])],
-    /// Offsets of the neighbours that are looked at, in units of the reach.
+    /// Offsets of the neighbours, in units of the sampling radius.
     spiral: Vec<[f64; 2]>,
 }
 
 impl Grid<'_> {
-    /// The place of a pixel in the camera's frame (right, up, towards the camera).
-    fn place(&self, x: i64, y: i64, depth: f64) -> V3 {
+    /// Position of a pixel in the camera's frame (right, up, towards the camera).
+    fn position(&self, x: i64, y: i64, depth: f64) -> V3 {
         let at = |c: i64| (c * self.samples as i64 + self.samples as i64 / 2) as f64 + 0.5;
         let reach = if self.view.perspective { depth } else { 1.0 } / self.view.focal;
         [(at(x) - self.view.center[0]) * reach, -(at(y) - self.view.center[1]) * reach, -depth]
@@ -117,13 +115,12 @@ impl Grid<'_> {
         }
         let normal = normal.map(f64::from);
         let depth = depth as f64;
-        let here = self.place(x as i64, y as i64, depth);
+        let here = self.position(x as i64, y as i64, depth);
         let reach = RADIUS / self.view.sample_size(depth) / self.samples as f64;
         if reach.is_nan() || reach < 1.5 {
             return 1.0;
         }
-        // No further than the picture is wide, or a camera inside the mesh would see only far
-        // pixels.
+        // Limit the radius, or a camera inside the mesh would see only distant pixels.
         let reach = reach.min(self.width.max(self.height) as f64 / 3.0);
         // Interleaved gradient noise (Jimenez 2014).
         let pattern = 52.982_918_9 * (0.067_110_56 * x as f64 + 0.005_837_15 * y as f64).fract();
@@ -139,7 +136,7 @@ impl Grid<'_> {
             if !other.is_finite() {
                 continue;
             }
-            let v = sub(self.place(i, j, other as f64), here);
+            let v = sub(self.position(i, j, other as f64), here);
             let (distance_sq, height) = (dot(v, v), dot(v, normal));
             if height <= 0.004 || distance_sq >= RADIUS * RADIUS {
                 continue;
@@ -168,7 +165,7 @@ fn blur(values: &[f32], depth: &[f32], width: usize, height: usize, [dx, dy]: [i
                     continue;
                 }
                 let at = j as usize * width + i as usize;
-                let weight = weight * alike(here, depth[at] as f64);
+                let weight = weight * similarity(here, depth[at] as f64);
                 sum += weight * values[at] as f64;
                 total += weight;
             }

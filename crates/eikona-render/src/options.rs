@@ -1,36 +1,37 @@
-//! How a scene is drawn: plain data with good defaults.
+//! Rendering options.
 
 use crate::error::RenderError;
 
-/// How a scene is drawn.
+/// Rendering options of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderOptions {
-    /// Width of the picture in pixels, 1 to 16384.
+    /// Image width in pixels, 1 to 16384.
     pub width: u32,
-    /// Height of the picture in pixels, 1 to 16384.
+    /// Image height in pixels, 1 to 16384.
     pub height: u32,
-    /// Samples along each side of a pixel, 1 to 4. Memory is about 28 bytes a sample.
+    /// Samples along each side of a pixel, 1 to 4. Memory is about 28 bytes per sample.
     pub supersampling: u32,
-    /// From where the scene is seen.
+    /// Camera position and projection.
     pub camera: Camera,
-    /// What is behind it.
+    /// Background colour or transparency.
     pub background: Background,
-    /// How faces are lit.
+    /// Lighting of faces.
     pub lighting: Lighting,
     /// Strength of the ambient occlusion, from 0 (none) to 1.
     pub ambient_occlusion: f64,
-    /// Strength of the soft shadow on a ground below the mesh, from 0 (none) to 1. Flat meshes seen
-    /// from the front have none.
+    /// Strength of the soft shadow on a ground below the mesh, from 0 (none) to 1. Flat meshes have
+    /// no ground, and no shadow is drawn unless the camera looks down on the ground.
     pub ground_shadow: f64,
-    /// Edges at which the faces' normals differ by more than this angle (radians) are drawn sharp:
-    /// 0 shows every face flat, pi smooths everything.
+    /// Crease angle in radians: edges whose face normals differ by more than this are drawn sharp.
+    /// 0 gives flat shading, pi smooths everything.
     pub crease_angle: f64,
-    /// A surface seen from its back is drawn a little darker and cooler. Faces wound against their
-    /// neighbours have the front of these; a one-sided surface has none.
+    /// Draws back faces slightly darker and cooler. Neighbouring faces with opposite orientation
+    /// share one front side; nonorientable surfaces have none.
     pub tint_back_faces: bool,
     /// Draws the edges of the mesh.
     pub wireframe: Option<Wireframe>,
-    /// Draws a colour bar with ticks at the right when the scene has a field.
+    /// Draws a colour bar with ticks, or a legend of labels, at the right if the scene has a field
+    /// and there is space.
     pub color_bar: bool,
 }
 
@@ -53,32 +54,29 @@ impl Default for RenderOptions {
     }
 }
 
-/// From where the scene is seen. Unless said otherwise the whole scene fits the picture with a
-/// small margin.
+/// Camera. By default the whole scene fits the image with a small margin.
 ///
-/// Angles turn about the middle of the scene, starting in front of it: the front is the side of +z
-/// when y or x is up, and that of -y when z is up. A flat mesh is seen from its front side,
-/// head-on, and angles turn from there.
+/// Angles rotate the camera about the centre of the scene, starting in front of it: the front is
+/// the side of +z if x or y is up, and that of -y if z is up. A flat mesh is viewed head-on from
+/// its front side, and angles start there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// Which way is up.
+    /// Up axis of the scene.
     pub up: UpAxis,
-    /// Turn to the right, in radians; 30 degrees without a value (0 for a flat mesh).
+    /// Rotation to the right in radians; by default 30 degrees (0 for a flat mesh).
     pub azimuth: Option<f64>,
-    /// Turn upwards, in radians; 20 degrees without a value, 38 for a mesh that lies flat, 0 for a
-    /// flat one.
+    /// Rotation upwards in radians; by default 20 degrees, 38 for a mesh that lies flat (thin along
+    /// the up axis), 0 for a planar mesh.
     pub elevation: Option<f64>,
-    /// Turn of the camera about its line of sight, in radians; the picture turns clockwise.
+    /// Rotation about the line of sight in radians; the image turns clockwise.
     pub roll: f64,
-    /// Magnification of the fitted picture; above 0.
+    /// Magnification of the fitted view, 1e-6 to 1e6.
     pub zoom: f64,
-    /// The point in the middle of the picture, in the mesh's own coordinates; fitted without a
-    /// value.
+    /// Point at the centre of the image, in mesh coordinates; fitted by default.
     pub target: Option<[f64; 3]>,
-    /// Distance of the camera from its target, in the mesh's own unit; above 0; fitted without a
-    /// value.
+    /// Distance of the camera from its target, in mesh units; greater than 0; fitted by default.
     pub distance: Option<f64>,
-    /// With or without perspective.
+    /// Perspective or orthographic projection.
     pub projection: Projection,
 }
 
@@ -97,10 +95,10 @@ impl Default for Camera {
     }
 }
 
-/// Which way is up.
+/// Up axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum UpAxis {
-    /// The y axis; for a mesh that is thin along z, the z axis.
+    /// The y axis, or the z axis for a mesh that is thin along z.
     #[default]
     Auto,
     /// The x axis.
@@ -111,45 +109,45 @@ pub enum UpAxis {
     Z,
 }
 
-/// How space is brought to the picture.
+/// Projection from space to the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Near things are larger.
+    /// Perspective projection.
     Perspective {
-        /// The vertical angle of view in radians, between 0 and pi.
+        /// Vertical angle of view in radians, from 0.001 to 3.1.
         field_of_view: f64,
     },
-    /// Parallel lines stay parallel.
+    /// Orthographic projection.
     Orthographic,
 }
 
-/// What is behind the scene.
+/// Background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Background {
     /// One sRGB colour.
     Solid([u8; 3]),
-    /// Nothing: alpha 0. Shadows are drawn as black with some alpha.
+    /// Transparent (alpha 0). Shadows are black with partial alpha.
     Transparent,
 }
 
-/// How faces are lit.
+/// Lighting of faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lighting {
     /// Soft ambient light from above, a key light from the upper left and a rim light from behind.
     #[default]
     Studio,
-    /// Colours exactly as in the colour map; no shading, occlusion or shadow.
+    /// Colours exactly as in the colour map, without shading, occlusion or shadow.
     Unlit,
 }
 
-/// How the edges of the mesh are drawn.
+/// Style of mesh edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wireframe {
     /// Width in pixels.
     pub width: f64,
     /// sRGB colour.
     pub color: [u8; 3],
-    /// From 0 to 1.
+    /// Opacity from 0 to 1.
     pub opacity: f64,
 }
 
@@ -175,7 +173,7 @@ impl RenderOptions {
     /// Checks every option.
     ///
     /// # Errors
-    /// The first option that is out of its range, with the range.
+    /// [`RenderError`] for the first option out of range, with the allowed range.
     pub fn validate(&self) -> Result<(), RenderError> {
         let (width, height) = (self.width, self.height);
         if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
@@ -189,7 +187,7 @@ impl RenderOptions {
         let share = |x: f64| (0.0..=1.0).contains(&x);
         in_range("ambient_occlusion", self.ambient_occlusion, share, "0 to 1")?;
         in_range("ground_shadow", self.ground_shadow, share, "0 to 1")?;
-        in_range("crease_angle", self.crease_angle, |x| x >= 0.0, "an angle in radians, not negative")?;
+        in_range("crease_angle", self.crease_angle, |x| x >= 0.0, "an angle in radians, at least 0")?;
         if let Some(w) = self.wireframe {
             in_range("wireframe.width", w.width, |x| (0.0..=100.0).contains(&x), "0 to 100 pixels")?;
             in_range("wireframe.opacity", w.opacity, share, "0 to 1")?;
@@ -199,7 +197,7 @@ impl RenderOptions {
             in_range(name, angle.unwrap_or(0.0), |_| true, "a finite angle in radians")?;
         }
         in_range("zoom", c.zoom, |x| (1e-6..=1e6).contains(&x), "1e-6 to 1e6")?;
-        in_range("distance", c.distance.unwrap_or(1.0), |x| x > 0.0, "above 0")?;
+        in_range("distance", c.distance.unwrap_or(1.0), |x| x > 0.0, "greater than 0")?;
         for x in c.target.unwrap_or_default() {
             in_range("target", x, |_| true, "finite coordinates")?;
         }

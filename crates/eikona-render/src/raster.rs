@@ -1,13 +1,12 @@
-//! Which face is nearest at each sample: clipping, edge functions in whole numbers with the
-//! top-left rule, depth.
+//! Rasteriser: clipping, integer edge functions with the top-left rule, depth test.
 
 use crate::camera::{NEAR, Projected};
 use crate::vector::V3;
 
-/// No face.
+/// Marks the absence of a face.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// The nearest face and its depth key at each sample. Larger keys are nearer.
+/// Visibility buffer: the nearest face at each sample and its depth key. Larger keys are nearer.
 pub(crate) struct Visibility {
     pub(crate) width: usize,
     pub(crate) height: usize,
@@ -15,11 +14,11 @@ pub(crate) struct Visibility {
     pub(crate) key: Vec<f32>,
 }
 
-/// Corners are rounded to this part of a sample, so that neighbouring faces meet without gap or
+/// Subsample resolution to which corners are rounded, so that adjacent faces meet without gap or
 /// overlap.
 const SUBSAMPLE: f64 = 256.0;
-/// Faces are clipped this many samples outside the picture, which keeps products of coordinates
-/// within 63 bits.
+/// Guard band in samples around the image at which faces are clipped, which keeps products of
+/// coordinates within 63 bits.
 const GUARD: f64 = 4096.0;
 
 impl Visibility {
@@ -28,7 +27,7 @@ impl Visibility {
         Visibility { width, height, face: vec![NONE; count], key: vec![f32::NEG_INFINITY; count] }
     }
 
-    /// Draws all faces. Where two are equally near, the first stays.
+    /// Rasterises all faces. At equal depth, the first face wins.
     pub(crate) fn draw(&mut self, vertices: &[Projected], triangles: &[[u32; 3]], perspective: bool) {
         let mut polygon = Vec::with_capacity(10);
         let mut spare = Vec::with_capacity(10);
@@ -60,8 +59,8 @@ impl Visibility {
     }
 
     fn planes(&self) -> [(V3, f64, f64); 5] {
-        // (coefficients of X, Y, W), coefficient of depth, constant: the face is kept where the sum
-        // is not negative.
+        // Coefficients of (X, Y, W) and of depth, and a constant: points with a nonnegative sum are
+        // kept.
         let (w, h) = (self.width as f64 + GUARD, self.height as f64 + GUARD);
         [
             ([0.0, 0.0, 0.0], 1.0, -NEAR),
@@ -77,7 +76,7 @@ impl Visibility {
         polygon.iter().all(|p| planes.iter().all(|plane| side(plane, p) >= 0.0))
     }
 
-    /// Sutherland-Hodgman.
+    /// Clips a polygon by Sutherland-Hodgman.
     fn clip(&self, polygon: &mut Vec<Projected>, spare: &mut Vec<Projected>) {
         for plane in &self.planes() {
             spare.clear();
@@ -90,7 +89,7 @@ impl Visibility {
                     let mut depth = between(a.depth, b.depth);
                     let mut h = [0, 1, 2].map(|k| between(a.h[k], b.h[k]));
                     if plane.1 != 0.0 && h[2] < NEAR {
-                        // Rounding must not leave a point on the near plane behind it.
+                        // Rounding must not put the point behind the near plane.
                         (depth, h[2]) = (NEAR, NEAR);
                     }
                     spare.push(Projected { h, depth });
@@ -114,7 +113,7 @@ impl Visibility {
         }
         let corners = [a, b, c];
         let unit = SUBSAMPLE as i64;
-        // Sample i has its centre at (i + 1/2).
+        // Sample i is centred at i + 1/2.
         let first = |low: i64| (low - unit / 2 + unit - 1).div_euclid(unit).max(0);
         let last = |high: i64, count: usize| (high - unit / 2).div_euclid(unit).min(count as i64 - 1);
         let (x0, x1) = (first(a.x.min(b.x).min(c.x)), last(a.x.max(b.x).max(c.x), self.width));
@@ -122,13 +121,13 @@ impl Visibility {
         if x0 > x1 || y0 > y1 {
             return;
         }
-        // Edge k faces corner k; value, step in x, step in y at the first sample.
+        // Edge function k, opposite corner k: value at the first sample, step in x, step in y.
         let start = Corner { x: x0 * unit + unit / 2, y: y0 * unit + unit / 2, key: 0.0 };
         let edge = [0, 1, 2].map(|k| {
             let (p, q) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
             let (dx, dy) = (q.x - p.x, q.y - p.y);
-            // With y downwards and positive area, the inside lies right of a left edge (dy < 0) and
-            // below a top edge.
+            // Top-left rule: with y downwards and positive area, the inside lies right of a left
+            // edge (dy < 0) and below a top edge.
             let owns_border = dy < 0 || (dy == 0 && dx > 0);
             (cross(p, q, start) - i64::from(!owns_border), -dy * unit, dx * unit)
         });
@@ -171,8 +170,7 @@ struct Corner {
     key: f64,
 }
 
-/// Twice the signed area, positive where c lies to the right of a to b on a screen with y
-/// downwards.
+/// Twice the signed area, positive if c lies to the right of a to b on a screen with y downwards.
 fn cross(a: Corner, b: Corner, c: Corner) -> i64 {
     (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
 }
@@ -181,23 +179,23 @@ fn side(plane: &(V3, f64, f64), p: &Projected) -> f64 {
     plane.0[0] * p.h[0] + plane.0[1] * p.h[1] + plane.0[2] * p.h[2] + plane.1 * p.depth + plane.2
 }
 
-/// The place of a sample in a face, exact for perspective: weight of corner k is `e[k] / (e[0] +
-/// e[1] + e[2])`, and every `e` is linear in the sample's coordinates.
+/// Perspective-correct barycentric coordinates of a sample: the weight of corner k is `e[k] / (e[0]
+/// + e[1] + e[2])`, where every `e` is linear in the sample coordinates.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FacePlace {
-    /// Weights of the corners, none negative, sum 1.
+pub(crate) struct FacePoint {
+    /// Weights of the corners, nonnegative with sum 1.
     pub(crate) weights: V3,
     /// `e` over its sum.
     pub(crate) e: V3,
-    /// Change of `e` (over the same sum) a sample to the right and downwards.
+    /// Change of `e` (over the same sum) per sample to the right and downwards.
     pub(crate) dx: V3,
     pub(crate) dy: V3,
 }
 
-impl FacePlace {
-    /// `None` when the face is seen exactly from its side.
-    pub(crate) fn at(h: [V3; 3], x: f64, y: f64) -> Option<FacePlace> {
-        // Relative to the sample, which avoids cancellation.
+impl FacePoint {
+    /// Computes the coordinates; `None` if the face is seen exactly edge-on.
+    pub(crate) fn at(h: [V3; 3], x: f64, y: f64) -> Option<FacePoint> {
+        // Shift the origin to the sample, which avoids cancellation.
         let q = h.map(|p| [p[0] - x * p[2], p[1] - y * p[2], p[2]]);
         let next = |k: usize| (q[(k + 1) % 3], q[(k + 2) % 3]);
         let e = [0, 1, 2].map(|k| {
@@ -218,12 +216,12 @@ impl FacePlace {
             (a[0] * b[2] - b[0] * a[2]) * -inverse
         });
         let e = e.map(|v| v * inverse);
-        // A sample can lie outside the face by the rounding of its corners.
+        // Rounding of the corners can put a sample outside the face.
         let clamped = e.map(|v| v.clamp(0.0, 1.0));
         let total = clamped[0] + clamped[1] + clamped[2];
         if !(total > 0.0 && total.is_finite()) {
             return None;
         }
-        Some(FacePlace { weights: clamped.map(|v| v / total), e, dx, dy })
+        Some(FacePoint { weights: clamped.map(|v| v / total), e, dx, dy })
     }
 }

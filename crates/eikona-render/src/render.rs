@@ -1,4 +1,4 @@
-//! From a scene to a picture, step by step.
+//! Rendering pipeline.
 
 use crate::camera::{Normalization, Projected, View};
 use crate::color::linear_to_srgb;
@@ -17,11 +17,11 @@ use crate::stroke::Canvas;
 use crate::vector::V3;
 use rayon::prelude::*;
 
-/// Draws a scene.
+/// Renders a scene.
 ///
-/// The picture is the same, byte for byte, for the same input, whatever the number of threads
-/// (rayon's global pool). Meshes of any size and place are drawn: coordinates are normalised first.
-/// A mesh without faces gives the background.
+/// The same input gives the same bytes for any number of threads (rayon's global pool). Coordinates
+/// are normalised first, so meshes may have any size and position. A mesh without faces gives the
+/// background.
 ///
 /// ```
 /// use eikona_mesh::TriangleMesh;
@@ -37,7 +37,7 @@ use rayon::prelude::*;
 /// ```
 ///
 /// # Errors
-/// What [`RenderOptions::validate`] and [`Scene::validate`] find.
+/// As for [`RenderOptions::validate`] and [`Scene::validate`].
 ///
 /// # Cost
 /// O(V + F + samples); a million faces at 1600 x 1200 with 2 x 2 samples take a few seconds and
@@ -101,7 +101,7 @@ pub fn render(scene: &Scene, options: &RenderOptions) -> Result<Image, RenderErr
     Ok(image)
 }
 
-/// All points that the picture should show: corners of faces, curves, points.
+/// Returns all points to fit into the image: corners of faces, curves, points.
 fn points_to_fit(
     positions: &[V3],
     triangles: &[[u32; 3]],
@@ -116,14 +116,14 @@ fn points_to_fit(
     vertices.chain(curves.iter().flatten().copied()).chain(points).collect()
 }
 
-/// How far a sample counts, in pixels: a tent of this half width.
+/// Half width of the tent filter, in pixels.
 const FILTER_RADIUS: f64 = 0.8;
 
-/// Filters samples to pixels, in linear light.
+/// Filters samples to pixels in linear light.
 fn resolve(colors: &[[f32; 4]], options: &RenderOptions) -> Image {
     let samples = options.supersampling as usize;
     let (width, height) = (options.width as usize, options.height as usize);
-    // Weights of the samples around a pixel, by their distance from its middle along one axis.
+    // Weights of the samples around a pixel, by their distance from its centre along one axis.
     let reach = samples as i64; // one pixel more on each side
     let weights: Vec<(i64, f32)> = (-reach..2 * reach)
         .map(|i| (i, FILTER_RADIUS - ((i as f64 + 0.5) / samples as f64 - 0.5).abs()))

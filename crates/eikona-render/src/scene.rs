@@ -1,4 +1,4 @@
-//! What is drawn: a mesh, one field on it, curves and points.
+//! Scene: a mesh, one field on it, curves and points.
 
 use crate::color::ColorMap;
 use crate::error::RenderError;
@@ -6,7 +6,7 @@ use crate::options::in_range;
 use eikona_mesh::{SurfaceCurves, TriangleMesh};
 use std::borrow::Cow;
 
-/// A mesh with what is drawn on it. The last field given is the one that is shown.
+/// Mesh with a field, curves and points to draw. The last field set is shown.
 #[derive(Clone, Debug)]
 pub struct Scene<'a> {
     pub(crate) mesh: &'a TriangleMesh,
@@ -30,19 +30,19 @@ pub(crate) enum SceneField<'a> {
     Labels(&'a [i64]),
 }
 
-/// Lines of equal value, drawn with constant width in pixels. A piece of the line of value 0 of a
-/// field per vertex that is shorter than an edge is left out.
+/// Style and levels of isolines, which have constant width in pixels. Zero isolines of a field per
+/// vertex that are shorter than an edge are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Isolines {
-    /// At which values.
+    /// Values of the isolines.
     pub levels: Levels,
     /// Width in pixels.
     pub width: f64,
-    /// Width of the line of value 0 in pixels.
+    /// Width of the zero isoline in pixels.
     pub zero_width: f64,
     /// sRGB colour.
     pub color: [u8; 3],
-    /// Opacity from 0 to 1; the line of value 0 is nearly opaque.
+    /// Opacity from 0 to 1; the zero isoline is nearly opaque.
     pub opacity: f64,
 }
 
@@ -52,28 +52,29 @@ impl Default for Isolines {
     }
 }
 
-/// The values at which isolines lie.
+/// Values of isolines.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Levels {
-    /// About so many multiples of a round number in the range of colours.
+    /// About this many multiples of a round number within the colour range.
     About(u32),
-    /// All multiples of this number (above 0).
+    /// All multiples of this number (greater than 0).
     Spacing(f64),
     /// These values, in any order.
     Values(Vec<f64>),
 }
 
-/// How a curve is drawn.
+/// Style of a curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveStyle {
     /// sRGB colour.
     pub color: [u8; 3],
     /// Width in pixels.
     pub width: f64,
-    /// Colour and width (pixels, on each side) of a rim that sets the curve off from what is behind
-    /// it.
+    /// Colour and width (pixels, on each side) of an outline that sets the curve off from the
+    /// background.
     pub rim: Option<([u8; 3], f64)>,
-    /// Arrowheads in the direction of the curve, one every so many pixels (at least one a curve).
+    /// Spacing in pixels of arrowheads in the direction of the curve; each curve has at least one
+    /// unless its position is hidden.
     pub arrow_spacing: Option<f64>,
 }
 
@@ -83,7 +84,7 @@ impl Default for CurveStyle {
     }
 }
 
-/// How points are drawn: as small shaded balls.
+/// Style of points, which are drawn as small shaded balls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointStyle {
     /// sRGB colour.
@@ -99,7 +100,7 @@ impl Default for PointStyle {
 }
 
 impl<'a> Scene<'a> {
-    /// The mesh alone, in clay.
+    /// Creates a scene of the mesh alone, in clay.
     pub fn new(mesh: &'a TriangleMesh) -> Self {
         Scene {
             mesh,
@@ -113,76 +114,76 @@ impl<'a> Scene<'a> {
             points: Vec::new(),
         }
     }
-    /// A value per vertex, linear in each face. A face with a NaN at a corner is drawn hatched.
+    /// Shows one value per vertex, linear in each face. A face with a NaN at a corner is hatched.
     pub fn vertex_scalar(mut self, values: &'a [f64]) -> Self {
         self.field = SceneField::Vertex(values);
         self
     }
-    /// A value per face, constant in it.
+    /// Shows one value per face.
     pub fn face_scalar(mut self, values: &'a [f64]) -> Self {
         self.field = SceneField::Face(values);
         self
     }
-    /// A value per corner (corner `k` of face `f` is `3 f + k`), linear in each face; jumps at
-    /// edges stay sharp.
+    /// Shows one value per corner (corner `k` of face `f` is `3 f + k`), linear in each face; jumps
+    /// across edges stay sharp.
     pub fn corner_scalar(mut self, values: &'a [f64]) -> Self {
         self.field = SceneField::Corner(values);
         self
     }
-    /// Numerator and denominator per corner; both are linear in each face and divided at each
-    /// sample.
+    /// Shows a quotient given by numerator and denominator per corner, both linear in each face and
+    /// divided per sample.
     pub fn corner_quotient(mut self, numerator: &'a [f64], denominator: &'a [f64]) -> Self {
         self.field = SceneField::Quotient { numerator, denominator };
         self
     }
-    /// An integer per face, shown in categorical colours: see [`label_color`](crate::label_color).
+    /// Shows one integer per face in categorical colours: see [`label_color`](crate::label_color).
     pub fn face_labels(mut self, labels: &'a [i64]) -> Self {
         self.field = SceneField::Labels(labels);
         self
     }
-    /// The colour map. Without it: [`ColorMap::signed`] when values of both signs occur, else
+    /// Sets the colour map. Default: [`ColorMap::signed`] if values of both signs occur, else
     /// [`ColorMap::viridis`].
     pub fn color_map(mut self, map: ColorMap) -> Self {
         self.color_map = Some(map);
         self
     }
-    /// The values at the ends of the colour map and of its bar. Without it: those that occur; a
-    /// diverging map reaches equally far below and above 0, so that its middle is 0 and equal
-    /// colours mean equal amounts, and its bar shows the part that occurs.
+    /// Sets the values at the ends of the colour map and bar. Default: the range of the field. A
+    /// diverging map is extended symmetrically about 0, so that equal colours mean equal
+    /// magnitudes; its bar shows only the range of the field.
     pub fn range(mut self, min: f64, max: f64) -> Self {
         self.range = Some([min, max]);
         self
     }
-    /// Words above the colour bar (ASCII; other characters are left out).
+    /// Sets the title above the colour bar (ASCII; other characters are left out).
     pub fn title(mut self, title: impl Into<String>) -> Self {
         self.title = Some(title.into());
         self
     }
-    /// Isolines of the field (not of values per face, which have none).
+    /// Draws isolines of the field. Fields per face have none.
     pub fn isolines(mut self, isolines: Isolines) -> Self {
         self.isolines = Some(isolines);
         self
     }
-    /// The sRGB colour of the surface when no field is shown.
+    /// Sets the sRGB colour of the surface for scenes without a field.
     pub fn surface_color(mut self, color: [u8; 3]) -> Self {
         self.surface_color = Some(color);
         self
     }
-    /// A polyline in space, hidden where the surface is in front of it. Repeat the first point to
-    /// close it.
+    /// Adds a polyline in space, hidden where the surface is in front of it. Repeat the first point
+    /// to close it.
     pub fn curve(mut self, points: impl Into<Cow<'a, [[f64; 3]]>>, style: CurveStyle) -> Self {
         self.curves.push((points.into(), style));
         self
     }
-    /// Points in space, hidden where the surface is in front of them.
+    /// Adds points in space, hidden where the surface is in front of them.
     pub fn points(mut self, points: impl Into<Cow<'a, [[f64; 3]]>>, style: PointStyle) -> Self {
         self.points.push((points.into(), style));
         self
     }
-    /// Curves and points on the surface of this scene's mesh.
+    /// Adds curves and points on the surface of this scene's mesh.
     ///
     /// # Errors
-    /// [`RenderError::Curve`] with the first node that names an element the mesh does not have.
+    /// [`RenderError::Curve`] with the first node that refers to an element the mesh does not have.
     pub fn surface_curves(
         self,
         curves: &SurfaceCurves,
@@ -192,11 +193,11 @@ impl<'a> Scene<'a> {
         let mesh = self.mesh;
         self.surface_curves_of(mesh, curves, style, point_style)
     }
-    /// Curves and points on another mesh of the surface that this scene shows, such as the one from
-    /// which its mesh was cut.
+    /// Adds curves and points given on another mesh of the same surface, such as the one from which
+    /// this scene's mesh was cut.
     ///
     /// # Errors
-    /// [`RenderError::Curve`] with the first node that names an element which `mesh` does not have.
+    /// [`RenderError::Curve`] with the first node that refers to an element `mesh` does not have.
     pub fn surface_curves_of(
         mut self,
         mesh: &TriangleMesh,
@@ -213,16 +214,16 @@ impl<'a> Scene<'a> {
         }
         let points = curves.located_points(mesh)?;
         if !points.is_empty() {
-            let places: Vec<[f64; 3]> = points.iter().map(|p| p.position(mesh)).collect();
-            self.points.push((places.into(), point_style));
+            let positions: Vec<[f64; 3]> = points.iter().map(|p| p.position(mesh)).collect();
+            self.points.push((positions.into(), point_style));
         }
         Ok(self)
     }
 
-    /// Checks lengths and numbers of everything in the scene.
+    /// Checks lengths and values of everything in the scene.
     ///
     /// # Errors
-    /// The first field, curve, point, style or range that can not be drawn.
+    /// [`RenderError`] for the first field, curve, point, style or range that cannot be drawn.
     pub fn validate(&self) -> Result<(), RenderError> {
         let (vertices, faces) = (self.mesh.vertex_count(), self.mesh.face_count());
         match self.field {
@@ -248,7 +249,9 @@ impl<'a> Scene<'a> {
             in_range("isolines.opacity", lines.opacity, |x| (0.0..=1.0).contains(&x), "0 to 1")?;
             match &lines.levels {
                 Levels::About(_) => {}
-                Levels::Spacing(s) => in_range("isolines.levels", *s, |x| x > 0.0, "a spacing above 0")?,
+                Levels::Spacing(s) => {
+                    in_range("isolines.levels", *s, |x| x > 0.0, "a spacing greater than 0")?
+                }
                 Levels::Values(values) => {
                     for &v in values {
                         in_range("isolines.levels", v, |_| true, "finite values")?;

@@ -1,16 +1,16 @@
-//! Light on the faces: colours every sample of the buffer of nearest faces.
+//! Colours and lights every sample of the visibility buffer.
 
 use crate::camera::{Projected, View};
 use crate::color::{Linear, MISSING, mix, to_linear};
 use crate::coloring::{Coloring, Shown};
 use crate::occlusion::Occlusion;
 use crate::options::{Background, Lighting, RenderOptions};
-use crate::raster::{FacePlace, NONE, Visibility};
+use crate::raster::{FacePoint, NONE, Visibility};
 use crate::shadow::GroundShadow;
 use crate::vector::{V3, add, cross, dot, scale, sub, unit};
 use rayon::prelude::*;
 
-/// The mesh as the camera sees it.
+/// Mesh with everything needed to shade it.
 pub(crate) struct Surface<'a> {
     pub(crate) view: &'a View,
     pub(crate) triangles: &'a [[u32; 3]],
@@ -18,25 +18,24 @@ pub(crate) struct Surface<'a> {
     pub(crate) projected: &'a [Projected],
     pub(crate) face_normals: &'a [V3],
     pub(crate) corner_normals: &'a [[f32; 3]],
-    /// Which side of each face is its front: see [`crate::normals::front_sides`]. Empty when nobody
-    /// asks.
+    /// Front side of each face: see [`crate::normals::front_sides`]. Empty if not needed.
     pub(crate) front_sides: &'a [i8],
     pub(crate) visibility: &'a Visibility,
 }
 
-/// What is at a sample.
+/// Surface point at a sample.
 pub(crate) struct Hit {
     pub(crate) face: usize,
-    pub(crate) place: Option<FacePlace>,
+    pub(crate) point: Option<FacePoint>,
     pub(crate) depth: f64,
-    /// Shading normal in the camera's frame (right, up, towards the camera), turned to the camera.
+    /// Shading normal in the camera's frame (right, up, towards the camera), facing the camera.
     pub(crate) normal: V3,
-    /// Whether the surface is seen from its back; never where it is one-sided.
+    /// Whether the surface is seen from its back; never on nonorientable surfaces.
     pub(crate) back: bool,
 }
 
 impl Surface<'_> {
-    /// The nearest face at a sample.
+    /// Returns the nearest surface point at a sample.
     pub(crate) fn hit(&self, x: usize, y: usize) -> Option<Hit> {
         let sample = y * self.visibility.width + x;
         let face = self.visibility.face[sample];
@@ -45,8 +44,8 @@ impl Surface<'_> {
         }
         let face = face as usize;
         let vertices = self.triangles[face].map(|v| v as usize);
-        let place = FacePlace::at(vertices.map(|v| self.projected[v].h), x as f64 + 0.5, y as f64 + 0.5);
-        let weights = place.map_or([1.0 / 3.0; 3], |p| p.weights);
+        let point = FacePoint::at(vertices.map(|v| self.projected[v].h), x as f64 + 0.5, y as f64 + 0.5);
+        let weights = point.map_or([1.0 / 3.0; 3], |p| p.weights);
         let mut position = [0.0; 3];
         let mut normal = [0.0; 3];
         for k in 0..3 {
@@ -54,27 +53,28 @@ impl Surface<'_> {
             normal = add(normal, scale(self.corner_normals[3 * face + k].map(f64::from), weights[k]));
         }
         let toward = self.view.toward_camera(position);
-        // Normals of a face agree in their sign, which is turned to the camera whatever the
-        // winding: no seam where it changes.
+        // The corner normals of a face agree in sign. Flipping them all towards the camera makes
+        // shading independent of orientation, without seams.
         let away = dot(self.face_normals[face], toward) < 0.0;
         normal = unit(if away { scale(normal, -1.0) } else { normal });
         let back = self.front_sides.get(face).is_some_and(|&side| side == if away { 1 } else { -1 });
         if normal == [0.0; 3] {
             normal = toward;
         }
-        // An interpolated normal may look away at the rim; there it is turned just to the rim.
+        // An interpolated normal may face away near the silhouette; project it to the silhouette
+        // there.
         let facing = dot(normal, toward);
         if facing < 0.0 {
             normal = unit(sub(normal, scale(toward, facing)));
         }
         let frame = [dot(normal, self.view.right), dot(normal, self.view.up), dot(normal, self.view.back)];
         let depth = self.view.depth_of_key(self.visibility.key[sample] as f64);
-        Some(Hit { face, place, depth, normal: frame, back })
+        Some(Hit { face, point, depth, normal: frame, back })
     }
 }
 
-/// Ambient light, key light and rim light in the camera's frame, scaled so that a face turned to
-/// the camera keeps its colour.
+/// Studio lighting (ambient, key and rim light) in the camera's frame, scaled so that a face turned
+/// to the camera keeps its colour.
 pub(crate) fn studio(albedo: Linear, n: V3, open: f64) -> Linear {
     let key = unit([-0.50, 0.70, 0.75]);
     let fill = unit([0.85, 0.10, 0.55]);
@@ -82,7 +82,7 @@ pub(crate) fn studio(albedo: Linear, n: V3, open: f64) -> Linear {
     let ambient = (0.30 + 0.24 * above) * open;
     let key_share = ((dot(n, key) + 0.18) / 1.18).max(0.0);
     let light = ambient + 0.66 * key_share * (0.55 + 0.45 * open) + 0.10 * dot(n, fill).max(0.0);
-    // The value of `light` for n = (0, 0, 1) and open = 1.
+    // `light` at n = (0, 0, 1) and open = 1.
     let level = light / 0.942;
     let half = unit([key[0], key[1], key[2] + 1.0]);
     let gloss = 0.055 * dot(n, half).max(0.0).powi(36) * open;
@@ -96,7 +96,7 @@ pub(crate) fn studio(albedo: Linear, n: V3, open: f64) -> Linear {
     })
 }
 
-/// Colours of all samples, linear and premultiplied with alpha.
+/// Computes the colours of all samples, in linear light with premultiplied alpha.
 pub(crate) fn shade(
     surface: &Surface,
     coloring: &Coloring,
@@ -119,24 +119,24 @@ pub(crate) fn shade(
                 let dark = shadow.map_or(0.0, |s| s.at(surface.view, x as f64 + 0.5, y as f64 + 0.5)) as f32;
                 *out = match background {
                     Some([r, g, b]) => {
-                        // Shadows on paper look right when slightly cool.
+                        // Slightly cool shadows look natural on a light background.
                         [r * (1.0 - dark), g * (1.0 - 0.97 * dark), b * (1.0 - 0.92 * dark), 1.0]
                     }
                     None => [0.0, 0.0, 0.0, dark],
                 };
                 continue;
             };
-            let mut color = match coloring.at(hit.face, hit.place.as_ref(), samples) {
+            let mut color = match coloring.at(hit.face, hit.point.as_ref(), samples) {
                 Shown::Color(c) => c,
                 Shown::Missing => {
-                    // Stripes from lower left to upper right, 9 pixels apart.
+                    // Diagonal stripes, 9 pixels apart along each axis.
                     let along = (x as f64 + y as f64) / samples / 9.0;
                     let stripe = along - along.floor();
                     if stripe < 0.28 { missing.map(|c| 0.62 * c) } else { missing }
                 }
             };
             if let Some((wire, wire_color)) = &wire {
-                let distance = hit.place.as_ref().map_or(f64::INFINITY, edge_distance);
+                let distance = hit.point.as_ref().map_or(f64::INFINITY, edge_distance);
                 let cover = ((wire.width / 2.0 - distance / samples) * samples + 0.5).clamp(0.0, 1.0);
                 color = mix(color, *wire_color, (cover * wire.opacity) as f32);
             }
@@ -153,13 +153,13 @@ pub(crate) fn shade(
     colors
 }
 
-/// Distance in samples to the nearest edge of the face.
-fn edge_distance(place: &FacePlace) -> f64 {
-    (0..3).map(|k| place.e[k].max(0.0) / place.dx[k].hypot(place.dy[k])).fold(f64::INFINITY, f64::min)
+/// Distance to the nearest edge of the face, in samples.
+fn edge_distance(point: &FacePoint) -> f64 {
+    (0..3).map(|k| point.e[k].max(0.0) / point.dx[k].hypot(point.dy[k])).fold(f64::INFINITY, f64::min)
 }
 
-/// A unit vector pair across `n`.
-pub(crate) fn frame_across(n: V3) -> (V3, V3) {
+/// Two unit vectors that form an orthogonal frame with `n`.
+pub(crate) fn tangent_frame(n: V3) -> (V3, V3) {
     let axis = if n[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
     let u = unit(cross(n, axis));
     (u, cross(n, u))

@@ -1,25 +1,25 @@
-//! The soft shadow on a ground just below the mesh: what the mesh covers in layers by height, each
-//! blurred as wide as it is high. Between its lowest and its highest point above a place the mesh
-//! is taken to be solid.
+//! Soft shadow on a ground just below the mesh. The mesh is split by height into layers; each casts
+//! a shadow blurred in proportion to its height. The mesh is treated as solid between its lowest
+//! and highest point above each cell.
 
 use crate::camera::{Projected, View};
 use crate::raster::{NONE, Visibility};
-use crate::shade::frame_across;
+use crate::shade::tangent_frame;
 use crate::vector::{V3, dot};
 
-/// Cells along the longer side of the ground.
+/// Number of cells along the longer side of the ground.
 const CELLS: usize = 300;
-/// Heights (in units of the scene's radius) at which layers end.
+/// Upper ends of the layers, in units of the scene's radius.
 const LAYERS: [f64; 6] = [0.02, 0.08, 0.2, 0.45, 0.9, f64::INFINITY];
-/// Width of the blur of each layer.
+/// Blur width of each layer.
 const BLURS: [f64; 6] = [0.012, 0.04, 0.09, 0.19, 0.34, 0.55];
-/// How dark each layer is.
+/// Darkness of each layer.
 const DARKNESS: [f64; 6] = [0.40, 0.34, 0.30, 0.28, 0.26, 0.18];
 
-/// Distance that keeps depths positive.
+/// Offset that keeps depths positive.
 const ABOVE: f64 = 4.0;
 
-/// Share of the sky that is hidden, over the ground.
+/// Fraction of hidden sky, on a grid over the ground.
 pub(crate) struct GroundShadow {
     up: V3,
     across: (V3, V3),
@@ -32,7 +32,8 @@ pub(crate) struct GroundShadow {
 }
 
 impl GroundShadow {
-    /// `None` without faces, without a ground, or when the camera is below it.
+    /// Computes the shadow; `None` without faces, strength or ground, or unless the camera looks
+    /// down on the ground.
     pub(crate) fn new(
         view: &View,
         positions: &[V3],
@@ -43,7 +44,7 @@ impl GroundShadow {
         if !view.has_ground || triangles.is_empty() || strength == 0.0 || dot(view.back, up) < 0.02 {
             return None;
         }
-        let across = frame_across(up);
+        let across = tangent_frame(up);
         let mut ground = f64::INFINITY;
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for &v in triangles.iter().flatten() {
@@ -56,12 +57,12 @@ impl GroundShadow {
         if dot(view.eye, up) <= ground {
             return None;
         }
-        let room = 1.3; // the widest blur fades out within it
-        let low = low.map(|x| x - room);
-        let side = [high[0] + room - low[0], high[1] + room - low[1]];
+        let padding = 1.3; // the widest blur fades out within it
+        let low = low.map(|x| x - padding);
+        let side = [high[0] + padding - low[0], high[1] + padding - low[1]];
         let cell = side[0].max(side[1]) / CELLS as f64;
         let size = side.map(|s| ((s / cell).ceil() as usize).clamp(1, CELLS));
-        // The lowest and the highest point over each cell, by the depth seen from below and from
+        // Lowest and highest point over each cell, from depth buffers seen from below and from
         // above.
         let seen = |direction: f64| {
             let projected: Vec<Projected> = positions
@@ -86,7 +87,7 @@ impl GroundShadow {
                     f32::from(below.face[i] != NONE && lowest <= end && highest > start)
                 })
                 .collect();
-            // Three box blurs come close to a Gaussian.
+            // Three box blurs approximate a Gaussian.
             let reach = ((width / cell).round() as usize).max(1);
             for _ in 0..3 {
                 layer = box_blur(&layer, size, reach);
@@ -100,7 +101,7 @@ impl GroundShadow {
         Some(GroundShadow { up, across, ground, low, cell, size, dark, strength })
     }
 
-    /// Darkness of the ground seen at a sample, 0 to 1.
+    /// Darkness of the ground at a sample, 0 to 1.
     pub(crate) fn at(&self, view: &View, x: f64, y: f64) -> f64 {
         let (origin, direction) = view.ray(x, y);
         let fall = dot(direction, self.up);
@@ -108,9 +109,9 @@ impl GroundShadow {
         if !(fall < 0.0 && t > 0.0 && t.is_finite()) {
             return 0.0;
         }
-        let place = |axis: V3| dot(origin, axis) + t * dot(direction, axis);
-        let u = (place(self.across.0) - self.low[0]) / self.cell - 0.5;
-        let v = (place(self.across.1) - self.low[1]) / self.cell - 0.5;
+        let coordinate = |axis: V3| dot(origin, axis) + t * dot(direction, axis);
+        let u = (coordinate(self.across.0) - self.low[0]) / self.cell - 0.5;
+        let v = (coordinate(self.across.1) - self.low[1]) / self.cell - 0.5;
         let (limit_u, limit_v) = (self.size[0] as f64 - 1.0, self.size[1] as f64 - 1.0);
         if !(u >= 0.0 && v >= 0.0 && u < limit_u && v < limit_v) {
             return 0.0;
@@ -123,7 +124,7 @@ impl GroundShadow {
     }
 }
 
-/// Mean over `2 reach + 1` cells along both axes, zero outside.
+/// Box blur over `2 reach + 1` cells along both axes, zero outside.
 fn box_blur(values: &[f32], [width, height]: [usize; 2], reach: usize) -> Vec<f32> {
     let line = |source: &[f32], target: &mut [f32], start: usize, step: usize, count: usize| {
         let share = 1.0 / (2 * reach + 1) as f64;
@@ -153,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_blur_keeps_the_sum_and_spreads_evenly() {
+    fn box_blur_keeps_the_sum() {
         let mut spike = vec![0.0; 21 * 15];
         spike[7 * 21 + 10] = 1.0;
         let out = box_blur(&spike, [21, 15], 2);

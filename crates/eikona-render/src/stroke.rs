@@ -1,4 +1,4 @@
-//! Curves and points over the picture: strokes of constant width with a depth test.
+//! Draws curves and points over the image: strokes of constant width, with a depth test.
 
 use crate::camera::{NEAR, Projected, View};
 use crate::color::{Linear, to_linear};
@@ -8,21 +8,22 @@ use crate::scene::{CurveStyle, PointStyle};
 use crate::shade::studio;
 use crate::vector::V3;
 
-/// How far (in units of the scene's radius) a curve may lie below the surface and still be seen.
+/// Depth bias: how far below the surface a curve may lie and still be drawn, in units of the
+/// scene's radius.
 const BIAS: f64 = 0.004;
 
-/// Samples that strokes are drawn on.
+/// Samples to draw on.
 pub(crate) struct Canvas<'a> {
     view: &'a View,
     visibility: &'a Visibility,
     colors: &'a mut [[f32; 4]],
     samples: f64,
-    /// How much of each sample the present curve covers: overlapping segments must not count twice.
+    /// Coverage of each sample by the current curve, so that overlapping segments count once.
     coverage: Vec<f32>,
     touched: Vec<u32>,
 }
 
-/// A piece of a curve in samples.
+/// Segment of a curve in sample coordinates, with depth keys.
 #[derive(Clone, Copy)]
 struct Piece {
     from: [f64; 2],
@@ -34,10 +35,10 @@ impl Piece {
     fn length(&self) -> f64 {
         (self.to[0] - self.from[0]).hypot(self.to[1] - self.from[1])
     }
-    /// Place and depth key at a share of its length.
+    /// Returns position and depth key at a fraction of its length.
     fn at(&self, t: f64) -> ([f64; 2], f64) {
-        let place = [0, 1].map(|k| self.from[k] + t * (self.to[k] - self.from[k]));
-        (place, self.key[0] + t * (self.key[1] - self.key[0]))
+        let position = [0, 1].map(|k| self.from[k] + t * (self.to[k] - self.from[k]));
+        (position, self.key[0] + t * (self.key[1] - self.key[0]))
     }
 }
 
@@ -76,7 +77,7 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    /// Draws points as balls, the farthest first.
+    /// Draws points as balls, farthest first.
     pub(crate) fn points(&mut self, points: &[(V3, PointStyle)], lighting: Lighting) {
         let mut balls: Vec<(Projected, &PointStyle)> =
             points.iter().map(|(p, style)| (self.view.project(*p), style)).collect();
@@ -100,7 +101,8 @@ impl<'a> Canvas<'a> {
                     if cover == 0.0 || self.surface_depth(sample) < p.depth - tolerance {
                         continue;
                     }
-                    // A ball smaller than a sample has no shape, and radius 0 must not divide.
+                    // A ball smaller than a sample has no visible shape, and radius 0 must not
+                    // divide.
                     let across = radius.max(1.0);
                     let (nx, ny) = (dx / across, -dy / across);
                     let normal = [nx, ny, (1.0 - nx * nx - ny * ny).max(0.0).sqrt()];
@@ -119,7 +121,7 @@ impl<'a> Canvas<'a> {
         if key == f32::NEG_INFINITY { f64::INFINITY } else { self.view.depth_of_key(key as f64) }
     }
 
-    /// The samples of a box within the picture: rows and columns.
+    /// Returns the rows and columns of the samples of a box, clipped to the image.
     fn window(
         &self,
         low: [f64; 2],
@@ -136,7 +138,7 @@ impl<'a> Canvas<'a> {
         ))
     }
 
-    /// The part of a segment in front of the camera and within reach of the picture.
+    /// Clips a segment to the near plane and to the image, widened by the stroke.
     fn piece(&self, a: &Projected, b: &Projected, reach: f64) -> Option<Piece> {
         let (mut a, mut b) = (*a, *b);
         if a.depth < NEAR && b.depth < NEAR {
@@ -155,7 +157,7 @@ impl<'a> Canvas<'a> {
         let flat = |p: &Projected| [p.h[0] / p.h[2], p.h[1] / p.h[2]];
         let (from, to) = (flat(&a), flat(&b));
         let key = [self.view.depth_key(a.depth), self.view.depth_key(b.depth)];
-        // Liang-Barsky against the picture widened by the stroke.
+        // Liang-Barsky against the image widened by the stroke.
         let size = [self.visibility.width as f64, self.visibility.height as f64];
         let (mut t0, mut t1) = (0.0f64, 1.0f64);
         for k in 0..2 {
@@ -178,8 +180,8 @@ impl<'a> Canvas<'a> {
         Some(Piece { from: at(t0), to: at(t1), key: [key_at(t0), key_at(t1)] })
     }
 
-    /// Where along a curve its middle is seen. Alternations shorter than the stroke is wide, as
-    /// they come about where a curve runs along the rim of the surface, are smoothed out.
+    /// Determines where the centre line of a curve is visible. Alternations shorter than twice the
+    /// stroke width, which occur along silhouettes, are removed.
     fn visible_path(&self, pieces: Vec<Piece>, width: f64) -> Path {
         let mut start = Vec::with_capacity(pieces.len());
         let mut total = 0.0;
@@ -189,25 +191,29 @@ impl<'a> Canvas<'a> {
             let end = total + piece.length();
             while (visible.len() as f64) < end.max(1.0) {
                 let t = ((visible.len() as f64 + 0.5 - total) / piece.length().max(1e-9)).clamp(0.0, 1.0);
-                let (place, key) = piece.at(t);
-                visible.push(self.is_middle_visible(place, key));
+                let (position, key) = piece.at(t);
+                visible.push(self.is_centre_visible(position, key));
             }
             total = end;
         }
         let shortest = (2.0 * width).ceil() as usize;
-        drop_short_runs(&mut visible, shortest, false);
-        drop_short_runs(&mut visible, shortest, true);
+        flip_short_runs(&mut visible, shortest, false);
+        flip_short_runs(&mut visible, shortest, true);
         Path { pieces, start, total, visible }
     }
 
-    fn is_middle_visible(&self, place: [f64; 2], key: f64) -> bool {
+    fn is_centre_visible(&self, position: [f64; 2], key: f64) -> bool {
         let (width, height) = (self.visibility.width, self.visibility.height);
-        if !(place[0] >= 0.0 && place[1] >= 0.0 && place[0] < width as f64 && place[1] < height as f64) {
+        if !(position[0] >= 0.0
+            && position[1] >= 0.0
+            && position[0] < width as f64
+            && position[1] < height as f64)
+        {
             return true;
         }
         let depth = self.view.depth_of_key(key);
         let tolerance = BIAS + 3.0 * self.view.sample_size(depth);
-        self.surface_depth(place[1] as usize * width + place[0] as usize) >= depth - tolerance
+        self.surface_depth(position[1] as usize * width + position[0] as usize) >= depth - tolerance
     }
 
     fn cover_piece(&mut self, path: &Path, index: usize, radius: f64) {
@@ -222,7 +228,7 @@ impl<'a> Canvas<'a> {
         let Some((rows, _)) = self.window(low, high) else { return };
         for j in rows {
             let y = j as f64 + 0.5;
-            // Only the columns beside the part of the segment that is near this row.
+            // Restrict columns to the part of the segment near this row.
             let (mut t0, mut t1) = (0.0, 1.0);
             if dy.abs() > 1e-9 {
                 let (s0, s1) = ((y - reach - ay) / dy, (y + reach - ay) / dy);
@@ -252,17 +258,17 @@ impl<'a> Canvas<'a> {
     fn cover_arrow(&mut self, arrow: &Arrow, width: f64, extra: f64) {
         let [ux, uy] = arrow.direction;
         let (length, half) = arrow_size(width);
-        let tip = [arrow.place[0] + 0.5 * length * ux, arrow.place[1] + 0.5 * length * uy];
+        let tip = [arrow.position[0] + 0.5 * length * ux, arrow.position[1] + 0.5 * length * uy];
         let reach = length + extra + 1.0;
-        let low = [arrow.place[0] - reach, arrow.place[1] - reach];
-        let high = [arrow.place[0] + reach, arrow.place[1] + reach];
+        let low = [arrow.position[0] - reach, arrow.position[1] - reach];
+        let high = [arrow.position[0] + reach, arrow.position[1] + reach];
         let Some((rows, columns)) = self.window(low, high) else { return };
         let slant = length.hypot(half);
         for j in rows {
             for i in columns.clone() {
                 let (rx, ry) = (i as f64 + 0.5 - tip[0], j as f64 + 0.5 - tip[1]);
                 let (along, across) = (-(rx * ux + ry * uy), (ry * ux - rx * uy).abs());
-                // Signed distances to the base and to the nearer slanted side.
+                // Signed distance to the base and to the nearer slanted side.
                 let outside = (along - length).max((across * length - along * half) / slant);
                 let cover = (extra + 0.5 - outside).clamp(0.0, 1.0);
                 if cover > 0.0 {
@@ -273,11 +279,10 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    /// Covers a sample by a stroke whose middle is at this depth, unless the surface hides it.
+    /// Adds coverage of a stroke whose centre line has this depth, unless the surface hides it.
     fn cover(&mut self, sample: usize, cover: f64, key: f64, radius: f64) {
         let depth = self.view.depth_of_key(key);
-        // The surface may rise towards the camera beside the middle of the stroke: up to four times
-        // as steep as wide.
+        // The surface beside the centre line may be nearer to the camera: tolerate a slope of 4.
         if self.surface_depth(sample) < depth - BIAS - 4.0 * radius * self.view.sample_size(depth) {
             return;
         }
@@ -287,7 +292,7 @@ impl<'a> Canvas<'a> {
         self.coverage[sample] = self.coverage[sample].max(cover as f32);
     }
 
-    /// Paints what is covered and clears the coverage.
+    /// Blends a colour over the covered samples and clears the coverage.
     fn paint(&mut self, color: Linear) {
         for &sample in &self.touched {
             let sample = sample as usize;
@@ -306,23 +311,23 @@ fn over(below: &mut [f32; 4], color: Linear, alpha: f32) {
 }
 
 struct Arrow {
-    place: [f64; 2],
+    position: [f64; 2],
     direction: [f64; 2],
     key: f64,
 }
 
-/// Length and half width of an arrowhead on a stroke of this width.
+/// Length and half width of an arrowhead for this stroke width.
 fn arrow_size(width: f64) -> (f64, f64) {
     (4.6 * width, 2.0 * width)
 }
 
-/// A curve in the picture.
+/// Projected curve with its visible parts.
 struct Path {
     pieces: Vec<Piece>,
-    /// Length of the path before each piece.
+    /// Arc length before each piece, in samples.
     start: Vec<f64>,
     total: f64,
-    /// Whether the middle is seen, for each sample's length of the path.
+    /// Whether the centre line is visible, per sample of arc length.
     visible: Vec<bool>,
 }
 
@@ -338,8 +343,8 @@ impl Path {
         Some(piece.at(if length > 0.0 { ((s - self.start[i]) / length).clamp(0.0, 1.0) } else { 0.0 }))
     }
 
-    /// Arrowheads at even distances where the curve is seen, each with the direction over its own
-    /// length.
+    /// Returns evenly spaced arrowheads where the curve is visible, each aligned with the chord
+    /// over its own length.
     fn arrows(&self, spacing: f64, width: f64) -> Vec<Arrow> {
         if self.total.is_nan() || self.total <= 0.0 {
             return Vec::new();
@@ -351,18 +356,22 @@ impl Path {
             if !(self.is_visible((s - half).max(0.0)) && self.is_visible(s) && self.is_visible(s + half)) {
                 return None;
             }
-            let (place, key) = self.at(s)?;
+            let (position, key) = self.at(s)?;
             let ([ax, ay], [bx, by]) =
                 (self.at((s - half).max(0.0))?.0, self.at((s + half).min(self.total))?.0);
             let length = (bx - ax).hypot(by - ay);
-            (length > 0.0).then(|| Arrow { place, direction: [(bx - ax) / length, (by - ay) / length], key })
+            (length > 0.0).then(|| Arrow {
+                position,
+                direction: [(bx - ax) / length, (by - ay) / length],
+                key,
+            })
         };
         (0..count as usize).filter_map(arrow).collect()
     }
 }
 
-/// Turns runs of `value` that are shorter than `shortest` and lie between two others into those.
-fn drop_short_runs(flags: &mut [bool], shortest: usize, value: bool) {
+/// Flips runs of `value` that are shorter than `shortest` and lie between runs of the other value.
+fn flip_short_runs(flags: &mut [bool], shortest: usize, value: bool) {
     let mut i = 0;
     while i < flags.len() {
         let start = i;
@@ -380,11 +389,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn short_runs_are_dropped_and_long_ones_stay() {
+    fn short_inner_runs_are_flipped() {
         let mut flags = [true, true, false, true, true, true, false, false, false, true];
-        drop_short_runs(&mut flags, 2, false);
+        flip_short_runs(&mut flags, 2, false);
         assert_eq!(flags, [true, true, true, true, true, true, false, false, false, true]);
-        drop_short_runs(&mut flags, 9, true);
+        flip_short_runs(&mut flags, 9, true);
         assert_eq!(flags, [true, true, true, true, true, true, false, false, false, true], "ends are kept");
     }
 }

@@ -1,4 +1,4 @@
-//! Three-vectors as arrays.
+//! 3-vectors as arrays.
 
 pub(crate) type V3 = [f64; 3];
 
@@ -26,14 +26,14 @@ pub(crate) fn cross(a: V3, b: V3) -> V3 {
 pub(crate) fn norm(a: V3) -> f64 {
     dot(a, a).sqrt()
 }
-/// The unit vector, or zero when there is no direction.
+/// Normalises a vector; zero if it has no direction.
 #[inline]
 pub(crate) fn unit(a: V3) -> V3 {
     let largest = a[0].abs().max(a[1].abs()).max(a[2].abs());
     if !(largest > 0.0 && largest.is_finite()) {
         return [0.0; 3];
     }
-    // Scaled first: the square of a tiny vector would underflow.
+    // Rescale first: the square of a tiny vector would underflow.
     let b = [a[0] / largest, a[1] / largest, a[2] / largest];
     scale(b, 1.0 / norm(b))
 }

@@ -1,4 +1,4 @@
-//! Pictures of scenes small enough to know what must be where.
+//! Renders small scenes whose pixels are known.
 
 use eikona_mesh::{Curve, SurfaceCurves, TriangleMesh, Vertex, shapes};
 use eikona_render::{
@@ -6,7 +6,7 @@ use eikona_render::{
     RenderError, RenderOptions, Scene, UpAxis, Wireframe, label_color, render,
 };
 
-/// The square from 0 to 1 in the xy plane, `z` high, its cells cut from lower left to upper right.
+/// Unit square in the xy plane at height `z`, its cells cut from lower left to upper right.
 fn square(cells: usize, z: f64) -> TriangleMesh {
     let n = cells + 1;
     let at = |i: usize| i as f64 / cells as f64;
@@ -20,7 +20,7 @@ fn square(cells: usize, z: f64) -> TriangleMesh {
     TriangleMesh::new(positions, faces).unwrap()
 }
 
-/// Unlit, without perspective, seen along -z: the square with side 1 fills 0.9 of the picture.
+/// Unlit orthographic view along -z: the unit square fills 0.9 of the image.
 fn plain(size: u32) -> RenderOptions {
     RenderOptions {
         width: size,
@@ -32,10 +32,10 @@ fn plain(size: u32) -> RenderOptions {
     }
 }
 
-/// The pixel that shows (x, y) of the unit square.
+/// Pixel at (x, y) of the unit square.
 fn pixel(image: &Image, x: f64, y: f64) -> [u8; 4] {
-    let place = |t: f64| ((0.05 + 0.9 * t) * image.width as f64) as u32;
-    image.pixel(place(x), place(1.0 - y)).unwrap()
+    let coordinate = |t: f64| ((0.05 + 0.9 * t) * image.width as f64) as u32;
+    image.pixel(coordinate(x), coordinate(1.0 - y)).unwrap()
 }
 
 fn darkness(p: [u8; 4]) -> i32 {
@@ -56,7 +56,7 @@ fn a_triangle_covers_its_area() {
 }
 
 #[test]
-fn neighbouring_faces_leave_no_gap() {
+fn adjacent_faces_leave_no_gap() {
     let mesh = square(37, 0.0);
     let image = render(&Scene::new(&mesh).surface_color([10, 20, 30]), &plain(301)).unwrap();
     for i in 20..280 {
@@ -67,7 +67,7 @@ fn neighbouring_faces_leave_no_gap() {
 }
 
 #[test]
-fn colors_are_those_of_the_map() {
+fn colors_match_the_map() {
     let mesh = square(4, 0.0);
     let x: Vec<f64> = mesh.positions().iter().map(|p| 2.0 * p[0] - 1.0).collect();
     let map = ColorMap::signed();
@@ -82,7 +82,7 @@ fn colors_are_those_of_the_map() {
 }
 
 #[test]
-fn the_nearer_face_hides_the_other_in_either_order() {
+fn the_nearer_face_wins_in_either_order() {
     let positions = |near: f64, far: f64| {
         let corners = |z: f64| [[0., 0., z], [1., 0., z], [1., 1., z], [0., 1., z]];
         [corners(near), corners(far)].concat()
@@ -112,7 +112,7 @@ fn the_nearer_face_hides_the_other_in_either_order() {
 }
 
 #[test]
-fn a_curve_behind_the_surface_is_hidden_and_one_on_it_is_seen() {
+fn curves_behind_the_surface_are_hidden() {
     let mesh = square(3, 0.0);
     let line = |z: f64| vec![[0.1, 0.5, z], [0.9, 0.5, z]];
     let style = CurveStyle { color: [255, 0, 0], width: 6.0, ..CurveStyle::default() };
@@ -131,8 +131,8 @@ fn a_curve_behind_the_surface_is_hidden_and_one_on_it_is_seen() {
             image.rgba.chunks(4).filter(|p| p[0] > 200 && p[1] < 60).count()
         };
         let on = red(0.0);
-        // Over the surface: length 0.8 of a square about 270 pixels wide, 6 pixels wide, turned by
-        // 0.3 radians.
+        // A line of length 0.8 on a square about 270 pixels wide, 6 pixels wide, rotated by 0.3
+        // radians.
         assert!((700..1600).contains(&on), "{on}");
         assert!(red(0.1) >= on * 9 / 10);
         assert_eq!(red(-0.1), 0);
@@ -148,25 +148,25 @@ fn a_curve_behind_the_surface_is_hidden_and_one_on_it_is_seen() {
 }
 
 #[test]
-fn curves_may_name_the_points_of_another_mesh() {
+fn curves_may_refer_to_another_mesh() {
     let (shown, coarse) = (square(3, 0.0), square(1, 0.0));
     let style = CurveStyle { color: [255, 0, 0], width: 6.0, ..CurveStyle::default() };
     let diagonal = SurfaceCurves::from_curve(Curve::signed([0, 3].map(Vertex)));
     let scene = Scene::new(&shown).surface_curves_of(&coarse, &diagonal, &style, PointStyle::default());
-    let by_place = Scene::new(&shown).curve(vec![[0., 0., 0.], [1., 1., 0.]], style);
+    let by_position = Scene::new(&shown).curve(vec![[0., 0., 0.], [1., 1., 0.]], style);
     let image = render(&scene.unwrap(), &plain(100)).unwrap();
-    assert_eq!(image.rgba, render(&by_place, &plain(100)).unwrap().rgba);
+    assert_eq!(image.rgba, render(&by_position, &plain(100)).unwrap().rgba);
     assert_eq!(pixel(&image, 0.5, 0.5), [255, 0, 0, 255]);
 }
 
 #[test]
-fn a_long_title_of_the_legend_keeps_off_the_surface() {
+fn a_long_legend_title_does_not_cover_the_surface() {
     let mesh = shapes::grid(4, 1, 4.0, 1.0, shapes::Diagonal::Alternating).unwrap();
     let title = "a title longer than its swatches";
     let scene = Scene::new(&mesh).face_labels(&[0; 8]).title(title);
     let options = RenderOptions { width: 500, height: 300, color_bar: true, ..plain(300) };
     let image = render(&scene, &options).unwrap();
-    // The one swatch lies in the middle of the picture's height, and the title above it.
+    // The only swatch is at half the image height, with the title above it.
     let columns = |rows: std::ops::Range<u32>, is: &dyn Fn([u8; 4]) -> bool| -> Vec<u32> {
         let seen = |x| rows.clone().any(|y| image.pixel(x, y).is_some_and(is));
         (0..500).filter(|&x| seen(x)).collect()
@@ -174,11 +174,11 @@ fn a_long_title_of_the_legend_keeps_off_the_surface() {
     let ink = columns(0..140, &|p| darkness(p) > 130);
     let surface = columns(160..300, &|p| p == [206, 206, 203, 255]).last().copied();
     assert!(surface < ink.first().copied(), "{surface:?} {:?}", ink.first());
-    assert!(surface.unwrap() > 150, "there is room for the surface");
+    assert!(surface.unwrap() > 150, "the surface keeps its space");
 }
 
 #[test]
-fn isolines_lie_where_the_field_has_their_value_and_are_as_wide_as_asked() {
+fn isolines_have_the_right_position_and_width() {
     let mesh = square(5, 0.0);
     let x: Vec<f64> = mesh.positions().iter().map(|p| p[0]).collect();
     let lines = Isolines {
@@ -225,9 +225,9 @@ fn corner_values_jump_at_the_edge() {
 }
 
 #[test]
-fn quotients_are_divided_at_each_pixel() {
+fn quotients_are_divided_per_pixel() {
     let mesh = square(1, 0.0);
-    // x / (1 + x) is not linear: at x = 1/2 it is 1/3, not the mean 1/4 of its ends.
+    // x / (1 + x) is not linear: at x = 1/2 it is 1/3, not 1/4, the mean of its ends.
     let x: Vec<f64> = mesh.triangles().iter().flatten().map(|&v| mesh.positions()[v as usize][0]).collect();
     let below: Vec<f64> = x.iter().map(|x| 1.0 + x).collect();
     let scene = Scene::new(&mesh).corner_quotient(&x, &below).range(0.0, 1.0);
@@ -274,7 +274,7 @@ fn the_same_scene_gives_the_same_bytes_on_any_number_of_threads() {
     }
 }
 
-/// A paraboloid over [-1, 1]^2.
+/// Paraboloid over [-1, 1]^2.
 fn bowl() -> TriangleMesh {
     let flat = square(20, 0.0);
     let positions = flat
@@ -289,7 +289,7 @@ fn bowl() -> TriangleMesh {
 }
 
 #[test]
-fn size_and_place_do_not_matter() {
+fn images_do_not_depend_on_scale_or_translation() {
     let mesh = bowl();
     let options = RenderOptions { width: 120, height: 90, color_bar: false, ..Default::default() };
     let base = render(&Scene::new(&mesh), &options).unwrap();
@@ -321,7 +321,7 @@ fn png_decodes_to_the_same_pixels() {
 }
 
 #[test]
-fn a_file_is_written_whole_or_not_at_all() {
+fn files_are_written_atomically() {
     let image = Image { width: 1, height: 1, rgba: vec![1, 2, 3, 255] };
     let folder = std::env::temp_dir().join(format!("eikona-render-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
@@ -335,7 +335,7 @@ fn a_file_is_written_whole_or_not_at_all() {
 }
 
 #[test]
-fn nothing_to_draw_gives_the_background() {
+fn empty_scenes_show_the_background() {
     let empty = TriangleMesh::new(vec![[f64::MAX, 0.0, 0.0]], vec![]).unwrap();
     let options = RenderOptions { background: Background::Solid([9, 8, 7]), ..plain(40) };
     let image = render(&Scene::new(&empty), &options).unwrap();
@@ -346,7 +346,7 @@ fn nothing_to_draw_gives_the_background() {
 }
 
 #[test]
-fn cameras_anywhere_and_degenerate_faces_do_no_harm() {
+fn extreme_cameras_and_degenerate_faces_render() {
     let bowl = bowl();
     let height: Vec<f64> = bowl.positions().iter().map(|p| p[2]).collect();
     let slivers = TriangleMesh::new(
@@ -410,7 +410,7 @@ fn a_ball_without_radius_is_not_black() {
 }
 
 #[test]
-fn extreme_values_do_no_harm() {
+fn extreme_values_render() {
     let mesh = square(1, 0.0);
     for values in [[f64::MAX, -f64::MAX, 0., 1.], [f64::MIN_POSITIVE, 0., 0., 0.], [7.0; 4], [f64::NAN; 4]] {
         let scene = Scene::new(&mesh).vertex_scalar(&values).isolines(Isolines::default());
@@ -422,7 +422,7 @@ fn extreme_values_do_no_harm() {
 }
 
 #[test]
-fn faults_are_named() {
+fn invalid_input_is_reported() {
     let mesh = square(1, 0.0);
     let options = plain(20);
     let fault = |scene: Scene| render(&scene, &options).unwrap_err();
@@ -454,33 +454,33 @@ fn faults_are_named() {
     assert!(matches!(render_with(&huge), RenderError::TooManySamples { .. }));
 }
 
-/// The largest difference of a channel.
+/// Largest difference of a channel.
 fn difference(a: &Image, b: &Image) -> u8 {
     a.rgba.iter().zip(&b.rgba).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
 }
 
 #[test]
-fn light_does_not_depend_on_the_winding_of_single_faces() {
+fn shading_does_not_depend_on_face_orientation() {
     let small = RenderOptions { width: 160, height: 120, ..RenderOptions::default() };
     let band = shapes::moebius_band(1.0, 0.6, 60, 6).unwrap();
     for (name, mesh) in [("bowl", bowl()), ("one-sided band", band)] {
         let whole = render(&Scene::new(&mesh), &small).unwrap();
         let third = mesh.face_count() / 3;
-        let some_turned = mesh.with_flipped_faces(|f| f.index() % 5 == 1);
-        let part_turned = mesh.with_flipped_faces(|f| f.index() < third);
-        for turned in [some_turned, part_turned] {
-            let image = render(&Scene::new(&turned), &small).unwrap();
+        let some_flipped = mesh.with_flipped_faces(|f| f.index() % 5 == 1);
+        let part_flipped = mesh.with_flipped_faces(|f| f.index() < third);
+        for flipped in [some_flipped, part_flipped] {
+            let image = render(&Scene::new(&flipped), &small).unwrap();
             assert!(difference(&whole, &image) <= 2, "{name}: {}", difference(&whole, &image));
         }
     }
-    // The back of a two-sided surface is tinted all the same.
-    let turned = bowl().with_flipped_faces(|_| true);
-    let images = [bowl(), turned].map(|mesh| render(&Scene::new(&mesh), &small).unwrap());
+    // The back of an orientable surface is still tinted.
+    let flipped = bowl().with_flipped_faces(|_| true);
+    let images = [bowl(), flipped].map(|mesh| render(&Scene::new(&mesh), &small).unwrap());
     assert!(difference(&images[0], &images[1]) > 10);
 }
 
 #[test]
-fn crumbs_of_the_line_of_value_0_are_left_out() {
+fn short_zero_isolines_are_not_drawn() {
     let mesh = square(8, 0.0);
     let dip = |p: &[f64; 3], below: f64| if p[0] == 0.5 && p[1] == 0.5 { -below } else { 1.0 };
     let drawn = |below: f64| {
@@ -490,7 +490,7 @@ fn crumbs_of_the_line_of_value_0_are_left_out() {
         let without = render(&scene, &plain(300)).unwrap();
         difference(&without, &render(&scene.isolines(lines), &plain(300)).unwrap())
     };
-    // The loop about the vertex is 0.006 of an edge long, then several edges.
+    // The loop around the vertex is 0.006 of an edge long, then several edges.
     assert_eq!(drawn(1e-3), 0);
     assert!(drawn(4.0) > 100, "{}", drawn(4.0));
 }

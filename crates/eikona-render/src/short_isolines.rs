@@ -1,16 +1,15 @@
-//! Pieces of the line of value 0 that are too short to mean anything: rounding leaves such crumbs
-//! beside curves and points.
+//! Finds zero isolines shorter than an edge, which rounding leaves beside curves and points.
 
 use eikona_mesh::TriangleMesh;
 
-/// For every face, whether the line of value 0 in it, or the edge of its stroke that reaches into
-/// it, belongs to a connected piece shorter than an edge (the mean of the faces it runs through).
-/// Empty when there is no such piece.
-pub(crate) fn zero_crumbs(mesh: &TriangleMesh, values: &[f64]) -> Vec<bool> {
-    // Zero points lie at vertices and inside edges; faces join them.
+/// Returns, per face, whether its part of the zero isoline, or the border of a stroke that reaches
+/// into it, belongs to a connected piece shorter than an edge (the mean over the faces it crosses).
+/// Empty if there is no such piece.
+pub(crate) fn short_zero_isolines(mesh: &TriangleMesh, values: &[f64]) -> Vec<bool> {
+    // Zeros lie at vertices and inside edges; faces connect them.
     let vertices = mesh.vertex_count();
     let mut pieces = Pieces { parent: Vec::new(), length: Vec::new(), edges: Vec::new() };
-    let mut piece_of_place = vec![NONE; vertices + mesh.edge_count()];
+    let mut piece_of_zero = vec![NONE; vertices + mesh.edge_count()];
     let mut piece_of_face = vec![NONE; mesh.face_count()];
     for face in mesh.faces() {
         let corners = mesh.face_vertices(face);
@@ -28,10 +27,10 @@ pub(crate) fn zero_crumbs(mesh: &TriangleMesh, values: &[f64]) -> Vec<bool> {
             let next = (k + 1) % 3;
             let (a, b) = (value[k], value[next]);
             perimeter += distance(position[k], position[next]);
-            let (place, point) = if a == 0.0 {
+            let (zero, point) = if a == 0.0 {
                 (corners[k].index(), position[k])
             } else if (a < 0.0 && b > 0.0) || (a > 0.0 && b < 0.0) {
-                // Halves: the difference may overflow.
+                // Halve first: the difference may overflow.
                 let t = 0.5 * a / (0.5 * a - 0.5 * b);
                 let between = |i: usize| position[k][i] + t * (position[next][i] - position[k][i]);
                 (vertices + edge.index(), [0, 1, 2].map(between))
@@ -39,8 +38,8 @@ pub(crate) fn zero_crumbs(mesh: &TriangleMesh, values: &[f64]) -> Vec<bool> {
                 continue;
             };
             ends.push(point);
-            match piece_of_place[place] {
-                NONE => piece_of_place[place] = piece,
+            match piece_of_zero[zero] {
+                NONE => piece_of_zero[zero] = piece,
                 other => pieces.join(piece, other),
             }
         }
@@ -54,46 +53,42 @@ pub(crate) fn zero_crumbs(mesh: &TriangleMesh, values: &[f64]) -> Vec<bool> {
         let (sum, count) = pieces.edges[root];
         pieces.edges[root] = (sum + perimeter, count + 3);
     }
-    crumbs_and_their_surroundings(mesh, &piece_of_face, &mut pieces)
+    mark_short_and_neighbours(mesh, &piece_of_face, &mut pieces)
 }
 
-fn crumbs_and_their_surroundings(
-    mesh: &TriangleMesh,
-    piece_of_face: &[u32],
-    pieces: &mut Pieces,
-) -> Vec<bool> {
-    let (mut beside_crumb, mut beside_line) =
+fn mark_short_and_neighbours(mesh: &TriangleMesh, piece_of_face: &[u32], pieces: &mut Pieces) -> Vec<bool> {
+    let (mut beside_short, mut beside_line) =
         (vec![false; mesh.vertex_count()], vec![false; mesh.vertex_count()]);
-    let mut crumbs = vec![false; mesh.face_count()];
+    let mut short = vec![false; mesh.face_count()];
     for face in mesh.faces() {
         let piece = piece_of_face[face.index()];
         if piece == NONE {
             continue;
         }
-        let is_crumb = pieces.is_crumb(piece);
-        crumbs[face.index()] = is_crumb;
-        let beside = if is_crumb { &mut beside_crumb } else { &mut beside_line };
+        let is_short = pieces.is_short(piece);
+        short[face.index()] = is_short;
+        let beside = if is_short { &mut beside_short } else { &mut beside_line };
         mesh.face_vertices(face).iter().for_each(|v| beside[v.index()] = true);
     }
-    if !crumbs.contains(&true) {
+    if !short.contains(&true) {
         return Vec::new();
     }
     for face in mesh.faces().filter(|f| piece_of_face[f.index()] == NONE) {
         let corners = mesh.face_vertices(face);
         let beside = |which: &[bool]| corners.iter().any(|v| which[v.index()]);
-        crumbs[face.index()] = beside(&beside_crumb) && !beside(&beside_line);
+        short[face.index()] = beside(&beside_short) && !beside(&beside_line);
     }
-    crumbs
+    short
 }
 
-/// No piece.
+/// Marks the absence of a piece.
 const NONE: u32 = u32::MAX;
 
-/// Union-find of pieces, with their lengths and the edges of their faces.
+/// Union-find of pieces, with their lengths and the edge lengths of their faces.
 struct Pieces {
     parent: Vec<u32>,
     length: Vec<f64>,
-    /// Sum of lengths, and number.
+    /// Sum of edge lengths, and number of edges.
     edges: Vec<(f64, usize)>,
 }
 
@@ -123,7 +118,7 @@ impl Pieces {
             self.edges[low] = (self.edges[low].0 + sum, self.edges[low].1 + count);
         }
     }
-    fn is_crumb(&mut self, piece: u32) -> bool {
+    fn is_short(&mut self, piece: u32) -> bool {
         let root = self.root(piece);
         let (sum, count) = self.edges[root];
         self.length[root] * (count as f64) < sum
@@ -139,16 +134,16 @@ mod tests {
     use super::*;
     use eikona_mesh::shapes::{Diagonal, grid};
 
-    /// A flat grid of cells of side 1, and a value at each vertex.
+    /// Faces with short zero isolines of a function on a flat grid of unit cells.
     fn field(value: impl Fn(f64, f64) -> f64) -> Vec<bool> {
         let mesh = grid(8, 8, 8.0, 8.0, Diagonal::Uniform).unwrap();
         let low = mesh.position(eikona_mesh::Vertex(0));
         let values: Vec<f64> = mesh.positions().iter().map(|p| value(p[0] - low[0], p[1] - low[1])).collect();
-        zero_crumbs(&mesh, &values)
+        short_zero_isolines(&mesh, &values)
     }
 
     #[test]
-    fn long_lines_stay() {
+    fn long_lines_are_not_marked() {
         assert!(field(|x, _| x - 4.3).is_empty());
         assert!(field(|x, _| x - 4.0).is_empty(), "along edges");
         assert!(field(|_, _| 0.0).is_empty(), "everywhere");
@@ -157,24 +152,24 @@ mod tests {
     }
 
     #[test]
-    fn small_loops_and_points_go_with_what_is_around_them() {
+    fn small_loops_and_points_are_marked_with_their_neighbours() {
         let at_vertex = |x: f64, y: f64, value: f64| {
             if x == 2.0 && y == 2.0 { value } else { x.max(y) }
         };
         for value in [0.0, -1e-3] {
-            let crumbs = field(|x, y| 0.1 + at_vertex(x, y, value - 0.1));
-            // The six faces at the vertex, and those that touch one of them.
-            assert!(crumbs.iter().filter(|c| **c).count() > 6, "{value}");
+            let short = field(|x, y| 0.1 + at_vertex(x, y, value - 0.1));
+            // The six faces at the vertex, and their neighbours.
+            assert!(short.iter().filter(|c| **c).count() > 6, "{value}");
         }
         assert!(
             field(|x, y| 0.1 + at_vertex(x, y, -3.0)).is_empty(),
-            "a loop about as long as its faces' rim"
+            "a loop about as long as the boundary of its faces"
         );
     }
 
     #[test]
-    fn a_crumb_beside_a_line_leaves_the_line() {
-        // The line x = 5.5, and a dip below zero at (2, 2).
+    fn a_short_loop_near_a_line_does_not_mark_the_line() {
+        // The line x = 5.5, and a negative dip at (2, 2).
         let dip = |x: f64, y: f64| if x == 2.0 && y == 2.0 { -1e-3 } else { 5.5 - x };
         let (with, mesh) = (field(dip), grid(8, 8, 8.0, 8.0, Diagonal::Uniform).unwrap());
         for face in mesh.faces() {
