@@ -1,7 +1,14 @@
-//! Parsers of numbers on the command line. They check ranges before any work, and errors state the
-//! range.
+//! Parsers of numbers and of named options on the command line. They check ranges before any work,
+//! and errors state the range.
 
+use eikona::OptionNameError;
 use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+/// Parses an option by the names that the library gives to its values.
+pub fn named<T: FromStr<Err = OptionNameError>>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|fault: OptionNameError| format!("expected {}", fault.expected))
+}
 
 fn number(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
     text.trim().parse().ok().filter(|x: &f64| x.is_finite() && fits(*x)).ok_or(format!("expected {expected}"))

@@ -4,14 +4,14 @@ use crate::exit::Failure;
 use crate::field_file::{FieldFormat, field_format, output_fields};
 use crate::input::{MeshArguments, MeshInput};
 use crate::isoline_file::{IsolineArguments, check_flat_for_svg, check_isoline_path, output_isolines};
-use crate::number::{brief, rounded};
+use crate::number::{brief, named, rounded};
 use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
 use crate::seams::warn_of_seams;
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source, warn_of_sides};
 use clap::Args;
 use eikona::signed_heat::{
-    DiffusionTime, LevelSets, SOFT_WEIGHTS, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
+    DiffusionTime, LevelSets, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
 };
 use eikona_mesh::{CurveKind, SurfaceCurves};
 use eikona_render::{ColorMap, Levels};
@@ -44,19 +44,19 @@ pub struct MethodArguments {
     /// Diffusion time, as a coefficient of h², where h is half the mean edge length (the paper uses
     /// 1); auto: chosen from the gaps of the curves; smooth: for smooth closed curves, where the
     /// distance has no ridges
-    #[arg(long, value_name = "auto|smooth|COEFF", default_value = "auto", allow_hyphen_values = true, value_parser = parse_time)]
+    #[arg(long, value_name = "auto|smooth|COEFF", default_value = "auto", allow_hyphen_values = true, value_parser = named::<DiffusionTime>)]
     pub time: DiffusionTime,
     /// Level-set constraint on the curves: auto (closed curves exactly zero, broken curves as
     /// firmly as their pieces agree), zero, soft (near zero, with weight W), per-component (each
     /// piece at its own level), or free (no constraint)
-    #[arg(long, value_name = "auto|zero|soft[=W]|per-component|free", default_value = "auto", value_parser = parse_level_sets)]
+    #[arg(long, value_name = "auto|zero|soft[=W]|per-component|free", default_value = "auto", value_parser = named::<LevelSets>)]
     pub level_sets: LevelSets,
     /// Keep the diffused vectors normal to the curves, which preserves corners of the curves
     #[arg(long, conflicts_with = "unsigned")]
     pub preserve_normals: bool,
     /// Sign of the distance on the left of a curve, seen along its direction [default:
     /// left-negative]
-    #[arg(long, value_name = "left-negative|left-positive", conflicts_with = "unsigned", value_parser = parse_sign)]
+    #[arg(long, value_name = "left-negative|left-positive", conflicts_with = "unsigned", value_parser = named::<SignConvention>)]
     pub sign: Option<SignConvention>,
     /// Also write how well the curves determine each value: the fields `confidence` (0 to 1) and
     /// `distance_to_data`
@@ -84,60 +84,6 @@ pub struct OutputArguments {
     /// Draw the distance, its isolines and the curves
     #[arg(long, value_name = "PNG")]
     pub render: Option<PathBuf>,
-}
-
-/// Parses a diffusion time: `auto`, `smooth` or a coefficient.
-pub fn parse_time(text: &str) -> Result<DiffusionTime, String> {
-    match text {
-        "auto" => return Ok(DiffusionTime::Automatic),
-        "smooth" => return Ok(DiffusionTime::SmoothCurves),
-        _ => {}
-    }
-    match text.parse::<f64>() {
-        Ok(c) if eikona::signed_heat::TIME_COEFFICIENTS.contains(&c) => Ok(DiffusionTime::Coefficient(c)),
-        _ => Err("expected auto, smooth or a number from 1e-9 to 1e9 (the paper uses 1)".into()),
-    }
-}
-
-/// Formats a diffusion time as [`parse_time`] reads it.
-pub fn time_word(time: DiffusionTime) -> String {
-    match time {
-        DiffusionTime::Coefficient(c) => c.to_string(),
-        DiffusionTime::SmoothCurves => "smooth".to_string(),
-        DiffusionTime::Automatic | DiffusionTime::AutomaticForGaps | DiffusionTime::AutomaticForRoughGaps => {
-            "auto".to_string()
-        }
-    }
-}
-
-/// Default weight, which holds a curve tightly; see [`LevelSets::Soft`].
-const SOFT_WEIGHT: f64 = 100.0;
-
-fn parse_level_sets(text: &str) -> Result<LevelSets, String> {
-    match text {
-        "auto" => Ok(LevelSets::Automatic),
-        "zero" => Ok(LevelSets::Zero),
-        "free" => Ok(LevelSets::Free),
-        "per-component" => Ok(LevelSets::PerComponent),
-        "soft" => Ok(LevelSets::Soft(SOFT_WEIGHT)),
-        _ => match text.strip_prefix("soft=").map(str::parse::<f64>) {
-            Some(Ok(w)) if SOFT_WEIGHTS.contains(&w) => Ok(LevelSets::Soft(w)),
-            Some(_) => Err(format!(
-                "expected soft=W with a weight W from {:e} to {:e}, such as soft=100",
-                SOFT_WEIGHTS.start(),
-                SOFT_WEIGHTS.end()
-            )),
-            None => Err("expected auto, zero, soft, soft=W, per-component or free".into()),
-        },
-    }
-}
-
-fn parse_sign(text: &str) -> Result<SignConvention, String> {
-    match text {
-        "left-negative" => Ok(SignConvention::LeftNegative),
-        "left-positive" => Ok(SignConvention::LeftPositive),
-        _ => Err("expected left-negative or left-positive".into()),
-    }
 }
 
 fn parse_bytes(text: &str) -> Result<usize, String> {
@@ -345,14 +291,9 @@ fn solve(
 }
 
 /// The level sets as named on the command line, and the weight of soft ones.
-fn level_sets_words(level_sets: LevelSets) -> (&'static str, Value) {
-    match level_sets {
-        LevelSets::Automatic => ("auto", Value::Null),
-        LevelSets::Free => ("free", Value::Null),
-        LevelSets::Zero => ("zero", Value::Null),
-        LevelSets::PerComponent => ("per-component", Value::Null),
-        LevelSets::Soft(w) => ("soft", json!(w)),
-    }
+fn level_sets_words(level_sets: LevelSets) -> (String, Value) {
+    let weight = if let LevelSets::Soft(w) = level_sets { json!(w) } else { Value::Null };
+    (level_sets.to_string().split('=').next().unwrap_or_default().to_string(), weight)
 }
 
 fn record_options(
@@ -363,13 +304,10 @@ fn record_options(
 ) {
     let time = match solver.time {
         DiffusionTime::Coefficient(c) => json!(c),
-        other => json!(time_word(other)),
+        other => json!(other.to_string()),
     };
     let (level_sets, weight) = level_sets_words(solve.level_sets);
-    let sign = match solve.sign {
-        SignConvention::LeftNegative => "left-negative",
-        SignConvention::LeftPositive => "left-positive",
-    };
+    let sign = solve.sign.to_string();
     session.report.options.extend(
         [
             ("time", time),

@@ -3,13 +3,13 @@
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::make::curve_format;
-use crate::number::within;
+use crate::number::{named, within};
 use crate::picture::{PictureArguments, check_picture_path};
 use crate::seams::warn_of_seams;
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source};
 use crate::winding_file::{Formats, write_outputs};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use eikona::winding::{
     Completion, CompletionReport, CompletionShape, Diagnosis, EPSILONS, Orientation, Reference, Winding,
     WindingOptions, surface_winding_number,
@@ -52,12 +52,12 @@ const CURVE_HELP: &str = "Curve file: eikona's JSON, OBJ with `l` lines, or the 
 pub struct MethodArguments {
     /// Where to remove the nonbounding part: everywhere (full), or only along the curve, as in the
     /// authors' program
-    #[arg(long, value_enum, default_value = "full")]
-    pub completion: CompletionName,
+    #[arg(long, value_name = "full|curve", default_value = "full", value_parser = named::<Completion>)]
+    pub completion: Completion,
     /// How to complete the curve in its gaps: by shortest paths across faces (straight) or by paths
     /// along mesh edges (edges)
-    #[arg(long, value_enum, value_name = "SHAPE", default_value = "straight")]
-    pub completion_shape: ShapeName,
+    #[arg(long, value_name = "straight|edges", default_value = "straight", value_parser = named::<CompletionShape>)]
+    pub completion_shape: CompletionShape,
     /// Cost of nonbounding loops along the curve, relative to elsewhere: from 1e-9 to 1
     #[arg(long, value_name = "SHARE", default_value = "0.01", allow_hyphen_values = true, value_parser = parse_epsilon)]
     pub epsilon: f64,
@@ -72,39 +72,10 @@ pub struct MethodArguments {
     /// Solve on the intrinsic Delaunay triangulation, which helps if faces are badly shaped
     #[arg(long)]
     pub delaunay: bool,
-    /// Find stretches of the curve that look reversed: if the curve has few stretches (auto),
-    /// always, or never
-    #[arg(long, value_enum, value_name = "WHEN", default_value = "auto")]
-    pub diagnose: DiagnosisName,
-}
-
-/// See [`Diagnosis`].
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum DiagnosisName {
-    /// If the curve has at most 32 stretches
-    Auto,
-    /// Always
-    Always,
-    /// Never
-    Never,
-}
-
-/// See [`Completion`].
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum CompletionName {
-    /// Everywhere
-    Full,
-    /// Only at vertices of the curve
-    Curve,
-}
-
-/// See [`CompletionShape`].
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum ShapeName {
-    /// Shortest paths across faces, along which the mesh is cut
-    Straight,
-    /// Paths along edges
-    Edges,
+    /// Find stretches of the curve that look reversed: if the curve has at most 32 stretches
+    /// (auto), always, or never
+    #[arg(long, value_name = "auto|always|never", default_value = "auto", value_parser = named::<Diagnosis>)]
+    pub diagnose: Diagnosis,
 }
 
 /// Output files.
@@ -195,7 +166,7 @@ fn check_arguments(arguments: &WindingArguments, general: &General) -> Result<Fo
     let outputs = &arguments.outputs;
     if let Some(path) = &outputs.suggested {
         curve_format(path)?;
-        if let DiagnosisName::Never = arguments.method.diagnose {
+        if let Diagnosis::Never = arguments.method.diagnose {
             return Err(Failure::Usage(
                 "--suggested needs the diagnosis that --diagnose never turns off; \
              leave one of them out"
@@ -244,23 +215,15 @@ fn solve(
 ) -> Result<Winding, Failure> {
     let method = &arguments.method;
     let options = WindingOptions {
-        completion: match method.completion {
-            CompletionName::Full => Completion::Full,
-            CompletionName::Curve => Completion::Curve,
-        },
-        completion_shape: match method.completion_shape {
-            ShapeName::Straight => CompletionShape::Straight,
-            ShapeName::Edges => CompletionShape::Edges,
-        },
+        completion: method.completion,
+        completion_shape: method.completion_shape,
         epsilon: method.epsilon,
         reference,
         split_short: !method.keep_short,
         intrinsic_delaunay: method.delaunay,
         diagnosis: match method.diagnose {
-            DiagnosisName::Auto if arguments.outputs.suggested.is_some() => Diagnosis::Always,
-            DiagnosisName::Auto => Diagnosis::Automatic,
-            DiagnosisName::Always => Diagnosis::Always,
-            DiagnosisName::Never => Diagnosis::Never,
+            Diagnosis::Automatic if arguments.outputs.suggested.is_some() => Diagnosis::Always,
+            other => other,
         },
     };
     let winding = session.unmeasured("solve", || surface_winding_number(&input.mesh, curves, &options))?;

@@ -14,11 +14,14 @@ pub mod curves;
 pub mod cut;
 pub mod geometry;
 pub mod operators;
+mod option_name;
 mod phases;
 pub mod signed_heat;
 pub mod spatial;
 pub mod winding;
 mod wording;
+
+pub use option_name::OptionNameError;
 
 /// The program of the README compiles.
 #[cfg(doctest)]

@@ -5,7 +5,6 @@ use crate::bench::case::{Case, Shape};
 use crate::bench::{megabytes, output_json, parse_faces, print_json, printed, this_program};
 use crate::exit::Failure;
 use crate::report::peak_memory_bytes;
-use crate::sdf::time_word;
 use crate::session::{General, Session, print_bytes};
 use clap::{Args, ValueEnum};
 use eikona::signed_heat::{DiffusionTime, LevelSets, SolveOptions, Solver, SolverOptions};
@@ -29,7 +28,7 @@ pub struct SdfBench {
     #[arg(long, value_enum, default_value = "sphere")]
     pub shape: Shape,
     /// Diffusion time, as for sdf
-    #[arg(long, value_name = "auto|smooth|COEFF", default_value = "auto", allow_hyphen_values = true, value_parser = crate::sdf::parse_time)]
+    #[arg(long, value_name = "auto|smooth|COEFF", default_value = "auto", allow_hyphen_values = true, value_parser = crate::number::named::<DiffusionTime>)]
     pub time: DiffusionTime,
     /// Number of later solves, of which the median is reported
     #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u16).range(1..=1000))]
@@ -178,7 +177,7 @@ fn measure(case: &Case, arguments: &SdfBench, general: &General) -> Result<Run, 
 
 /// A command that runs this program for one size.
 fn for_one_size(faces: usize, arguments: &SdfBench) -> Result<Command, Failure> {
-    let time = time_word(arguments.time);
+    let time = arguments.time.to_string();
     let mut command = this_program()?;
     command.args(["bench", "sdf", "--faces", &faces.to_string(), "--shape", arguments.shape.name()]);
     command.args(["--time", &time, "--repeats", &arguments.repeats.to_string()]);

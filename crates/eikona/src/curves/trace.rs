@@ -110,7 +110,8 @@ impl Traced {
 /// within which points coincide; [`DEFAULT_TOLERANCE`] is a good choice.
 ///
 /// ```
-/// use eikona::{contour::{DEFAULT_TOLERANCE, trace_polyline}, spatial::Bvh};
+/// use eikona::curves::{DEFAULT_TOLERANCE, trace_polyline};
+/// use eikona::spatial::Bvh;
 /// use eikona_mesh::{CurveKind, SurfaceCurves, TriangleMesh};
 /// let corners = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 /// let mesh = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;

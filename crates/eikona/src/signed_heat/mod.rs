@@ -60,6 +60,7 @@ mod diffusion;
 mod error;
 mod integration;
 mod level_sets;
+mod names;
 mod normals;
 mod options;
 mod refinement;

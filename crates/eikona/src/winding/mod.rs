@@ -69,6 +69,7 @@ mod error;
 mod islands;
 mod labels;
 mod loops;
+mod names;
 mod nonbounding;
 mod notes;
 mod operators;
