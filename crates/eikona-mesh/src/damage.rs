@@ -10,7 +10,7 @@ use crate::id::{Corner, Face, Vertex};
 use crate::mesh::TriangleMesh;
 use crate::random::Random;
 use crate::shapes::parameter::{require, require_share};
-use crate::shapes::vector::{add, distance, lerp, scale, sub};
+use crate::vector::{add, distance, lerp, scale, sub};
 
 /// A damaged mesh and the origin of its elements.
 #[derive(Clone, Debug)]
@@ -365,8 +365,8 @@ fn without_faces(mesh: &TriangleMesh, hit: Vec<Face>) -> Result<Damaged, MeshErr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::vector::{cross, norm};
     use crate::shapes::{icosphere, torus};
+    use crate::vector::{cross, norm};
 
     fn area(mesh: &TriangleMesh, f: Face) -> f64 {
         let [a, b, c] = mesh.face_positions(f);

@@ -29,6 +29,7 @@ mod slivers;
 mod stitch;
 mod topology;
 mod validate;
+pub mod vector;
 
 pub use curve::{Curve, CurveKind, Segment, SegmentHost, SurfaceCurves, segment_host};
 pub use curve_io::{

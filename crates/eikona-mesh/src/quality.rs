@@ -2,6 +2,7 @@
 
 use crate::id::Edge;
 use crate::mesh::TriangleMesh;
+use crate::vector::{cross, dot};
 
 /// A face has zero area if its area is below this share of its longest edge squared. An area is
 /// computed with an error of a few 1e-16 of that square, so at 1e-14 one or two digits are left,
@@ -202,14 +203,6 @@ fn scaled<const N: usize>(pairs: [[[f64; 3]; 2]; N]) -> (f64, [[f64; 3]; N]) {
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     let (unit, [v]) = scaled([[a, b]]);
     if unit == 0.0 { 0.0 } else { unit * dot(v, v).sqrt() }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 fn range(values: impl ExactSizeIterator<Item = f64>) -> Option<Range> {

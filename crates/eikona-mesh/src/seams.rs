@@ -4,6 +4,7 @@ use crate::error::Fault;
 use crate::id::{Edge, Halfedge, Vertex};
 use crate::mesh::TriangleMesh;
 use crate::near::NearVertices;
+use crate::vector::{dot, sub};
 
 /// The gap, relative to the diagonal of the bounding box, up to which boundaries are assumed to be
 /// meant to join.
@@ -293,12 +294,4 @@ fn distance_to_segment(p: [f64; 3], [a, b]: [[f64; 3]; 2]) -> f64 {
     let from = sub(p, a);
     let place = dot(from, along).clamp(0.0, length);
     distance(from, along.map(|x| place * x))
-}
-
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -2,7 +2,7 @@
 
 use crate::options::{Projection, RenderOptions, UpAxis};
 use crate::scene::Scene;
-use crate::vector::{V3, add, cross, dot, norm, scale, sub, unit};
+use eikona_mesh::vector::{Vec3, add, cross, dot, norm, scale, sub, unit};
 
 /// Distance of the near plane, in units of the scene's radius.
 pub(crate) const NEAR: f64 = 1e-4;
@@ -14,7 +14,7 @@ const MARGIN: f64 = 0.05;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Normalization {
     largest: f64,
-    center: V3,
+    center: Vec3,
     radius: f64,
 }
 
@@ -43,7 +43,7 @@ impl Normalization {
         let center = scale(add(low, high), 0.5);
         Normalization { largest, center, radius: if radius > 0.0 { radius } else { 1.0 } }
     }
-    pub(crate) fn apply(&self, p: V3) -> V3 {
+    pub(crate) fn apply(&self, p: Vec3) -> Vec3 {
         [0, 1, 2].map(|k| (p[k] / self.largest - self.center[k]) / self.radius)
     }
     fn length(&self, x: f64) -> f64 {
@@ -55,7 +55,7 @@ impl Normalization {
 /// distance in front of the camera.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Projected {
-    pub(crate) h: V3,
+    pub(crate) h: Vec3,
     pub(crate) depth: f64,
 }
 
@@ -63,21 +63,21 @@ pub(crate) struct Projected {
 #[derive(Clone, Debug)]
 pub(crate) struct View {
     pub(crate) perspective: bool,
-    pub(crate) eye: V3,
-    pub(crate) right: V3,
-    pub(crate) up: V3,
+    pub(crate) eye: Vec3,
+    pub(crate) right: Vec3,
+    pub(crate) up: Vec3,
     /// From the scene to the camera.
-    pub(crate) back: V3,
+    pub(crate) back: Vec3,
     /// Samples per unit at distance 1 (perspective) or per unit (orthographic).
     pub(crate) focal: f64,
     pub(crate) center: [f64; 2],
     /// Up direction of the scene, and whether there is a ground.
-    pub(crate) world_up: V3,
+    pub(crate) world_up: Vec3,
     pub(crate) has_ground: bool,
 }
 
 impl View {
-    pub(crate) fn project(&self, p: V3) -> Projected {
+    pub(crate) fn project(&self, p: Vec3) -> Projected {
         let q = sub(p, self.eye);
         let depth = -dot(q, self.back);
         let w = if self.perspective { depth } else { 1.0 };
@@ -86,12 +86,12 @@ impl View {
         Projected { h: [x, y, w], depth }
     }
     /// Returns the direction from a point of the scene to the camera.
-    pub(crate) fn toward_camera(&self, p: V3) -> V3 {
+    pub(crate) fn toward_camera(&self, p: Vec3) -> Vec3 {
         if self.perspective { unit(sub(self.eye, p)) } else { self.back }
     }
     /// Returns origin and direction of the ray through a sample (a step of 1 is a step of 1 in
     /// depth).
-    pub(crate) fn ray(&self, x: f64, y: f64) -> (V3, V3) {
+    pub(crate) fn ray(&self, x: f64, y: f64) -> (Vec3, Vec3) {
         let across = add(
             scale(self.right, (x - self.center[0]) / self.focal),
             scale(self.up, -(y - self.center[1]) / self.focal),
@@ -114,9 +114,9 @@ impl View {
     /// Fits a view of these (normalised) points to the left part of the image, `free_width` pixels
     /// wide.
     pub(crate) fn fit(
-        points: &[V3],
+        points: &[Vec3],
         triangles: &[[u32; 3]],
-        positions: &[V3],
+        positions: &[Vec3],
         normalization: &Normalization,
         options: &RenderOptions,
         free_width: f64,
@@ -190,8 +190,8 @@ impl View {
 
 /// Front and up directions, and default angles, before the camera is rotated.
 struct Base {
-    front: V3,
-    up: V3,
+    front: Vec3,
+    up: Vec3,
     azimuth: f64,
     elevation: f64,
     flat: bool,
@@ -203,8 +203,8 @@ const FLAT: f64 = 1e-4;
 const LYING: f64 = 0.5;
 
 impl Base {
-    fn choose(triangles: &[[u32; 3]], positions: &[V3], points: &[V3], up_axis: UpAxis) -> Base {
-        const AXES: [V3; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    fn choose(triangles: &[[u32; 3]], positions: &[Vec3], points: &[Vec3], up_axis: UpAxis) -> Base {
+        const AXES: [Vec3; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         if let Some(normal) = flat_normal(triangles, positions) {
             let wanted = match up_axis {
                 UpAxis::X => AXES[0],
@@ -213,7 +213,7 @@ impl Base {
             };
             // A mesh in the xz plane is seen like a map, with -z upwards.
             let instead = if up_axis == UpAxis::Z { AXES[1] } else { scale(AXES[2], -1.0) };
-            let within = |a: V3| sub(a, scale(normal, dot(a, normal)));
+            let within = |a: Vec3| sub(a, scale(normal, dot(a, normal)));
             let up = if norm(within(wanted)) > 0.5 { within(wanted) } else { within(instead) };
             return Base { front: normal, up: unit(up), azimuth: 0.0, elevation: 0.0, flat: true };
         }
@@ -245,7 +245,7 @@ impl Base {
 }
 
 /// Returns the normal of a flat mesh, on the side from which most of its area is counter-clockwise.
-fn flat_normal(triangles: &[[u32; 3]], positions: &[V3]) -> Option<V3> {
+fn flat_normal(triangles: &[[u32; 3]], positions: &[Vec3]) -> Option<Vec3> {
     let corner = |v: u32| positions[v as usize];
     let mut widest = [0.0; 3];
     let mut sum = [0.0; 3];

@@ -4,7 +4,7 @@ use crate::color::{CLAY, ColorMap, Linear, label_linear, mix, to_linear};
 use crate::raster::FacePoint;
 use crate::scene::{Isolines, Levels, Scene, SceneField};
 use crate::short_isolines::short_zero_isolines;
-use crate::vector::V3;
+use eikona_mesh::vector::Vec3;
 
 /// Field of a scene, prepared for lookup.
 pub(crate) struct Coloring<'a> {
@@ -120,8 +120,8 @@ impl<'a> Coloring<'a> {
     fn interpolated(
         &self,
         face: usize,
-        numerator: V3,
-        denominator: V3,
+        numerator: Vec3,
+        denominator: Vec3,
         point: Option<&FacePoint>,
         samples: f64,
     ) -> Shown {
@@ -170,12 +170,12 @@ impl<'a> Coloring<'a> {
 /// Evaluates the quotient of numerator and denominator, both linear in the face, and its derivative
 /// in the image: for `f = sum(e n) / sum(e d)` with `e` linear in the sample coordinates, `f' =
 /// sum(e' (n - f d)) / sum(e d)`.
-fn value_at(numerator: V3, denominator: V3, point: Option<&FacePoint>) -> Value {
+fn value_at(numerator: Vec3, denominator: Vec3, point: Option<&FacePoint>) -> Value {
     let Some(point) = point else {
         let value = numerator.iter().sum::<f64>() / denominator.iter().sum::<f64>();
         return Value { value, dx: 0.0, dy: 0.0 };
     };
-    let sum = |w: V3, v: V3| w[0] * v[0] + w[1] * v[1] + w[2] * v[2];
+    let sum = |w: Vec3, v: Vec3| w[0] * v[0] + w[1] * v[1] + w[2] * v[2];
     let below = sum(point.weights, denominator);
     let value = sum(point.weights, numerator) / below;
     let rest = [0, 1, 2].map(|k| numerator[k] - value * denominator[k]);

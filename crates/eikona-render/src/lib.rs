@@ -39,7 +39,6 @@ mod shade;
 mod shadow;
 mod short_isolines;
 mod stroke;
-mod vector;
 
 pub use color::{ColorMap, label_color};
 pub use error::RenderError;

@@ -1,10 +1,10 @@
 //! Corner normals: angle-weighted averages over smoothly connected faces, split at creases.
 
-use crate::vector::{V3, add, cross, dot, norm, scale, sub, unit};
+use eikona_mesh::vector::{Vec3, add, cross, dot, norm, scale, sub, unit};
 use eikona_mesh::{Orientation, TriangleMesh};
 
 /// Returns unit face normals; zero for degenerate faces.
-pub(crate) fn face_normals(mesh: &TriangleMesh, positions: &[V3]) -> Vec<V3> {
+pub(crate) fn face_normals(mesh: &TriangleMesh, positions: &[Vec3]) -> Vec<Vec3> {
     mesh.triangles()
         .iter()
         .map(|t| {
@@ -31,8 +31,8 @@ pub(crate) fn front_sides(mesh: &TriangleMesh) -> Vec<i8> {
 /// with opposite sign.
 pub(crate) fn corner_normals(
     mesh: &TriangleMesh,
-    positions: &[V3],
-    face_normal: &[V3],
+    positions: &[Vec3],
+    face_normal: &[Vec3],
     crease: f64,
 ) -> Vec<[f32; 3]> {
     let mut groups = SignedGroups::new(mesh.halfedge_count());

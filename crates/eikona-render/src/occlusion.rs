@@ -6,7 +6,7 @@
 
 use crate::camera::View;
 use crate::shade::Surface;
-use crate::vector::{V3, dot, sub};
+use eikona_mesh::vector::{Vec3, dot, sub};
 use rayon::prelude::*;
 
 /// Sampling radius in units of the scene's radius.
@@ -102,7 +102,7 @@ struct Grid<'a> {
 
 impl Grid<'_> {
     /// Position of a pixel in the camera's frame (right, up, towards the camera).
-    fn position(&self, x: i64, y: i64, depth: f64) -> V3 {
+    fn position(&self, x: i64, y: i64, depth: f64) -> Vec3 {
         let at = |c: i64| (c * self.samples as i64 + self.samples as i64 / 2) as f64 + 0.5;
         let reach = if self.view.perspective { depth } else { 1.0 } / self.view.focal;
         [(at(x) - self.view.center[0]) * reach, -(at(y) - self.view.center[1]) * reach, -depth]

@@ -1,7 +1,7 @@
 //! Rasteriser: clipping, integer edge functions with the top-left rule, depth test.
 
 use crate::camera::{NEAR, Projected};
-use crate::vector::V3;
+use eikona_mesh::vector::Vec3;
 
 /// Marks the absence of a face.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -58,7 +58,7 @@ impl Visibility {
         }
     }
 
-    fn planes(&self) -> [(V3, f64, f64); 5] {
+    fn planes(&self) -> [(Vec3, f64, f64); 5] {
         // Coefficients of (X, Y, W) and of depth, and a constant: points with a nonnegative sum are
         // kept.
         let (w, h) = (self.width as f64 + GUARD, self.height as f64 + GUARD);
@@ -175,7 +175,7 @@ fn cross(a: Corner, b: Corner, c: Corner) -> i64 {
     (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
 }
 
-fn side(plane: &(V3, f64, f64), p: &Projected) -> f64 {
+fn side(plane: &(Vec3, f64, f64), p: &Projected) -> f64 {
     plane.0[0] * p.h[0] + plane.0[1] * p.h[1] + plane.0[2] * p.h[2] + plane.1 * p.depth + plane.2
 }
 
@@ -184,17 +184,17 @@ fn side(plane: &(V3, f64, f64), p: &Projected) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FacePoint {
     /// Weights of the corners, nonnegative with sum 1.
-    pub(crate) weights: V3,
+    pub(crate) weights: Vec3,
     /// `e` over its sum.
-    pub(crate) e: V3,
+    pub(crate) e: Vec3,
     /// Change of `e` (over the same sum) per sample to the right and downwards.
-    pub(crate) dx: V3,
-    pub(crate) dy: V3,
+    pub(crate) dx: Vec3,
+    pub(crate) dy: Vec3,
 }
 
 impl FacePoint {
     /// Computes the coordinates; `None` if the face is seen exactly edge-on.
-    pub(crate) fn at(h: [V3; 3], x: f64, y: f64) -> Option<FacePoint> {
+    pub(crate) fn at(h: [Vec3; 3], x: f64, y: f64) -> Option<FacePoint> {
         // Shift the origin to the sample, which avoids cancellation.
         let q = h.map(|p| [p[0] - x * p[2], p[1] - y * p[2], p[2]]);
         let next = |k: usize| (q[(k + 1) % 3], q[(k + 2) % 3]);

@@ -14,7 +14,7 @@ use crate::scene::Scene;
 use crate::shade::{Surface, shade};
 use crate::shadow::GroundShadow;
 use crate::stroke::Canvas;
-use crate::vector::V3;
+use eikona_mesh::vector::Vec3;
 use rayon::prelude::*;
 
 /// Renders a scene.
@@ -50,9 +50,9 @@ pub fn render(scene: &Scene, options: &RenderOptions) -> Result<Image, RenderErr
     let legend = Legend::new(scene, &coloring, options);
 
     let normalization = Normalization::of(scene);
-    let positions: Vec<V3> = scene.mesh.positions().iter().map(|&p| normalization.apply(p)).collect();
+    let positions: Vec<Vec3> = scene.mesh.positions().iter().map(|&p| normalization.apply(p)).collect();
     let triangles = scene.mesh.triangles();
-    let curves: Vec<Vec<V3>> =
+    let curves: Vec<Vec<Vec3>> =
         scene.curves.iter().map(|c| c.0.iter().map(|&p| normalization.apply(p)).collect()).collect();
     let balls: Vec<_> = scene
         .points
@@ -103,11 +103,11 @@ pub fn render(scene: &Scene, options: &RenderOptions) -> Result<Image, RenderErr
 
 /// Returns all points to fit into the image: corners of faces, curves, points.
 fn points_to_fit(
-    positions: &[V3],
+    positions: &[Vec3],
     triangles: &[[u32; 3]],
-    curves: &[Vec<V3>],
-    points: impl Iterator<Item = V3>,
-) -> Vec<V3> {
+    curves: &[Vec<Vec3>],
+    points: impl Iterator<Item = Vec3>,
+) -> Vec<Vec3> {
     let mut used = vec![false; positions.len()];
     for &v in triangles.iter().flatten() {
         used[v as usize] = true;

@@ -7,16 +7,16 @@ use crate::occlusion::Occlusion;
 use crate::options::{Background, Lighting, RenderOptions};
 use crate::raster::{FacePoint, NONE, Visibility};
 use crate::shadow::GroundShadow;
-use crate::vector::{V3, add, cross, dot, scale, sub, unit};
+use eikona_mesh::vector::{Vec3, add, cross, dot, scale, sub, unit};
 use rayon::prelude::*;
 
 /// Mesh with everything needed to shade it.
 pub(crate) struct Surface<'a> {
     pub(crate) view: &'a View,
     pub(crate) triangles: &'a [[u32; 3]],
-    pub(crate) positions: &'a [V3],
+    pub(crate) positions: &'a [Vec3],
     pub(crate) projected: &'a [Projected],
-    pub(crate) face_normals: &'a [V3],
+    pub(crate) face_normals: &'a [Vec3],
     pub(crate) corner_normals: &'a [[f32; 3]],
     /// Front side of each face: see [`crate::normals::front_sides`]. Empty if not needed.
     pub(crate) front_sides: &'a [i8],
@@ -29,7 +29,7 @@ pub(crate) struct Hit {
     pub(crate) point: Option<FacePoint>,
     pub(crate) depth: f64,
     /// Shading normal in the camera's frame (right, up, towards the camera), facing the camera.
-    pub(crate) normal: V3,
+    pub(crate) normal: Vec3,
     /// Whether the surface is seen from its back; never on nonorientable surfaces.
     pub(crate) back: bool,
 }
@@ -75,7 +75,7 @@ impl Surface<'_> {
 
 /// Studio lighting (ambient, key and rim light) in the camera's frame, scaled so that a face turned
 /// to the camera keeps its colour.
-pub(crate) fn studio(albedo: Linear, n: V3, open: f64) -> Linear {
+pub(crate) fn studio(albedo: Linear, n: Vec3, open: f64) -> Linear {
     let key = unit([-0.50, 0.70, 0.75]);
     let fill = unit([0.85, 0.10, 0.55]);
     let above = 0.5 + 0.5 * n[1];
@@ -159,7 +159,7 @@ fn edge_distance(point: &FacePoint) -> f64 {
 }
 
 /// Two unit vectors that form an orthogonal frame with `n`.
-pub(crate) fn tangent_frame(n: V3) -> (V3, V3) {
+pub(crate) fn tangent_frame(n: Vec3) -> (Vec3, Vec3) {
     let axis = if n[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
     let u = unit(cross(n, axis));
     (u, cross(n, u))

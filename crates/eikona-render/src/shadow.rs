@@ -5,7 +5,7 @@
 use crate::camera::{Projected, View};
 use crate::raster::{NONE, Visibility};
 use crate::shade::tangent_frame;
-use crate::vector::{V3, dot};
+use eikona_mesh::vector::{Vec3, dot};
 
 /// Number of cells along the longer side of the ground.
 const CELLS: usize = 300;
@@ -21,8 +21,8 @@ const ABOVE: f64 = 4.0;
 
 /// Fraction of hidden sky, on a grid over the ground.
 pub(crate) struct GroundShadow {
-    up: V3,
-    across: (V3, V3),
+    up: Vec3,
+    across: (Vec3, Vec3),
     ground: f64,
     low: [f64; 2],
     cell: f64,
@@ -36,7 +36,7 @@ impl GroundShadow {
     /// down on the ground.
     pub(crate) fn new(
         view: &View,
-        positions: &[V3],
+        positions: &[Vec3],
         triangles: &[[u32; 3]],
         strength: f64,
     ) -> Option<GroundShadow> {
@@ -109,7 +109,7 @@ impl GroundShadow {
         if !(fall < 0.0 && t > 0.0 && t.is_finite()) {
             return 0.0;
         }
-        let coordinate = |axis: V3| dot(origin, axis) + t * dot(direction, axis);
+        let coordinate = |axis: Vec3| dot(origin, axis) + t * dot(direction, axis);
         let u = (coordinate(self.across.0) - self.low[0]) / self.cell - 0.5;
         let v = (coordinate(self.across.1) - self.low[1]) / self.cell - 0.5;
         let (limit_u, limit_v) = (self.size[0] as f64 - 1.0, self.size[1] as f64 - 1.0);

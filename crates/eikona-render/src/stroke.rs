@@ -6,7 +6,7 @@ use crate::options::Lighting;
 use crate::raster::Visibility;
 use crate::scene::{CurveStyle, PointStyle};
 use crate::shade::studio;
-use crate::vector::V3;
+use eikona_mesh::vector::Vec3;
 
 /// Depth bias: how far below the surface a curve may lie and still be drawn, in units of the
 /// scene's radius.
@@ -54,7 +54,7 @@ impl<'a> Canvas<'a> {
     }
 
     /// Draws a polyline of normalised points.
-    pub(crate) fn curve(&mut self, points: &[V3], style: &CurveStyle) {
+    pub(crate) fn curve(&mut self, points: &[Vec3], style: &CurveStyle) {
         let width = style.width * self.samples;
         let rim = style.rim.map(|(color, w)| (to_linear(color), w * self.samples));
         let widest = width / 2.0 + rim.map_or(0.0, |r| r.1) + 3.0 * width;
@@ -78,7 +78,7 @@ impl<'a> Canvas<'a> {
     }
 
     /// Draws points as balls, farthest first.
-    pub(crate) fn points(&mut self, points: &[(V3, PointStyle)], lighting: Lighting) {
+    pub(crate) fn points(&mut self, points: &[(Vec3, PointStyle)], lighting: Lighting) {
         let mut balls: Vec<(Projected, &PointStyle)> =
             points.iter().map(|(p, style)| (self.view.project(*p), style)).collect();
         balls.retain(|b| b.0.depth >= NEAR);

@@ -1,5 +1,6 @@
 //! A polygon projected along its Newell normal.
 
+use crate::vector::{self, dot, norm, sub};
 use robust::{Coord, orient2d};
 
 /// Twice the area of a triangle counts as zero below this share of its longest edge squared when
@@ -27,7 +28,7 @@ impl Outline {
     pub fn of(corners: &[u32], positions: &[[f64; 3]]) -> Option<Outline> {
         let points = normalised(corners.iter().map(|&v| positions[v as usize]))?;
         let newell = newell_normal(&points);
-        let normal = if length(newell) > NO_NORMAL * points.len() as f64 {
+        let normal = if norm(newell) > NO_NORMAL * points.len() as f64 {
             newell
         } else {
             // The areas cancel, as in a bow tie: any triangle of the corners spans the plane.
@@ -53,7 +54,7 @@ impl Outline {
             high - low
         };
         let size = extent(&|p| p[0]).max(extent(&|p| p[1])).max(extent(&|p| p[2]));
-        let thickness = extent(&|p| dot(*p, normal) / length(normal));
+        let thickness = extent(&|p| dot(*p, normal) / norm(normal));
         Some(Outline { deviation: thickness / 2.0 / size, points: projected.collect() })
     }
 
@@ -162,7 +163,7 @@ fn rescale(points: &mut [[f64; 3]]) -> Option<()> {
 fn newell_normal(points: &[[f64; 3]]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (k, &p) in points.iter().enumerate() {
-        let vector = cross3(p, points[(k + 1) % points.len()]);
+        let vector = vector::cross(p, points[(k + 1) % points.len()]);
         (0..3).for_each(|i| sum[i] += vector[i]);
     }
     sum
@@ -172,23 +173,7 @@ fn newell_normal(points: &[[f64; 3]]) -> [f64; 3] {
 fn normal_of_largest_triangle(points: &[[f64; 3]]) -> Option<[f64; 3]> {
     let origin = *points.first()?;
     let arms = || points.iter().map(|&p| sub(p, origin));
-    let far = arms().max_by(|a, b| length(*a).total_cmp(&length(*b)))?;
-    let normal = arms().map(|arm| cross3(far, arm)).max_by(|a, b| length(*a).total_cmp(&length(*b)))?;
-    (length(normal) > NO_NORMAL).then_some(normal)
-}
-
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross3(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn length(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
+    let far = arms().max_by(|a, b| norm(*a).total_cmp(&norm(*b)))?;
+    let normal = arms().map(|arm| vector::cross(far, arm)).max_by(|a, b| norm(*a).total_cmp(&norm(*b)))?;
+    (norm(normal) > NO_NORMAL).then_some(normal)
 }

@@ -2,9 +2,9 @@
 
 use super::lattice::cut_quads;
 use super::parameter::{limit_faces, require_length, require_some};
-use super::vector::Vec3;
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
+use crate::vector::Vec3;
 
 /// The quads on the surface of a box of `cells` cubes. Lattice points have coordinates (i, j, k),
 /// from 0 to the number of cells.

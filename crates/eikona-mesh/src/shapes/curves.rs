@@ -4,9 +4,9 @@
 //! are closed.
 
 use super::parameter::{MAX_SHAPE_FACES, require, require_length, require_ring};
-use super::vector::{Vec3, distance, lerp};
 use crate::error::MeshError;
 use crate::random::Random;
+use crate::vector::{Vec3, distance, lerp};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Returns nodes at t = 0, 1/n, ..., 1, the last one bitwise equal to the first.

@@ -2,9 +2,9 @@
 
 use super::lattice::{Diagonal, Lattice, Ring, Seam, fan, zip_rings};
 use super::parameter::{limit_faces, require, require_length, require_ring, require_some};
-use super::vector::Vec3;
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
+use crate::vector::Vec3;
 use std::f64::consts::TAU;
 
 /// The rectangle [0, `width`] x [0, `height`], subdivided into `nx` x `ny` quads of two triangles

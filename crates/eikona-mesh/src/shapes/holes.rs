@@ -7,10 +7,10 @@
 use super::flat::grid;
 use super::lattice::Diagonal;
 use super::parameter::{refuse, require, require_length};
-use super::vector::{Vec3, lerp};
 use crate::error::MeshError;
 use crate::id::Vertex;
 use crate::mesh::TriangleMesh;
+use crate::vector::{Vec3, lerp};
 
 /// A hole in a plate.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,9 +1,9 @@
 //! Rectangular lattices of quads, closed or open in either direction, cut into triangles; and bands
 //! of triangles between rings.
 
-use super::vector::{Vec3, distance};
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
+use crate::vector::{Vec3, distance};
 
 /// How each quad of a lattice is cut into two triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -17,6 +17,7 @@
 //!
 //! Every shape has at most [`MAX_SHAPE_FACES`] faces and no face of zero area.
 
+use crate::vector::{Vec3, norm, scale};
 mod boxes;
 mod curves;
 mod flat;
@@ -32,7 +33,6 @@ mod spheres;
 #[cfg(test)]
 mod tests;
 mod tubes;
-pub(crate) mod vector;
 
 pub use boxes::cuboid;
 pub use curves::{
@@ -50,3 +50,9 @@ pub use registry::{Parameter, ShapeDescription, make, shape_descriptions, shape_
 pub use revolution::{Ends, cone, cylinder, torus};
 pub use spheres::{bumpy_sphere, cube_sphere, geodesic_sphere, icosphere, uv_sphere};
 pub use tubes::{figure_eight_tube, linked_rings, trefoil_tube, tube};
+
+/// Normalises a vector of ordinary length; the zero vector stays zero.
+fn unit(a: Vec3) -> Vec3 {
+    let length = norm(a);
+    if length > 0.0 { scale(a, 1.0 / length) } else { a }
+}

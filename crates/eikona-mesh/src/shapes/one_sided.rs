@@ -3,9 +3,9 @@
 use super::flat::concentric_rings;
 use super::lattice::{Diagonal, Lattice, Seam};
 use super::parameter::{limit_faces, require, require_length, require_ring, require_some};
-use super::vector::{Vec3, dot, scale};
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
+use crate::vector::{Vec3, dot, scale};
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// A Moebius band about the z axis: a segment of length `width` that makes half a turn while its

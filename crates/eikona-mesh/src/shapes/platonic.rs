@@ -1,8 +1,8 @@
 //! Regular solids with vertices on the unit sphere.
 
-use super::vector::{Vec3, scale};
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
+use crate::vector::{Vec3, scale};
 use std::f64::consts::TAU;
 
 /// The regular tetrahedron with vertices on the unit sphere: V = 4, E = 6, F = 4, outward oriented.

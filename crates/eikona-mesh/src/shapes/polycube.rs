@@ -6,9 +6,9 @@
 
 use super::lattice::cut_quads;
 use super::parameter::{limit_faces, require_some};
-use super::vector::{Vec3, add, scale};
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
+use crate::vector::{Vec3, add, scale};
 use std::collections::BTreeMap;
 
 /// A smooth closed surface of genus `genus`: a row of rings, fused together.

@@ -2,10 +2,10 @@
 //! construction from text.
 
 use super::parameter::{refuse, require, require_length};
-use super::vector::scale;
 use super::*;
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
+use crate::vector::scale;
 
 /// A parameter of a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

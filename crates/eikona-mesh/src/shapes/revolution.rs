@@ -3,9 +3,9 @@
 use super::flat::concentric_rings;
 use super::lattice::{Diagonal, Lattice, Ring, Seam, fan, zip_rings};
 use super::parameter::{limit_faces, require, require_length, require_ring, require_some};
-use super::vector::Vec3;
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
+use crate::vector::Vec3;
 use std::f64::consts::TAU;
 
 /// The torus about the z axis whose tube of radius `minor` follows the circle of radius `major`.

@@ -4,9 +4,10 @@ use super::boxes::BoxSurface;
 use super::lattice::{Ring, cut_quads, fan};
 use super::parameter::{limit_faces, require, require_ring, require_some};
 use super::platonic::{ICOSAHEDRON_FACES, icosahedron_positions};
-use super::vector::{Vec3, add, scale, unit};
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
+use crate::shapes::unit;
+use crate::vector::{Vec3, add, scale};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 /// The unit sphere as an icosahedron whose faces are subdivided into `frequency`² triangles each.

@@ -1,7 +1,7 @@
-use super::vector::{Vec3, add, cross, distance, dot, norm, scale, sub};
 use super::*;
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
+use crate::vector::{Vec3, add, cross, distance, dot, norm, scale, sub};
 use std::f64::consts::{PI, TAU};
 
 fn chi(mesh: &TriangleMesh) -> i64 {

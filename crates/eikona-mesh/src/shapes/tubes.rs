@@ -4,9 +4,10 @@ use super::curves::{figure_eight_knot_point, trefoil_point};
 use super::lattice::{Diagonal, Lattice, Seam};
 use super::parameter::{limit_faces, refuse, require, require_length, require_ring, require_some};
 use super::revolution::{check_torus, torus_lattice, torus_point};
-use super::vector::{Vec3, add, cross, distance, dot, norm, scale, sub, unit};
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
+use crate::shapes::unit;
+use crate::vector::{Vec3, add, cross, distance, dot, norm, scale, sub};
 use std::f64::consts::TAU;
 
 /// A tube: the points at distance `radius` from a curve, in its normal planes.

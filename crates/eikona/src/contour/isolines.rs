@@ -107,7 +107,7 @@ fn level_set(mesh: &TriangleMesh, values: &[f64], level: f64) -> Result<LevelSet
             continue;
         }
         let up = if turned {
-            face_normal(mesh, first.0).map(|n| if first.1 { scale(-1.0, n) } else { n })
+            face_normal(mesh, first.0).map(|n| if first.1 { scale(n, -1.0) } else { n })
         } else {
             None
         };

@@ -1,7 +1,7 @@
 //! Which side of a curve is left: faces wound alike, and segments that see which way the face
 //! beside them is wound.
 
-use crate::geometry::vector::{cross, dot, normalize, sub};
+use crate::geometry::vector::{cross, dot, sub, unit};
 use crate::wording::counted;
 use eikona_mesh::{
     CurveKind, Edge, Face, Halfedge, Located, Orientation, Segment, SegmentHost, SurfaceCurves, TriangleMesh,
@@ -94,10 +94,6 @@ fn host_face(mesh: &TriangleMesh, segment: &Segment) -> Face {
         SegmentHost::Face(face, _) => face,
         SegmentHost::Edge(edge, _) => mesh.edge_halfedges(edge)[0].face(),
     }
-}
-
-fn unit(a: [f64; 3]) -> [f64; 3] {
-    normalize(a).unwrap_or_default()
 }
 
 fn face_normal(mesh: &TriangleMesh, face: Face) -> [f64; 3] {

@@ -62,7 +62,7 @@ pub(super) fn plane_walks(
     let product = dot(a, b);
     let mut walks = Vec::new();
     for sign in if product < 0.0 { [-1.0, 1.0] } else { [1.0, -1.0] } {
-        let Some(walk) = PlaneWalk::along(mesh, from, to, [a, scale(sign, b)], tolerance) else { continue };
+        let Some(walk) = PlaneWalk::along(mesh, from, to, [a, scale(b, sign)], tolerance) else { continue };
         let Some((path, length)) = walk.run(budget) else { continue };
         let direct = walk.defined && length <= NEARLY_STRAIGHT * walk.length;
         if direct && product.abs() > DECISIVE {
@@ -212,7 +212,7 @@ fn normal_at(mesh: &TriangleMesh, fans: &mut Fans, place: Located) -> Option<Vec
         let n = cross(sub(b, a), sub(c, a));
         let by_normal = || if dot(n, sum) < 0.0 { -1.0 } else { 1.0 };
         let sign = fans.relative_winding(faces[0], face, place).unwrap_or_else(by_normal);
-        sum = add(sum, scale(sign, n));
+        sum = add(sum, scale(n, sign));
     }
     normalize(sum)
 }

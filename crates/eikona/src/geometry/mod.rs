@@ -4,8 +4,8 @@ mod fast_marching;
 mod intrinsic;
 mod size;
 mod triangle;
-pub mod vector;
 
+pub use eikona_mesh::vector;
 pub use fast_marching::fast_marching;
 pub(crate) use intrinsic::IntrinsicTriangulation;
 pub(crate) use size::{face_in, lay_out_in, shape_of_face, unit_of};

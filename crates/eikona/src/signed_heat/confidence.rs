@@ -57,7 +57,7 @@ fn distance_to_segment(p: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
     let (ab, ap) = (sub(b, a), sub(p, a));
     let length_sq = dot(ab, ab);
     let t = if length_sq > 0.0 { (dot(ap, ab) / length_sq).clamp(0.0, 1.0) } else { 0.0 };
-    distance(p, add(a, scale(t, ab)))
+    distance(p, add(a, scale(ab, t)))
 }
 
 /// The agreement of the faces around each vertex, by area; `None` where the field reaches none.

@@ -319,8 +319,8 @@ impl Solver {
                 let [a, b, c] = self.mesh.face_positions(face);
                 let along = normalize(sub(b, a)).unwrap_or_default();
                 let other = sub(c, a);
-                let across = normalize(sub(other, scale(dot(other, along), along))).unwrap_or_default();
-                add(scale(y.re, along), scale(y.im, across))
+                let across = normalize(sub(other, scale(along, dot(other, along)))).unwrap_or_default();
+                add(scale(along, y.re), scale(across, y.im))
             })
             .collect::<Vec<_>>()
             .into()
