@@ -1,4 +1,4 @@
-//! The surface of a box cut into a lattice of cells.
+//! The surface of a box, subdivided into a lattice of cells.
 
 use super::lattice::cut_quads;
 use super::parameter::{limit_faces, require_length, require_some};
@@ -6,15 +6,15 @@ use super::vector::Vec3;
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
 
-/// The quads on the surface of a box of `cells` cubes. Lattice points are named (i, j, k), from 0
-/// to the number of cells.
+/// The quads on the surface of a box of `cells` cubes. Lattice points have coordinates (i, j, k),
+/// from 0 to the number of cells.
 pub(super) struct BoxSurface {
     pub cells: [usize; 3],
 }
 
 impl BoxSurface {
-    /// The number of a lattice point on the surface: the bottom row by row, the rings from bottom
-    /// to top, the top.
+    /// Returns the number of a lattice point on the surface: the bottom row by row, the rings from
+    /// bottom to top, the top.
     fn vertex(&self, [i, j, k]: [usize; 3]) -> u32 {
         let [nx, ny, nz] = self.cells;
         let in_layer = j * (nx + 1) + i;
@@ -39,7 +39,7 @@ impl BoxSurface {
         index as u32
     }
 
-    /// Positions of the lattice points, in the order of their numbers.
+    /// Returns the positions of the lattice points, in the order of their numbers.
     pub(super) fn positions(&self, at: impl Fn([usize; 3]) -> Vec3) -> Vec<Vec3> {
         let [nx, ny, nz] = self.cells;
         let layer = |k: usize| (0..=ny).flat_map(move |j| (0..=nx).map(move |i| [i, j, k]));
@@ -51,12 +51,12 @@ impl BoxSurface {
         layer(0).chain((1..nz).flat_map(ring)).chain(layer(nz)).map(at).collect()
     }
 
-    /// The quads, counter-clockwise seen from outside.
+    /// Returns the quads, counter-clockwise seen from outside.
     pub(super) fn quads(&self) -> Vec<[u32; 4]> {
         let mut quads = Vec::new();
         for normal in 0..3 {
             // (normal, first, second) is a cyclic order of the axes, so first x second points along
-            // normal.
+            // the normal.
             let (first, second) = ((normal + 1) % 3, (normal + 2) % 3);
             for (side, outward) in [(0, false), (self.cells[normal], true)] {
                 for a in 0..self.cells[first] {
@@ -81,14 +81,14 @@ impl BoxSurface {
     }
 }
 
-/// A box with its centre at the origin, `size` along the axes, its sides cut into `cells` quads
-/// along the axes.
+/// A box centred at the origin, with `size` along the axes and its sides subdivided into `cells`
+/// quads along the axes.
 ///
 /// V = 2 s + 2, E = 6 s, F = 4 s with s = ab + bc + ca for cells [a, b, c]. Outward oriented.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when a size is not a positive length, a count is 0, or there are too
-/// many faces.
+/// [`MeshError::Parameter`] if a size is not a positive length, a count is 0, or there are too many
+/// faces.
 ///
 /// ```
 /// let cube = eikona_mesh::shapes::cuboid([1.0, 1.0, 1.0], [1, 1, 1])?;

@@ -1,7 +1,7 @@
-//! Polylines in space, for tests and examples, and ways to break them into pieces.
+//! Polylines in space for tests and examples, and functions that break them into pieces.
 //!
-//! A polyline is a list of nodes; it is closed when its last node is its first. All curves here are
-//! closed.
+//! A polyline is a list of nodes; it is closed if its last node equals its first. All curves here
+//! are closed.
 
 use super::parameter::{MAX_SHAPE_FACES, require, require_length, require_ring};
 use super::vector::{Vec3, distance, lerp};
@@ -9,10 +9,10 @@ use crate::error::MeshError;
 use crate::random::Random;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Nodes at t = 0, 1/n, ..., 1, the last one equal to the first to the bit.
+/// Returns nodes at t = 0, 1/n, ..., 1, the last one bitwise equal to the first.
 fn closed_polyline(n: usize, at: impl Fn(f64) -> Vec3) -> Result<Vec<Vec3>, MeshError> {
     require_ring("nodes", n)?;
-    require(n <= MAX_SHAPE_FACES, "nodes", n, "at most 2^25 segments are made")?;
+    require(n <= MAX_SHAPE_FACES, "nodes", n, "at most 2^25 segments are allowed")?;
     Ok((0..=n).map(|i| at((i % n) as f64 / n as f64)).collect())
 }
 
@@ -20,7 +20,7 @@ fn closed_polyline(n: usize, at: impl Fn(f64) -> Vec3) -> Result<Vec<Vec3>, Mesh
 /// 0, 0): `n` segments, n + 1 nodes.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when n < 3 or the radius is not a length.
+/// [`MeshError::Parameter`] if n < 3 or the radius is not a length.
 ///
 /// ```
 /// let nodes = eikona_mesh::shapes::circle(2.0, 4)?;
@@ -37,7 +37,7 @@ pub fn circle(radius: f64, n: usize) -> Result<Vec<[f64; 3]>, MeshError> {
 /// the north pole is on its left.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when n < 3 or the latitude is not strictly between the poles.
+/// [`MeshError::Parameter`] if n < 3 or the latitude is not strictly between the poles.
 ///
 /// ```
 /// let nodes = eikona_mesh::shapes::latitude_circle(0.5, 100)?;
@@ -52,7 +52,7 @@ pub fn latitude_circle(latitude: f64, n: usize) -> Result<Vec<[f64; 3]>, MeshErr
 /// longitude), in radians.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when n < 3 or the curve reaches a pole.
+/// [`MeshError::Parameter`] if n < 3 or the curve reaches a pole.
 ///
 /// ```
 /// let nodes = eikona_mesh::shapes::wavy_latitude(0.2, 0.3, 5, 200)?;
@@ -73,11 +73,11 @@ pub fn wavy_latitude(
     })
 }
 
-/// The curve on a [`torus`](super::torus) that goes `p` times around the axis while it goes `q`
-/// times around the tube. It is one knot without repetition when p and q have no common divisor.
+/// The curve on a [`torus`](super::torus) that winds `p` times around the axis and `q` times around
+/// the tube. It is a single knot if p and q are coprime.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when n < 3 or the radii are not lengths.
+/// [`MeshError::Parameter`] if n < 3 or the radii are not lengths.
 ///
 /// ```
 /// let nodes = eikona_mesh::shapes::torus_knot(2, 3, 1.0, 0.4, 300)?;
@@ -97,7 +97,7 @@ pub fn torus_knot(p: i32, q: i32, major: f64, minor: f64, n: usize) -> Result<Ve
 /// The trefoil knot that [`trefoil_tube`](super::trefoil_tube) follows, with `n` segments.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when n < 3.
+/// [`MeshError::Parameter`] if n < 3.
 pub fn trefoil(n: usize) -> Result<Vec<[f64; 3]>, MeshError> {
     closed_polyline(n, trefoil_point)
 }
@@ -106,7 +106,7 @@ pub fn trefoil(n: usize) -> Result<Vec<[f64; 3]>, MeshError> {
 /// segments.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when n < 3.
+/// [`MeshError::Parameter`] if n < 3.
 pub fn figure_eight_knot(n: usize) -> Result<Vec<[f64; 3]>, MeshError> {
     closed_polyline(n, figure_eight_knot_point)
 }
@@ -122,17 +122,17 @@ pub(super) fn figure_eight_knot_point(t: f64) -> Vec3 {
     [r * (3.0 * t).cos(), r * (3.0 * t).sin(), (4.0 * t).sin()]
 }
 
-/// The polyline cut into open pieces: from its first node on, a stretch of `keep` times its length
-/// stays, the following `drop` times its length goes, and so on. Cuts within a segment get a node
-/// of their own.
+/// Breaks the polyline into open pieces: from its first node on, a piece of `keep` times its length
+/// stays, the following `drop` times its length is removed, and so on. Cuts within a segment get a
+/// new node.
 ///
-/// Every kept stretch of a closed polyline is followed by a full gap: its last piece is shortened
-/// so that it does not run into the first. 10 % kept and 5 % dropped make 7 pieces: six of 10 % and
-/// one of 5 %. The last piece of an open polyline ends where the polyline does.
+/// Every piece of a closed polyline is followed by a full gap: the last piece is shortened so that
+/// it does not touch the first. 10 % kept and 5 % dropped make 7 pieces: six of 10 % and one of 5
+/// %. The last piece of an open polyline ends where the polyline does.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `keep` or `drop` is not a share of at least 1e-6, or the polyline
-/// has no (finite) length.
+/// [`MeshError::Parameter`] if `keep` or `drop` is not a share between 1e-6 and 1, or the polyline
+/// does not have a positive finite length.
 ///
 /// ```
 /// use eikona_mesh::shapes::{break_polyline, circle};
@@ -144,11 +144,12 @@ pub fn break_polyline(nodes: &[[f64; 3]], keep: f64, drop: f64) -> Result<Vec<Ve
     break_with(nodes, keep, drop, |mean| mean)
 }
 
-/// As [`break_polyline`], with stretches and gaps between half and one and a half times `keep` and
-/// `drop`, drawn by `seed`; a closed polyline is also first broken at a place drawn by `seed`.
+/// Breaks the polyline like [`break_polyline`], with random pieces and gaps between half and one
+/// and a half times `keep` and `drop`; a closed polyline is also first broken at a random place.
+/// Everything random is determined by `seed`.
 ///
 /// # Errors
-/// As [`break_polyline`].
+/// As for [`break_polyline`].
 ///
 /// ```
 /// use eikona_mesh::shapes::{break_polyline_at_random, circle};
@@ -187,7 +188,7 @@ fn break_with(
     }
     let lengths = arc_lengths(nodes)?;
     let total = lengths.last().copied().unwrap_or(0.0);
-    // Room for rounding, so that shares that divide the length exactly leave no sliver of a piece.
+    // A margin for rounding, so that shares that divide the length exactly leave no tiny piece.
     let least = 1e-9 * total;
     let mut pieces = Vec::new();
     let mut from = 0.0;
@@ -208,8 +209,8 @@ fn break_with(
     Ok(pieces)
 }
 
-/// The part between two arc lengths; `i` is a segment at or before `from`, and is moved on to the
-/// one where the part ends.
+/// Returns the part between two arc lengths; `i` is a segment at or before `from`, and is advanced
+/// to the one in which the part ends.
 fn stretch(nodes: &[Vec3], lengths: &[f64], from: f64, to: f64, i: &mut usize) -> Vec<Vec3> {
     let point = |i: usize, s: f64| {
         let length = lengths[i + 1] - lengths[i];
@@ -234,7 +235,7 @@ fn stretch(nodes: &[Vec3], lengths: &[f64], from: f64, to: f64, i: &mut usize) -
     piece
 }
 
-/// The closed polyline that begins and ends at this arc length.
+/// Rotates a closed polyline so that it begins and ends at this arc length.
 fn begin_at(nodes: &[Vec3], start: f64) -> Result<Vec<Vec3>, MeshError> {
     let lengths = arc_lengths(nodes)?;
     let total = lengths.last().copied().unwrap_or(0.0);
@@ -248,7 +249,7 @@ fn begin_at(nodes: &[Vec3], start: f64) -> Result<Vec<Vec3>, MeshError> {
     Ok(turned)
 }
 
-/// Arc length from the first node to each node.
+/// Returns the arc length from the first node to each node.
 fn arc_lengths(nodes: &[Vec3]) -> Result<Vec<f64>, MeshError> {
     let mut lengths = Vec::with_capacity(nodes.len());
     let mut total = 0.0;
@@ -258,7 +259,7 @@ fn arc_lengths(nodes: &[Vec3]) -> Result<Vec<f64>, MeshError> {
         lengths.push(total);
         previous = node;
     }
-    let bound = "the polyline must have a finite length above 0";
+    let bound = "the polyline must have a positive finite length";
     require(
         total > 0.0 && total.is_finite(),
         "nodes",
@@ -277,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_have_the_lengths_asked_for_and_gaps_between() {
+    fn pieces_have_the_requested_lengths_and_gaps() {
         for n in [7, 100, 361] {
             let nodes = torus_knot(2, 3, 2.0, 0.7, n).unwrap();
             let total = length(&nodes);
@@ -312,14 +313,14 @@ mod tests {
         for p in one.iter().flatten() {
             assert!((p[0].hypot(p[1]) - 1.0).abs() < 1e-4);
         }
-        // No piece runs into the next.
+        // No piece touches the next.
         for (a, b) in one.iter().zip(one.iter().cycle().skip(1)) {
             assert!(distance(a[a.len() - 1], b[0]) > 0.024 * TAU * 0.9);
         }
     }
 
     #[test]
-    fn polylines_without_length_are_refused() {
+    fn polylines_without_length_are_errors() {
         for nodes in [vec![], vec![[0.0; 3]], vec![[1.0; 3]; 4], vec![[0.0; 3], [f64::NAN, 0.0, 0.0]]] {
             assert!(break_polyline(&nodes, 0.1, 0.1).is_err());
             assert!(break_polyline_at_random(&nodes, 0.1, 0.1, 0).is_err());

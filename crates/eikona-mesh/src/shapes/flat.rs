@@ -1,4 +1,4 @@
-//! Flat shapes in the plane z = 0, all with normals along +z.
+//! Flat shapes in the plane z = 0, with all normals along +z.
 
 use super::lattice::{Diagonal, Lattice, Ring, Seam, fan, zip_rings};
 use super::parameter::{limit_faces, require, require_length, require_ring, require_some};
@@ -7,13 +7,13 @@ use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
 use std::f64::consts::TAU;
 
-/// The rectangle [0, `width`] x [0, `height`] cut into `nx` x `ny` quads of two triangles each.
+/// The rectangle [0, `width`] x [0, `height`], subdivided into `nx` x `ny` quads of two triangles
+/// each.
 ///
-/// V = (nx + 1)(ny + 1), E = 3 nx ny + nx + ny, F = 2 nx ny. The vertices run along y first.
+/// V = (nx + 1)(ny + 1), E = 3 nx ny + nx + ny, F = 2 nx ny. Vertices are numbered along y first.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when a count is 0, a length is not positive, or there are too many
-/// faces.
+/// [`MeshError::Parameter`] if a count is 0, a length is not positive, or there are too many faces.
 ///
 /// ```
 /// use eikona_mesh::shapes::{Diagonal, grid};
@@ -41,10 +41,10 @@ pub fn grid(
 /// triangles, odd rows of vertices shifted by 1/2.
 ///
 /// V = (c + 1)(r + 1), E = 3 c r + c + r, F = 2 c r; all angles are 60°. It fills [0, c + 1/2] x
-/// [0, r sqrt(3)/2] but for its serrated ends.
+/// [0, r sqrt(3)/2] except for its serrated ends.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when a count is 0 or there are too many faces.
+/// [`MeshError::Parameter`] if a count is 0 or there are too many faces.
 ///
 /// ```
 /// let strip = eikona_mesh::shapes::strip(5, 2)?;
@@ -63,14 +63,14 @@ pub fn strip(columns: usize, rows: usize) -> Result<TriangleMesh, MeshError> {
 }
 
 /// The disk of this radius about the origin: ring k of `rings` has k · `sectors` evenly spaced
-/// vertices, around one at the centre.
+/// vertices, with one vertex at the centre.
 ///
 /// V = 1 + s n (n + 1) / 2, E = s n (3 n + 1) / 2, F = s n² for n rings and s sectors. Six sectors
-/// give the best triangles (no angle below 42°). Vertex 0 is the centre; the last n s vertices are
+/// give the best triangles (no angle below 42°). Vertex 0 is the centre; the last n s vertices form
 /// the rim, from angle 0.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] with fewer than 3 sectors, no ring, a radius that is not positive, or
+/// [`MeshError::Parameter`] for fewer than 3 sectors, no ring, a radius that is not positive, or
 /// too many faces.
 ///
 /// ```
@@ -90,8 +90,8 @@ pub fn disk(rings: usize, sectors: usize, radius: f64) -> Result<TriangleMesh, M
     TriangleMesh::new(positions, faces)
 }
 
-/// Vertices and faces of a disk whose ring k has k · `sectors` vertices, each placed by ring and
-/// angle.
+/// Returns the vertices and faces of a disk whose ring k has k · `sectors` vertices, each placed by
+/// ring and angle.
 pub(super) fn concentric_rings(
     rings: usize,
     sectors: usize,
@@ -112,16 +112,15 @@ pub(super) fn concentric_rings(
     (positions, faces)
 }
 
-/// The part of the plane between two circles about the origin, in `rings` bands of 2 · `sectors`
-/// triangles.
+/// The annulus between two circles about the origin, in `rings` bands of 2 · `sectors` triangles.
 ///
 /// V = s (n + 1), E = s (3 n + 1), F = 2 s n for n rings and s sectors. The radii grow
 /// geometrically, so that the triangles of all bands are similar: nearly right-angled and isosceles
-/// when `rings` is about `sectors` ln(`outer` / `inner`) / 2π.
+/// if `rings` is about `sectors` ln(`outer` / `inner`) / 2π.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] unless `inner` < `outer` with a ratio between 1e-6 and 0.999999, when
-/// there are fewer than 3 sectors, no ring, or too many faces.
+/// [`MeshError::Parameter`] unless `inner` / `outer` lies between 1e-6 and 0.999999; also for fewer
+/// than 3 sectors, no ring, or too many faces.
 ///
 /// ```
 /// let ring = eikona_mesh::shapes::annulus(0.5, 1.0, 4, 32)?;
@@ -136,7 +135,7 @@ pub fn annulus(inner: f64, outer: f64, rings: usize, sectors: usize) -> Result<T
     require_some("rings", rings)?;
     require_ring("sectors", sectors)?;
     limit_faces("sectors", sectors, 2.0 * rings as f64 * sectors as f64)?;
-    // Columns go around clockwise and rows outward, so that the normal is +z.
+    // Columns run clockwise and rows outward, so that the normal is +z.
     let lattice = Lattice { columns: sectors, rows: rings, seam: Seam::Closed, rows_closed: false };
     lattice.mesh(Diagonal::Uniform, |i, j| {
         let (s, c) = (-TAU * i as f64 / sectors as f64).sin_cos();

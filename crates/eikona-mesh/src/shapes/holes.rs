@@ -1,8 +1,8 @@
-//! A rectangular plate with holes whose rims are followed exactly, not by staircases.
+//! A rectangular plate with holes whose boundaries are exact, not staircases.
 //!
-//! The triangles of a grid are cut along the rim of the holes. Vertices that lie near the rim are
-//! moved onto it first, which keeps the cut triangles from becoming slivers (F. Labelle and J.
-//! Shewchuk, "Isosurface stuffing", SIGGRAPH 2007, in the plane).
+//! The triangles of a grid are cut along the boundaries of the holes. Vertices close to a boundary
+//! are first snapped onto it, which keeps the cut triangles from becoming slivers (F. Labelle and
+//! J. Shewchuk, "Isosurface stuffing", SIGGRAPH 2007, in the plane).
 
 use super::flat::grid;
 use super::lattice::Diagonal;
@@ -15,7 +15,7 @@ use crate::mesh::TriangleMesh;
 /// A hole in a plate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hole {
-    /// A rectangle with sides along the axes. Its corners are cut off by less than a cell.
+    /// An axis-aligned rectangle. Its corners are cut off by less than a cell.
     Rectangle {
         /// Its lower left corner.
         min: [f64; 2],
@@ -32,7 +32,8 @@ pub enum Hole {
 }
 
 impl Hole {
-    /// Negative inside the hole; the distance to its rim near its sides.
+    /// Returns a level set function, negative inside the hole and equal to the signed distance near
+    /// its sides.
     fn signed_distance(&self, p: Vec3) -> f64 {
         match *self {
             Hole::Disk { centre, radius } => (p[0] - centre[0]).hypot(p[1] - centre[1]) - radius,
@@ -59,23 +60,23 @@ impl Hole {
     }
 }
 
-/// How much of an edge a vertex may move along it to get onto the rim. With 0.35 every triangle of
-/// a [`Diagonal::Uniform`] grid keeps at least 0.19 of its area, in whatever directions its three
-/// corners move: the area is linear in each of the three steps, so that its least value is among
-/// the 7³ extreme cases.
+/// The share of an edge that a vertex may move along it to reach the rim. With 0.35 every triangle
+/// of a [`Diagonal::Uniform`] grid keeps at least 0.19 of its area, in whatever directions its
+/// three corners move: the area is linear in each of the three steps, so its minimum is among the
+/// 7³ extreme cases.
 const SNAP: f64 = 0.35;
 
-/// The rectangle [0, `width`] x [0, `height`] cut into `nx` x `ny` cells, without the insides of
-/// the holes.
+/// The rectangle [0, `width`] x [0, `height`], subdivided into `nx` x `ny` cells, without the
+/// interiors of the holes.
 ///
-/// Every hole adds one boundary loop: χ = 1 - holes, when the holes are apart. Rims of round holes
-/// have their vertices on the circle. Triangles away from the holes are those of [`grid`]; at a
-/// round rim, in square cells, angles stay above 10°.
+/// Every hole adds one boundary loop: χ = 1 - holes, if the holes are disjoint. Boundary vertices
+/// of round holes lie on the circle. Triangles away from the holes are those of [`grid`]; at a
+/// round hole, in square cells, angles stay above 10°.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] for bad parameters of [`grid`] or a hole, and when holes are so small
-/// or so near to each other or to the border that the mesh would not have exactly one more boundary
-/// loop a hole.
+/// [`MeshError::Parameter`] for bad parameters of [`grid`] or a hole, and if holes are so small or
+/// so close to each other or to the border that the mesh would not have exactly one more boundary
+/// loop per hole.
 ///
 /// # Cost
 /// O(nx ny) times the number of holes.
@@ -102,7 +103,7 @@ pub fn grid_with_holes(
     let value = |p: Vec3| holes.iter().map(|h| h.signed_distance(p)).fold(f64::MAX, f64::min);
     let values: Vec<f64> = plate.positions().iter().map(|&p| value(p)).collect();
 
-    // Where each edge crosses a rim, as a share of the edge; at its ends included, elsewhere none.
+    // The parameter at which each edge crosses a rim, if it does; endpoints included.
     let crossing: Vec<Option<f64>> = plate
         .edges()
         .map(|e| {
@@ -117,11 +118,11 @@ pub fn grid_with_holes(
     if boundary_loops(&mesh) == Some(1 + holes.len()) {
         return Ok(mesh);
     }
-    let bound = "every hole must be at least two cells wide and two cells from other holes and the border; take more cells";
+    let bound = "every hole must be at least two cells wide and two cells from other holes and the border; use more cells";
     refuse("holes", format_args!("{holes:?}"), bound)
 }
 
-/// A change of sign of `f` between 0 and 1, by bisection.
+/// Finds a change of sign of `f` between 0 and 1 by bisection.
 fn root(f: impl Fn(f64) -> f64) -> f64 {
     let positive_at_0 = f(0.0) > 0.0;
     let (mut low, mut high) = (0.0, 1.0);
@@ -156,7 +157,7 @@ impl<'a> Cutter<'a> {
         Cutter { plate, positions: plate.positions().to_vec(), side, crossing }
     }
 
-    /// Moves the vertices that are near the rim along one of their edges onto it.
+    /// Snaps the vertices that are close to the rim along one of their edges onto it.
     fn snap(&mut self) {
         for v in self.plate.vertices() {
             let mut nearest: Option<(f64, Vec3)> = None;
@@ -197,7 +198,7 @@ impl<'a> Cutter<'a> {
             if corners.iter().all(|&v| self.side[v.index()] != Side::Kept) {
                 continue;
             }
-            // The kept part, walked around: kept and rim corners, and the cut points between them.
+            // The boundary of the kept part: kept and rim corners, and the cut points between them.
             let mut polygon: Vec<u32> = Vec::with_capacity(4);
             for k in 0..3 {
                 if self.side[corners[k].index()] != Side::Removed {
@@ -236,7 +237,7 @@ fn without_unused_vertices(
     TriangleMesh::new(kept, faces)
 }
 
-/// The number of boundary loops, or `None` where two loops meet or the mesh is in several pieces.
+/// Returns the number of boundary loops, or `None` if two loops touch or the mesh is not connected.
 fn boundary_loops(mesh: &TriangleMesh) -> Option<usize> {
     let mut next: Vec<Option<Vertex>> = vec![None; mesh.vertex_count()];
     for e in mesh.edges() {
@@ -258,8 +259,8 @@ fn boundary_loops(mesh: &TriangleMesh) -> Option<usize> {
         }
         loops += usize::from(length > 0);
     }
-    // With one outer loop and the others around holes, χ = 2 - loops exactly when the mesh is in
-    // one piece.
+    // With one outer loop and the others around holes, χ = 2 - loops exactly if the mesh is
+    // connected.
     let chi = mesh.vertex_count() as i64 - mesh.edge_count() as i64 + mesh.face_count() as i64;
     (chi == 2 - loops as i64).then_some(loops)
 }

@@ -1,5 +1,5 @@
-//! Rectangular lattices of quads, closed or open in either direction, cut into triangles; and rings
-//! zipped together.
+//! Rectangular lattices of quads, closed or open in either direction, cut into triangles; and bands
+//! of triangles between rings.
 
 use super::vector::{Vec3, distance};
 use crate::error::MeshError;
@@ -8,17 +8,17 @@ use crate::mesh::TriangleMesh;
 /// How each quad of a lattice is cut into two triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Diagonal {
-    /// All from the first corner to the third: every interior vertex has six neighbours.
+    /// From the first corner to the third: every interior vertex has six neighbours.
     #[default]
     Uniform,
-    /// In turn, as the colours of a chessboard: vertices have four or eight neighbours, and no
+    /// Alternating like the colours of a chessboard: vertices have four or eight neighbours, and no
     /// direction is favoured.
     Alternating,
-    /// The shorter one, and the first where both are equally long.
+    /// The shorter one, and the first if both have the same length.
     Shorter,
 }
 
-/// How the last column of a lattice joins the first.
+/// How the last column of a lattice is joined to the first.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Seam {
     Open,
@@ -27,7 +27,7 @@ pub(super) enum Seam {
     Mirrored,
 }
 
-/// `columns` x `rows` quads. The vertices are numbered column by column.
+/// A lattice of `columns` x `rows` quads. Vertices are numbered column by column.
 #[derive(Clone, Copy)]
 pub(super) struct Lattice {
     pub columns: usize,
@@ -37,17 +37,17 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    /// Number of vertices in a column.
+    /// Returns the number of vertices per column.
     fn height(&self) -> usize {
         self.rows + usize::from(!self.rows_closed)
     }
 
-    /// Number of columns of vertices.
+    /// Returns the number of columns of vertices.
     fn width(&self) -> usize {
         self.columns + usize::from(self.seam == Seam::Open)
     }
 
-    /// The vertex at column `i` (up to `columns`) and row `j` (up to `rows`).
+    /// Returns the vertex at column `i` (up to `columns`) and row `j` (up to `rows`).
     fn vertex(&self, i: usize, j: usize) -> u32 {
         let height = self.height();
         let j = if j == height { 0 } else { j };
@@ -69,7 +69,7 @@ impl Lattice {
         positions
     }
 
-    /// Two triangles a quad, counter-clockwise when columns run to the right and rows up.
+    /// Returns two triangles per quad, counter-clockwise if columns run to the right and rows up.
     pub(super) fn triangles(&self, positions: &[Vec3], diagonal: Diagonal) -> Vec<[u32; 3]> {
         let mut faces = Vec::with_capacity(2 * self.columns * self.rows);
         for i in 0..self.columns {
@@ -108,7 +108,7 @@ fn second_diagonal_is_shorter(positions: &[Vec3], quad: [u32; 4]) -> bool {
     distance(b, d) < distance(a, c) * (1.0 - 1e-9)
 }
 
-/// Each quad cut along its shorter diagonal.
+/// Cuts each quad along its shorter diagonal.
 pub(super) fn cut_quads(positions: &[Vec3], quads: &[[u32; 4]]) -> Vec<[u32; 3]> {
     quads.iter().flat_map(|&q| cut(q, second_diagonal_is_shorter(positions, q))).collect()
 }
@@ -121,7 +121,7 @@ pub(super) struct Ring {
 }
 
 /// Fills the band between two rings with `inner.count + outer.count` triangles, counter-clockwise
-/// when the rings are. Going around, the side comes next whose middle is at the smaller angle.
+/// if the rings are. The next triangle takes the side whose midpoint has the smaller angle.
 pub(super) fn zip_rings(faces: &mut Vec<[u32; 3]>, inner: Ring, outer: Ring) {
     let name = |ring: Ring, i: usize| (ring.start + i % ring.count) as u32;
     let (mut i, mut o) = (0, 0);
@@ -138,7 +138,7 @@ pub(super) fn zip_rings(faces: &mut Vec<[u32; 3]>, inner: Ring, outer: Ring) {
     }
 }
 
-/// Fills a ring with triangles around one vertex, counter-clockwise when the ring is.
+/// Fills a ring with triangles around one vertex, counter-clockwise if the ring is.
 pub(super) fn fan(faces: &mut Vec<[u32; 3]>, centre: usize, ring: Ring) {
     let name = |i: usize| (ring.start + i % ring.count) as u32;
     faces.extend((0..ring.count).map(|i| [centre as u32, name(i), name(i + 1)]));

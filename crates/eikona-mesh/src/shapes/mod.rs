@@ -1,9 +1,9 @@
-//! Procedural shapes: meshes by formula, the same every time, with element counts in closed form.
+//! Procedural shapes: deterministic meshes given by formulas, with element counts in closed form.
 //!
-//! Each shape is a function with its counts, parametrisation and orientation in its docs. [`make`]
-//! makes any of them by name from `key = value` pairs, as the command `eikona make` does;
-//! [`shape_descriptions`] lists them. Curves in space that go with the shapes ([`circle`],
-//! [`torus_knot`], ...) can be cut into pieces by [`break_polyline`].
+//! Each shape is a function whose docs give counts, parametrisation and orientation. [`make`] makes
+//! any of them by name from `key = value` pairs, like the command `eikona make`;
+//! [`shape_descriptions`] lists them. Curves in space that accompany the shapes ([`circle`],
+//! [`torus_knot`], ...) can be broken into pieces by [`break_polyline`].
 //!
 //! | family | shapes |
 //! |---|---|

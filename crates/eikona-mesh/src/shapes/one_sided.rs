@@ -1,5 +1,4 @@
-//! Surfaces without a consistent orientation. Each face is wound like its neighbours except across
-//! one seam.
+//! Nonorientable surfaces. Neighbouring faces are consistently oriented except across one seam.
 
 use super::flat::concentric_rings;
 use super::lattice::{Diagonal, Lattice, Seam};
@@ -9,16 +8,16 @@ use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-/// A Moebius band about the z axis: a segment of length `width` whose middle runs around the circle
-/// of this radius while it makes half a turn.
+/// A Moebius band about the z axis: a segment of length `width` that makes half a turn while its
+/// midpoint travels around the circle of this radius.
 ///
 /// V = nu (nv + 1), E = nu (3 nv + 1), F = 2 nu nv, χ = 0, one boundary loop. Vertex i (nv + 1) + j
 /// is at u = 2π i / nu around the axis and w = (j / nv - 1/2) `width` along the segment, at ((R + w
 /// cos(u/2)) cos u, (R + w cos(u/2)) sin u, w sin(u/2)).
 ///
 /// # Errors
-/// [`MeshError::Parameter`] unless 1e-6 R <= `width` < 2 R, nu >= 3, nv >= 1, and the faces are not
-/// too many.
+/// [`MeshError::Parameter`] unless 1e-6 R <= `width` < 2 R, nu >= 3 and nv >= 1; also for too many
+/// faces.
 ///
 /// ```
 /// let band = eikona_mesh::shapes::moebius_band(1.0, 0.6, 40, 4)?;
@@ -42,15 +41,15 @@ pub fn moebius_band(radius: f64, width: f64, nu: usize, nv: usize) -> Result<Tri
     })
 }
 
-/// A Klein bottle in the immersion where a figure eight runs around the circle of this radius while
-/// it makes half a turn.
+/// A Klein bottle as the immersion of a figure eight that makes half a turn while it travels around
+/// the circle of this radius.
 ///
-/// V = nu nv, E = 3 nu nv, F = 2 nu nv, χ = 0, no boundary. It crosses itself along a circle; no
-/// vertex lies on that circle.
+/// V = nu nv, E = 3 nu nv, F = 2 nu nv, χ = 0, no boundary. It crosses itself along a circle that
+/// contains no vertex.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] unless `radius` lies in [1.5, 1e6] (the figure eight has width 2), both
-/// counts are at least 3 and the faces are not too many.
+/// [`MeshError::Parameter`] unless `radius` lies in [1.5, 1e6] (the figure eight has width 2) and
+/// both counts are at least 3; also for too many faces.
 ///
 /// ```
 /// let bottle = eikona_mesh::shapes::klein_bottle(2.5, 60, 30)?;
@@ -67,7 +66,7 @@ pub fn klein_bottle(radius: f64, nu: usize, nv: usize) -> Result<TriangleMesh, M
     lattice.mesh(Diagonal::Shorter, |i, j| {
         let u = TAU * i as f64 / nu as f64;
         // Half a step away from the crossing at v = 0 and v = π; symmetric under v -> -v, as the
-        // seam asks.
+        // seam requires.
         let v = TAU * (j as f64 + 0.5) / nv as f64;
         let (sin, cos) = (0.5 * u).sin_cos();
         let from_axis = radius + cos * v.sin() - sin * (2.0 * v).sin();
@@ -76,14 +75,14 @@ pub fn klein_bottle(radius: f64, nu: usize, nv: usize) -> Result<TriangleMesh, M
 }
 
 /// The projective plane as Boy's surface: an immersed sphere with opposite points identified, in
-/// the form of Bryant and Kusner.
+/// the parametrisation of Bryant and Kusner.
 ///
-/// V = 3 n² + 1, E = 9 n², F = 6 n² for n rings, χ = 1, no boundary. Half a sphere is cut into
-/// rings of 6 k vertices, and opposite vertices of its rim are one. The surface crosses itself
-/// along a closed curve with one triple point, the origin.
+/// V = 3 n² + 1, E = 9 n², F = 6 n² for n rings, χ = 1, no boundary. A hemisphere is subdivided
+/// into rings of 6 k vertices, and opposite vertices of its rim are identified. The surface crosses
+/// itself along a closed curve with one triple point, the origin.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] with fewer than 2 rings or too many faces.
+/// [`MeshError::Parameter`] for fewer than 2 rings or too many faces.
 ///
 /// ```
 /// let plane = eikona_mesh::shapes::projective_plane(10)?;
@@ -94,7 +93,7 @@ pub fn projective_plane(rings: usize) -> Result<TriangleMesh, MeshError> {
     require(rings >= 2, "rings", rings, "at least 2 are needed")?;
     limit_faces("rings", rings, 6.0 * (rings as f64).powi(2))?;
     let (mut positions, mut faces) = concentric_rings(rings, 6, |k, angle| {
-        // stereographic projection of evenly spaced latitudes
+        // Stereographic projection of evenly spaced latitudes.
         let r = (FRAC_PI_4 * k as f64 / rings as f64).tan();
         boy_surface([r * angle.cos(), r * angle.sin()])
     });
@@ -108,9 +107,9 @@ pub fn projective_plane(rings: usize) -> Result<TriangleMesh, MeshError> {
     TriangleMesh::new(positions, faces)
 }
 
-/// The point of Boy's surface for a complex number in the unit disk, as the inverse of a minimal
-/// surface: g / |g|², g = (-3/2 Im(w (1 - w⁴) / D), -3/2 Re(w (1 + w⁴) / D), Im((1 + w⁶) / D) -
-/// 1/2), D = w⁶ + sqrt(5) w³ - 1.
+/// Returns the point of Boy's surface for a complex number in the unit disk, as the inversion of a
+/// minimal surface: g / |g|², g = (-3/2 Im(w (1 - w⁴) / D), -3/2 Re(w (1 + w⁴) / D), Im((1 + w⁶) /
+/// D) - 1/2), D = w⁶ + sqrt(5) w³ - 1.
 fn boy_surface(w: [f64; 2]) -> Vec3 {
     let times = |a: [f64; 2], b: [f64; 2]| [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]];
     let plus = |a: [f64; 2], s: f64, b: [f64; 2]| [a[0] + s * b[0], a[1] + s * b[1]];

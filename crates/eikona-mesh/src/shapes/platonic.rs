@@ -54,8 +54,8 @@ pub fn icosahedron() -> Result<TriangleMesh, MeshError> {
     TriangleMesh::new(icosahedron_positions().to_vec(), faces)
 }
 
-/// North pole, five vertices at latitude atan(1/2), five at the opposite latitude half a step
-/// further east, south pole.
+/// Returns the north pole, five vertices at latitude atan(1/2), five at the opposite latitude half
+/// a step further east, and the south pole.
 pub(super) fn icosahedron_positions() -> [Vec3; 12] {
     let (z, r) = (1.0 / 5f64.sqrt(), 2.0 / 5f64.sqrt());
     let at = |steps: f64, z: f64| {

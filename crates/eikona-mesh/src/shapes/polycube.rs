@@ -11,14 +11,14 @@ use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
 use std::collections::BTreeMap;
 
-/// A smooth closed surface of genus `genus`: a row of rings, grown together.
+/// A smooth closed surface of genus `genus`: a row of rings, fused together.
 ///
-/// Blocks around g openings in a row are smoothed `levels` times (at least once). With q = (26 g +
-/// 14) 4^k for k levels: V = q + 2 - 2 g, E = 3 q, F = 2 q, χ = 2 - 2 g. Outward oriented; the row
-/// lies along x with its middle at the origin, a ring every 2.6 units.
+/// Blocks around g openings in a row are smoothed `levels` times (at least once). For k levels and
+/// q = (26 g + 14) 4^k: V = q + 2 - 2 g, E = 3 q, F = 2 q, χ = 2 - 2 g. Outward oriented; the row
+/// lies along x, centred at the origin, with one ring every 2.6 units.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `genus` or `levels` is 0 or there are too many faces.
+/// [`MeshError::Parameter`] if `genus` or `levels` is 0 or there are too many faces.
 ///
 /// ```
 /// let double = eikona_mesh::shapes::chain_of_genus(2, 2)?;
@@ -30,8 +30,8 @@ pub fn chain_of_genus(genus: usize, levels: u32) -> Result<TriangleMesh, MeshErr
     require_some("levels", levels as usize)?;
     limit_faces("genus", genus, 2.0 * (26.0 * genus as f64 + 14.0) * 4f64.powf(f64::from(levels)))?;
     // A bar one unit wide, an opening of two columns, a bar, and so on. Plane i along x has a bar
-    // to its right when i % 3 = 0, to its left when i % 3 = 1, and is in the middle of an opening
-    // otherwise, where the ring is widest.
+    // to its right if i % 3 = 0, to its left if i % 3 = 1, and otherwise lies in the middle of an
+    // opening, where the ring is widest.
     let length = 3 * genus + 1;
     let is_solid = |[i, j, _]: [usize; 3]| j != 1 || i % 3 == 0;
     let row_length = 1.0 + 2.6 * genus as f64;
@@ -47,16 +47,15 @@ pub fn chain_of_genus(genus: usize, levels: u32) -> Result<TriangleMesh, MeshErr
     smooth(block_surface([length, 3, 1], is_solid, place), levels)
 }
 
-/// A clay animal on four legs: a closed surface with a long neck, ears, and a tail, for pictures
-/// and for tests on a shape with features.
+/// A clay animal on four legs: a closed surface with a long neck, ears and a tail, for pictures and
+/// tests on a shape with features.
 ///
-/// Boxes smoothed `levels` times (at least once). With q = 110 · 4^k for k levels: V = q + 2, E = 3
-/// q, F = 2 q, χ =
-/// 2. It stands on the plane y = 0, looks along +z, is about 3.4 long, 1.1 wide and 3.4 high, and
-///    is symmetric under x -> -x. Outward oriented.
+/// Boxes smoothed `levels` times (at least once). For k levels and q = 110 · 4^k: V = q + 2,
+/// E = 3 q, F = 2 q, χ = 2. It stands on the plane y = 0, faces +z, is about 3.4 long, 1.1 wide and
+/// 3.4 high, and is symmetric under x -> -x. Outward oriented.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `levels` is 0 or gives too many faces.
+/// [`MeshError::Parameter`] if `levels` is 0 or gives too many faces.
 ///
 /// ```
 /// let animal = eikona_mesh::shapes::clay_animal(3)?;
@@ -68,7 +67,7 @@ pub fn chain_of_genus(genus: usize, levels: u32) -> Result<TriangleMesh, MeshErr
 pub fn clay_animal(levels: u32) -> Result<TriangleMesh, MeshError> {
     require_some("levels", levels as usize)?;
     limit_faces("levels", levels, 2.0 * 110.0 * 4f64.powf(f64::from(levels)))?;
-    // Where the planes between the blocks lie.
+    // The positions of the planes between the blocks.
     const X: [f64; 8] = [-0.5, 0.0, 0.55, 1.45, 2.0, 2.45, 3.0, 3.5];
     const Y: [f64; 6] = [-0.6, -0.5, -0.17, 0.17, 0.5, 0.6];
     const Z: [f64; 9] = [0.0, 0.55, 1.1, 1.75, 2.15, 2.6, 3.1, 3.5, 4.0];
@@ -94,7 +93,7 @@ pub fn clay_animal(levels: u32) -> Result<TriangleMesh, MeshError> {
             (_, 7..) => (x, y) = (x - 0.25, 1.25 * y), // the ears point back and out
             _ => {}
         }
-        // Files of figures mostly have y upwards.
+        // Files of figures mostly have y up.
         [y, z, x]
     };
     smooth(block_surface([7, 5, 8], is_solid, place), levels)
@@ -105,8 +104,8 @@ struct QuadMesh {
     quads: Vec<[u32; 4]>,
 }
 
-/// The quads between solid and empty blocks, counter-clockwise from the empty side. Blocks must not
-/// touch in an edge or corner alone.
+/// Returns the quads between solid and empty blocks, counter-clockwise from the empty side. Blocks
+/// must not touch in an edge or corner alone.
 fn block_surface(
     cells: [usize; 3],
     is_solid: impl Fn([usize; 3]) -> bool,
@@ -161,11 +160,11 @@ fn smooth(mut mesh: QuadMesh, levels: u32) -> Result<TriangleMesh, MeshError> {
     TriangleMesh::new(mesh.positions, faces)
 }
 
-/// One step of Catmull-Clark on a closed surface. Vertices come first, then a point a quad, then a
-/// point an edge.
+/// Applies one step of Catmull-Clark to a closed surface. The vertices come first, then one point
+/// per quad, then one point per edge.
 fn subdivide(mesh: &QuadMesh) -> QuadMesh {
     let (vertices, quads) = (mesh.positions.len(), mesh.quads.len());
-    // Sides of quads sorted by their ends: the two sides of an edge become neighbours.
+    // Sides of quads sorted by their endpoints: the two sides of an edge become neighbours.
     let mut sides: Vec<(u32, u32, u32)> = Vec::with_capacity(4 * quads);
     for (q, quad) in mesh.quads.iter().enumerate() {
         for k in 0..4 {
@@ -205,7 +204,7 @@ fn subdivide(mesh: &QuadMesh) -> QuadMesh {
         }
     }
     for v in 0..vertices {
-        // quads and edges at a vertex of a closed surface are equally many
+        // A vertex of a closed surface has as many quads as edges.
         let n = valence[v] as f64;
         let around = add(quad_sums[v], scale(edge_sums[v], 2.0));
         positions[v] = add(scale(around, 1.0 / (n * n)), scale(mesh.positions[v], (n - 3.0) / n));

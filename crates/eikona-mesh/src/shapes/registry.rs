@@ -1,5 +1,5 @@
-//! All shapes by name, for the command line: what they are, their parameters, and how to make them
-//! from text.
+//! Shapes by name, for the command line: their descriptions, their parameters, and their
+//! construction from text.
 
 use super::parameter::{refuse, require, require_length};
 use super::vector::scale;
@@ -10,42 +10,42 @@ use crate::mesh::TriangleMesh;
 /// A parameter of a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
-    /// Its name.
+    /// The name.
     pub name: &'static str,
-    /// The value it has when none is given, as text.
+    /// The default value, as text.
     pub default: &'static str,
-    /// What it means, in a few words.
+    /// The meaning, in a few words.
     pub meaning: &'static str,
 }
 
-/// What a shape is and what can be chosen.
+/// A shape and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShapeDescription {
     /// The name for [`make`].
     pub name: &'static str,
-    /// What it is, in a line.
+    /// A one-line description.
     pub summary: &'static str,
-    /// What can be chosen.
+    /// The parameters.
     pub parameters: &'static [Parameter],
 }
 
-/// The names of all shapes, by family.
+/// Returns the names of all shapes, by family.
 pub fn shape_names() -> impl ExactSizeIterator<Item = &'static str> {
     SHAPES.iter().map(|s| s.description.name)
 }
 
-/// What [`make`] can make, by family.
+/// Returns the descriptions of all shapes that [`make`] accepts, by family.
 pub fn shape_descriptions() -> impl ExactSizeIterator<Item = &'static ShapeDescription> {
     SHAPES.iter().map(|s| &s.description)
 }
 
-/// The shape of this name, with these parameters and the defaults of the others. A hyphen in a name
-/// counts as an underscore.
+/// Makes the shape of this name with these parameters, and defaults for the others. A hyphen in a
+/// name counts as an underscore.
 ///
 /// # Errors
-/// [`MeshError::UnknownName`] for a shape or a parameter that does not exist, with those that do,
-/// the most similar first; [`MeshError::Parameter`] for a value that cannot be read, is given
-/// twice, or that the shape does not take.
+/// [`MeshError::UnknownName`] for a shape or a parameter that does not exist, with the existing
+/// ones, the most similar first; [`MeshError::Parameter`] for a value that can not be parsed, is
+/// given twice, or is out of range for the shape.
 ///
 /// ```
 /// use eikona_mesh::shapes::make;
@@ -68,7 +68,7 @@ pub fn make(name: &str, values: &[(&str, &str)]) -> Result<TriangleMesh, MeshErr
             return Err(unknown("parameter", key, parameters.iter().map(|p| p.name)));
         };
         let again = chosen.iter().any(|c| c.0 == parameter.name);
-        require(!again, parameter.name, value, "it was given before; give it once")?;
+        require(!again, parameter.name, value, "it is given twice; give it once")?;
         chosen.push((parameter.name, value));
     }
     for p in parameters {
@@ -85,10 +85,10 @@ fn unknown(what: &'static str, name: &str, known: impl Iterator<Item = &'static 
     MeshError::UnknownName { what, name: name.to_string(), known }
 }
 
-/// How many letters must be put in, left out, replaced, or swapped with the next to turn one word
-/// into the other.
+/// Returns the number of letters to insert, delete, replace, or swap with the next one to turn one
+/// word into the other.
 fn edit_distance(a: &str, b: &str) -> usize {
-    // Names are short; what is longer than any of them need not be looked at further.
+    // Names are short; letters beyond the length of any of them are ignored.
     let letters = |s: &str| s.chars().take(64).map(|c| c.to_ascii_lowercase()).collect::<Vec<char>>();
     let (a, b) = (letters(a), letters(b));
     let mut rows: Vec<Vec<usize>> = vec![(0..=b.len()).collect()];
@@ -107,7 +107,7 @@ fn edit_distance(a: &str, b: &str) -> usize {
     rows[a.len()][b.len()]
 }
 
-/// A value for every parameter of a shape, as text.
+/// The value of every parameter of a shape, as text.
 struct Values<'a>(Vec<(&'static str, &'a str)>);
 
 impl Values<'_> {
@@ -118,19 +118,19 @@ impl Values<'_> {
 
     fn count(&self, name: &'static str) -> Result<usize, MeshError> {
         let text = self.text(name)?;
-        text.trim().parse().or_else(|_| refuse(name, text, "a whole number is needed"))
+        text.trim().parse().or_else(|_| refuse(name, text, "it must be an integer of 0 or more"))
     }
 
     fn levels(&self, name: &'static str) -> Result<u32, MeshError> {
         let text = self.text(name)?;
-        text.trim().parse().or_else(|_| refuse(name, text, "a whole number is needed"))
+        text.trim().parse().or_else(|_| refuse(name, text, "it must be an integer of 0 or more"))
     }
 
     fn real(&self, name: &'static str) -> Result<f64, MeshError> {
         let text = self.text(name)?;
         match text.trim().parse::<f64>() {
             Ok(x) if x.is_finite() => Ok(x),
-            _ => refuse(name, text, "a finite number is needed"),
+            _ => refuse(name, text, "it must be a finite number"),
         }
     }
 
@@ -151,14 +151,14 @@ impl Values<'_> {
         }
     }
 
-    /// The mesh enlarged about the origin by the parameter `radius`.
+    /// Scales the mesh about the origin by the parameter `radius`.
     fn with_radius(&self, mesh: TriangleMesh) -> Result<TriangleMesh, MeshError> {
         let radius = self.real("radius")?;
         require_length("radius", radius)?;
         mesh.with_positions(mesh.positions().iter().map(|&p| scale(p, radius)).collect())
     }
 
-    /// `across` x `up` round holes of this radius, evenly spaced over the plate.
+    /// Returns `across` x `up` round holes of this radius, evenly spaced over the plate.
     fn holes(&self, width: f64, height: f64) -> Result<Vec<Hole>, MeshError> {
         let (across, up) = (self.count("holes_x")?, self.count("holes_y")?);
         let radius = self.real("hole_radius")?;
@@ -196,14 +196,14 @@ const DIAGONAL: Parameter = p("diagonal", "uniform", "how quads are cut: uniform
 static SHAPES: &[Shape] = &[
     shape(
         "geodesic_sphere",
-        "sphere from an icosahedron, 20 n² even triangles",
-        &[p("frequency", "20", "pieces that each edge of the icosahedron is cut into"), RADIUS],
+        "sphere from an icosahedron, 20 n² nearly equal triangles",
+        &[p("frequency", "20", "subdivisions of each edge of the icosahedron"), RADIUS],
         |v| v.with_radius(geodesic_sphere(v.count("frequency")?)?),
     ),
     shape(
         "icosphere",
-        "sphere from an icosahedron by repeated halving of edges, 20 · 4^k triangles",
-        &[p("levels", "4", "how often edges are halved"), RADIUS],
+        "sphere from an icosahedron by repeated edge bisection, 20 · 4^k triangles",
+        &[p("levels", "4", "number of bisection steps"), RADIUS],
         |v| v.with_radius(icosphere(v.levels("levels")?)?),
     ),
     shape(
@@ -228,7 +228,7 @@ static SHAPES: &[Shape] = &[
         &[
             p("frequency", "40", "as for geodesic_sphere"),
             p("amplitude", "0.35", "height of the waves, 0 to 0.9"),
-            p("waves", "6", "waves along an axis, in radians a unit"),
+            p("waves", "6", "waves along an axis, in radians per unit"),
         ],
         |v| bumpy_sphere(v.count("frequency")?, v.real("amplitude")?, v.real("waves")?),
     ),
@@ -237,7 +237,7 @@ static SHAPES: &[Shape] = &[
     shape("icosahedron", "20 faces, vertices on a sphere", &[RADIUS], |v| v.with_radius(icosahedron()?)),
     shape(
         "cuboid",
-        "box with its sides cut into quads",
+        "box with its sides subdivided into quads",
         &[
             p("width", "1", "length along x"),
             p("depth", "1", "length along y"),
@@ -270,7 +270,7 @@ static SHAPES: &[Shape] = &[
         &[
             p("radius", "0.5", "radius"),
             p("height", "2", "length along z"),
-            p("sectors", "48", "vertices around"),
+            p("sectors", "48", "vertices around the axis"),
             p("stacks", "30", "bands along z"),
             p("ends", "capped", "open or capped"),
         ],
@@ -341,7 +341,7 @@ static SHAPES: &[Shape] = &[
             p("inner", "0.4", "inner radius"),
             p("outer", "1", "outer radius"),
             p("rings", "10", "bands"),
-            p("sectors", "64", "vertices around"),
+            p("sectors", "64", "vertices per circle"),
         ],
         |v| annulus(v.real("inner")?, v.real("outer")?, v.count("rings")?, v.count("sectors")?),
     ),
@@ -351,7 +351,7 @@ static SHAPES: &[Shape] = &[
         &[
             p("radius", "0.4", "radius of the tube"),
             p("n_along", "300", "sections"),
-            p("n_around", "24", "vertices of a section"),
+            p("n_around", "24", "vertices per section"),
         ],
         |v| trefoil_tube(v.real("radius")?, v.count("n_along")?, v.count("n_around")?),
     ),
@@ -361,7 +361,7 @@ static SHAPES: &[Shape] = &[
         &[
             p("radius", "0.22", "radius of the tube"),
             p("n_along", "400", "sections"),
-            p("n_around", "16", "vertices of a section"),
+            p("n_around", "16", "vertices per section"),
         ],
         |v| figure_eight_tube(v.real("radius")?, v.count("n_along")?, v.count("n_around")?),
     ),
@@ -371,26 +371,26 @@ static SHAPES: &[Shape] = &[
         &[
             p("count", "3", "rings"),
             p("minor", "0.2", "radius of the tube; the rings have radius 1"),
-            p("nu", "64", "vertices around a ring"),
-            p("nv", "16", "vertices around a tube"),
+            p("nu", "64", "vertices around each ring"),
+            p("nv", "16", "vertices around each tube"),
         ],
         |v| linked_rings(v.count("count")?, v.real("minor")?, v.count("nu")?, v.count("nv")?),
     ),
     shape(
         "chain_of_genus",
-        "smooth closed surface with as many handles as wanted",
-        &[p("genus", "3", "number of handles"), p("levels", "4", "how often it is smoothed")],
+        "smooth closed surface with any number of handles",
+        &[p("genus", "3", "number of handles"), p("levels", "4", "number of smoothing steps")],
         |v| chain_of_genus(v.count("genus")?, v.levels("levels")?),
     ),
     shape(
         "clay_animal",
         "smooth animal on four legs",
-        &[p("levels", "4", "how often it is smoothed")],
+        &[p("levels", "4", "number of smoothing steps")],
         |v| clay_animal(v.levels("levels")?),
     ),
     shape(
         "moebius_band",
-        "one-sided band with one boundary",
+        "one-sided band with one boundary loop",
         &[
             p("radius", "1", "radius of its middle line"),
             p("width", "0.6", "width of the band"),
@@ -405,7 +405,7 @@ static SHAPES: &[Shape] = &[
         &[
             p("radius", "2.5", "radius of its middle line; the figure eight is 2 wide"),
             p("nu", "96", "vertices along"),
-            p("nv", "48", "vertices around"),
+            p("nv", "48", "vertices around the tube"),
         ],
         |v| klein_bottle(v.real("radius")?, v.count("nu")?, v.count("nv")?),
     ),

@@ -15,8 +15,8 @@ use std::f64::consts::TAU;
 /// Outward oriented. Area 4π² R r, volume 2π² R r².
 ///
 /// # Errors
-/// [`MeshError::Parameter`] unless 1e-6 `major` <= `minor` < `major`, both counts are at least 3,
-/// and the faces are not too many.
+/// [`MeshError::Parameter`] unless 1e-6 `major` <= `minor` < `major` and both counts are at least
+/// 3; also for too many faces.
 ///
 /// ```
 /// let torus = eikona_mesh::shapes::torus(1.0, 0.4, 48, 24)?;
@@ -56,25 +56,25 @@ pub(super) fn torus_point(major: f64, minor: f64, nu: usize, nv: usize, i: usize
     [from_axis * cos_u, from_axis * sin_u, minor * sin_v]
 }
 
-/// Whether a cylinder has its two flat ends.
+/// Whether a cylinder has flat caps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ends {
-    /// No: the surface has two boundary loops.
+    /// Without caps: the surface has two boundary loops.
     #[default]
     Open,
-    /// Yes: the surface is closed.
+    /// With caps: the surface is closed.
     Capped,
 }
 
-/// The cylinder about the z axis from z = 0 to z = `height`, with `sectors` vertices around and
-/// `stacks` bands.
+/// The cylinder about the z axis from z = 0 to z = `height`, with `sectors` vertices around the
+/// axis and `stacks` bands.
 ///
 /// Open: V = s (n + 1), E = s (3 n + 1), F = 2 s n for s sectors and n stacks; vertex i (n + 1) + j
-/// is at angle 2π i / s and height j / n. Capped: each end is filled with rings that have fewer
-/// vertices towards the middle, and χ = 2. Outward oriented.
+/// is at angle 2π i / s and height j / n. Capped: each cap has rings with fewer vertices towards
+/// the middle, and χ = 2. Outward oriented.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] with fewer than 3 sectors, no stack, a length that is not positive, or
+/// [`MeshError::Parameter`] for fewer than 3 sectors, no stack, a length that is not positive, or
 /// too many faces.
 ///
 /// ```
@@ -108,7 +108,7 @@ pub fn cylinder(
         for (row, z, upward) in [(0, 0.0, false), (stacks, height, true)] {
             let (points, triangles) =
                 cap(sectors, |r, angle| [radius * r * angle.cos(), radius * r * angle.sin(), z]);
-            // The cap's last vertices are its rim: they are the end ring of the side.
+            // The cap's last vertices are its rim, shared with the end ring of the side.
             let own = points.len() - sectors;
             let first = positions.len();
             let number = |v: u32| match (v as usize).checked_sub(own) {
@@ -125,8 +125,8 @@ pub fn cylinder(
     TriangleMesh::new(positions, faces)
 }
 
-/// A disk with `sectors` vertices on its rim, the last ones, and about evenly sized triangles;
-/// placed by radius (1 = rim) and angle.
+/// Returns a disk with triangles of about the same size and `sectors` vertices on its rim, which
+/// come last; placed by radius (1 = rim) and angle.
 fn cap(sectors: usize, at: impl Fn(f64, f64) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let rings = (sectors as f64 / TAU).round().max(1.0) as usize;
     let mut positions = vec![at(0.0, 0.0)];
@@ -145,16 +145,16 @@ fn cap(sectors: usize, at: impl Fn(f64, f64) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3
     (positions, faces)
 }
 
-/// The side of the cone with its rim of this radius in the plane z = 0 and its apex, vertex 0, at z
-/// = `height`.
+/// The lateral surface of the cone with its rim of this radius in the plane z = 0 and its apex,
+/// vertex 0, at z = `height`.
 ///
 /// Counts are those of [`disk`](super::disk). Open at the base; normals point outward and up. The
-/// half-angle at the apex is a = atan(radius / height), the angles of the faces around the apex sum
-/// to 2π sin a in the limit: rolled out flat it is a sector of a disk, on which distances are
+/// half-angle at the apex is a = atan(radius / height), and the angles of the faces around the apex
+/// sum to 2π sin a in the limit: the cone unrolls to a sector of a disk, on which distances are
 /// known.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] with fewer than 3 sectors, no ring, a length that is not positive, or
+/// [`MeshError::Parameter`] for fewer than 3 sectors, no ring, a length that is not positive, or
 /// too many faces.
 ///
 /// ```

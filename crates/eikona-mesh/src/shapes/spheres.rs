@@ -9,14 +9,14 @@ use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
-/// The unit sphere as an icosahedron whose faces are cut into `frequency`² triangles each.
+/// The unit sphere as an icosahedron whose faces are subdivided into `frequency`² triangles each.
 ///
 /// V = 10 n² + 2, E = 30 n², F = 20 n² for frequency n: 71 gives 100,820 faces, 158 gives 499,280.
-/// Points of the icosahedron's edges are evenly spaced along the great circles. Outward oriented;
-/// every angle lies between 53° and 72.1°.
+/// Points on the icosahedron's edges are evenly spaced along great circles. Outward oriented; every
+/// angle lies between 53° and 72.1°.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `frequency` is 0 or would give more than
+/// [`MeshError::Parameter`] if `frequency` is 0 or would give more than
 /// [`MAX_SHAPE_FACES`](super::MAX_SHAPE_FACES) faces.
 ///
 /// ```
@@ -45,8 +45,8 @@ pub fn geodesic_sphere(frequency: usize) -> Result<TriangleMesh, MeshError> {
     let mut faces = Vec::with_capacity(20 * n * n);
     for corner in ICOSAHEDRON_FACES {
         let interior = positions.len();
-        // Row r holds the points at r steps from corner 0; point c of it is c steps from the side
-        // of corners 0 and 1.
+        // Row r contains the points at r steps from corner 0; point c of it is c steps from the
+        // side of corners 0 and 1.
         for r in 2..n {
             for c in 1..r {
                 let weights = [n - r, r - c, c].map(weight);
@@ -87,7 +87,8 @@ pub fn geodesic_sphere(frequency: usize) -> Result<TriangleMesh, MeshError> {
     TriangleMesh::new(positions, faces)
 }
 
-/// The 30 edges of the icosahedron, smaller end first, in the order in which its faces meet them.
+/// Returns the 30 edges of the icosahedron, smaller endpoint first, in the order in which its faces
+/// meet them.
 fn icosahedron_edges() -> Vec<[usize; 2]> {
     let mut edges: Vec<[usize; 2]> = Vec::with_capacity(30);
     for face in ICOSAHEDRON_FACES {
@@ -102,8 +103,8 @@ fn icosahedron_edges() -> Vec<[usize; 2]> {
     edges
 }
 
-/// The unit sphere as an icosahedron refined `levels` times: each time every edge is halved and its
-/// middle moved to the sphere.
+/// The unit sphere as an icosahedron refined `levels` times: each step bisects every edge and moves
+/// its midpoint to the sphere.
 ///
 /// V = 10 · 4^k + 2, E = 30 · 4^k, F = 20 · 4^k for k levels. The vertices of a level are the first
 /// vertices of the next one. Outward oriented.
@@ -121,14 +122,14 @@ pub fn icosphere(levels: u32) -> Result<TriangleMesh, MeshError> {
     let faces = ICOSAHEDRON_FACES.map(|f| f.map(|v| v as u32)).to_vec();
     let mut mesh = TriangleMesh::new(icosahedron_positions().to_vec(), faces)?;
     for _ in 0..levels {
-        mesh = with_halved_edges(&mesh, unit)?;
+        mesh = with_bisected_edges(&mesh, unit)?;
     }
     Ok(mesh)
 }
 
-/// Every edge halved, its middle moved by `place`; each face becomes four. Middle of edge e is
-/// vertex V + e.
-fn with_halved_edges(mesh: &TriangleMesh, place: fn(Vec3) -> Vec3) -> Result<TriangleMesh, MeshError> {
+/// Bisects every edge and moves its midpoint by `place`; each face becomes four. The midpoint of
+/// edge e is vertex V + e.
+fn with_bisected_edges(mesh: &TriangleMesh, place: fn(Vec3) -> Vec3) -> Result<TriangleMesh, MeshError> {
     let mut positions = mesh.positions().to_vec();
     let first = positions.len() as u32;
     for e in mesh.edges() {
@@ -144,15 +145,15 @@ fn with_halved_edges(mesh: &TriangleMesh, place: fn(Vec3) -> Vec3) -> Result<Tri
     TriangleMesh::new(positions, faces)
 }
 
-/// The unit sphere cut by `meridians` half circles from pole to pole and `parallels` circles of
-/// latitude between the poles.
+/// The unit sphere, subdivided by `meridians` half circles from pole to pole and `parallels`
+/// circles of latitude between the poles.
 ///
 /// V = m p + 2, E = 3 m p, F = 2 m p. Vertex 0 is the south pole (0, 0, -1), the last one the north
 /// pole; between them the parallels from south to north, each from longitude 0 eastward. Outward
-/// oriented. Triangles get thin at the poles.
+/// oriented. Triangles become thin at the poles.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] with fewer than 3 meridians, no parallel, or too many faces.
+/// [`MeshError::Parameter`] for fewer than 3 meridians, no parallel, or too many faces.
 ///
 /// ```
 /// let sphere = eikona_mesh::shapes::uv_sphere(12, 5)?;
@@ -191,14 +192,14 @@ pub fn uv_sphere(meridians: usize, parallels: usize) -> Result<TriangleMesh, Mes
     TriangleMesh::new(positions, faces)
 }
 
-/// The unit sphere as a cube with `n` x `n` quads a side, spaced by equal angles and cut along
+/// The unit sphere as a cube with `n` x `n` quads per side, spaced by equal angles and cut along
 /// their shorter diagonals.
 ///
 /// V = 6 n² + 2, E = 18 n², F = 12 n². Outward oriented. No poles: areas differ by less than a
 /// factor of 2.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `n` is 0 or gives too many faces.
+/// [`MeshError::Parameter`] if `n` is 0 or gives too many faces.
 ///
 /// ```
 /// let sphere = eikona_mesh::shapes::cube_sphere(10)?;
@@ -216,15 +217,15 @@ pub fn cube_sphere(n: usize) -> Result<TriangleMesh, MeshError> {
     TriangleMesh::new(positions, faces)
 }
 
-/// A sphere with smooth waves on it: radius 1 + `amplitude` (sin(w x) + sin(w y) + sin(w z)) / 3 in
+/// A sphere with smooth waves: radius 1 + `amplitude` (sin(w x) + sin(w y) + sin(w z)) / 3 in
 /// direction (x, y, z), w = `waves`.
 ///
 /// Counts and orientation are those of [`geodesic_sphere`]; star-shaped, so free of
 /// self-intersections.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `amplitude` is not in [0, 0.9], `waves` not in [0, 1000], or for a
-/// bad frequency.
+/// [`MeshError::Parameter`] if `amplitude` is not in [0, 0.9], `waves` not in [0, 1000], or the
+/// frequency is out of range.
 ///
 /// ```
 /// let bumpy = eikona_mesh::shapes::bumpy_sphere(10, 0.3, 6.0)?;

@@ -27,7 +27,7 @@ fn volume(mesh: &TriangleMesh) -> f64 {
     mesh.faces().map(|f| mesh.face_positions(f)).map(|[a, b, c]| dot(a, cross(b, c)) / 6.0).sum()
 }
 
-/// Degrees.
+/// Returns the smallest angle in degrees.
 fn smallest_angle(mesh: &TriangleMesh) -> f64 {
     let mut smallest = 180.0f64;
     for f in mesh.faces() {
@@ -40,9 +40,9 @@ fn smallest_angle(mesh: &TriangleMesh) -> f64 {
     smallest
 }
 
-/// Every edge has at most two faces, every vertex one fan of faces, and no face is without area.
+/// Asserts that every edge has at most two faces, every vertex one fan, and no face zero area.
 #[track_caller]
-fn assert_sound(mesh: &TriangleMesh) {
+fn assert_valid(mesh: &TriangleMesh) {
     assert!(mesh.edges().all(|e| mesh.edge_halfedges(e).len() <= 2), "an edge is not manifold");
     assert!(mesh.positions().iter().flatten().all(|x| x.is_finite()));
     for v in mesh.vertices() {
@@ -64,13 +64,13 @@ fn assert_sound(mesh: &TriangleMesh) {
                 }
             }
         }
-        assert!(!corners.is_empty() && reached.iter().all(|&r| r), "{v} is unused or has several fans");
+        assert!(!corners.is_empty() && reached.iter().all(|&r| r), "{v} is unreferenced or has several fans");
     }
     for f in mesh.faces() {
         let [a, b, c] = mesh.face_positions(f);
         let height_ratio = norm(cross(sub(b, a), sub(c, a)));
         let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
-        assert!(height_ratio > 1e-9 * longest * longest, "{f} has no area");
+        assert!(height_ratio > 1e-9 * longest * longest, "{f} has zero area");
     }
 }
 
@@ -86,17 +86,17 @@ fn assert_closed(mesh: &TriangleMesh, euler: i64, counts: [usize; 3]) {
     assert_eq!([mesh.vertex_count(), mesh.edge_count(), mesh.face_count()], counts);
     assert_eq!(chi(mesh), euler);
     assert_eq!(boundary_edges(mesh), 0);
-    assert_sound(mesh);
+    assert_valid(mesh);
 }
 
 #[track_caller]
 fn assert_solid(mesh: &TriangleMesh, euler: i64, counts: [usize; 3]) {
     assert_closed(mesh, euler, counts);
-    assert!(is_oriented(mesh) && volume(mesh) > 0.0, "not oriented outward");
+    assert!(is_oriented(mesh) && volume(mesh) > 0.0, "not outward oriented");
 }
 
 #[test]
-fn spheres_have_their_counts_and_lie_on_the_sphere() {
+fn spheres_have_their_counts_and_unit_radius() {
     for n in [1, 2, 3, 4, 7, 20] {
         let sphere = geodesic_sphere(n).unwrap();
         assert_solid(&sphere, 2, [10 * n * n + 2, 30 * n * n, 20 * n * n]);
@@ -119,7 +119,7 @@ fn spheres_have_their_counts_and_lie_on_the_sphere() {
         assert_solid(&uv_sphere(m, p).unwrap(), 2, [m * p + 2, 3 * m * p, 2 * m * p]);
     }
     assert_eq!(geodesic_sphere(158).unwrap().face_count(), 499_280);
-    assert_sound(&bumpy_sphere(30, 0.9, 12.0).unwrap());
+    assert_valid(&bumpy_sphere(30, 0.9, 12.0).unwrap());
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn solids_are_closed() {
     }
     for sectors in [3, 4, 7, 13, 48, 100] {
         let mesh = cylinder(1.0, 2.0, sectors, 3, Ends::Capped).unwrap();
-        assert_sound(&mesh);
+        assert_valid(&mesh);
         assert_eq!((chi(&mesh), boundary_edges(&mesh)), (2, 0));
         assert!(is_oriented(&mesh));
         let polygon = 0.5 * sectors as f64 * (TAU / sectors as f64).sin();
@@ -170,13 +170,13 @@ fn tori_tubes_and_chains_are_closed() {
 }
 
 #[test]
-fn one_sided_surfaces_close_without_an_orientation() {
+fn one_sided_surfaces_are_closed_and_nonorientable() {
     for (nu, nv) in [(3, 3), (4, 4), (5, 3), (40, 17)] {
         let bottle = klein_bottle(2.5, nu, nv).unwrap();
         assert_closed(&bottle, 0, [nu * nv, 3 * nu * nv, 2 * nu * nv]);
         assert!(!is_oriented(&bottle));
         let band = moebius_band(1.0, 0.6, nu, nv).unwrap();
-        assert_sound(&band);
+        assert_valid(&band);
         assert_eq!((chi(&band), boundary_edges(&band)), (0, 2 * nu));
         assert!(!is_oriented(&band));
     }
@@ -188,8 +188,8 @@ fn one_sided_surfaces_close_without_an_orientation() {
     assert!(smallest_angle(&projective_plane(40).unwrap()) > 20.0);
 }
 
-/// The seam of Boy's surface closes: opposite points of the unit circle are one point in space, so
-/// that edges across the rim are as short as the others.
+/// The seam of Boy's surface closes: opposite points of the unit circle coincide in space, so edges
+/// across the rim are as short as the others.
 #[test]
 fn boy_surface_is_smooth_across_its_rim() {
     let longest = |n: usize| {
@@ -209,19 +209,19 @@ fn flat_shapes_have_their_counts_area_and_normal() {
     let upward = |mesh: &TriangleMesh| area_vectors(mesh).all(|a| a[2] > 0.0);
     for diagonal in [Diagonal::Uniform, Diagonal::Alternating, Diagonal::Shorter] {
         let mesh = grid(5, 4, 2.0, 3.0, diagonal).unwrap();
-        assert_sound(&mesh);
+        assert_valid(&mesh);
         assert_eq!([mesh.vertex_count(), mesh.edge_count(), mesh.face_count()], [30, 69, 40]);
         assert!((area(&mesh) - 6.0).abs() < 1e-14 && upward(&mesh));
     }
     for (n, s) in [(1, 3), (1, 6), (2, 3), (5, 5), (12, 6), (6, 9)] {
         let mesh = disk(n, s, 2.0).unwrap();
-        assert_sound(&mesh);
+        assert_valid(&mesh);
         let counts = [1 + s * n * (n + 1) / 2, s * n * (3 * n + 1) / 2, s * n * n];
         assert_eq!([mesh.vertex_count(), mesh.edge_count(), mesh.face_count()], counts);
         let polygon = 2.0 * (n * s) as f64 * (TAU / (n * s) as f64).sin();
         assert!((area(&mesh) - polygon).abs() < 1e-12 && upward(&mesh));
         let lifted = cone(1.0, 2.0, n, s).unwrap();
-        assert_sound(&lifted);
+        assert_valid(&lifted);
         assert!(lifted.positions().iter().all(|p| (p[2] - 2.0 * (1.0 - p[0].hypot(p[1]))).abs() < 1e-14));
         assert!(upward(&lifted) && boundary_edges(&lifted) == n * s);
     }
@@ -231,7 +231,7 @@ fn flat_shapes_have_their_counts_area_and_normal() {
         smallest_angle(&disk(40, 6, 1.0).unwrap())
     );
     let ring = annulus(0.25, 1.0, 8, 36).unwrap();
-    assert_sound(&ring);
+    assert_valid(&ring);
     assert_eq!((chi(&ring), boundary_edges(&ring)), (0, 72));
     assert!(upward(&ring) && smallest_angle(&ring) > 35.0, "{}", smallest_angle(&ring));
     let mesh = strip(7, 3).unwrap();
@@ -244,7 +244,7 @@ fn flat_shapes_have_their_counts_area_and_normal() {
 }
 
 #[test]
-fn plates_lose_exactly_their_holes() {
+fn plates_lack_exactly_their_holes() {
     let holes = [
         Hole::Disk { centre: [0.7, 0.52], radius: 0.3 },
         Hole::Disk { centre: [1.61, 0.5], radius: 0.21 },
@@ -254,7 +254,7 @@ fn plates_lose_exactly_their_holes() {
     let mut errors = Vec::new();
     for n in [20, 40, 80] {
         let mesh = grid_with_holes(3 * n, n, 3.0, 1.0, &holes).unwrap();
-        assert_sound(&mesh);
+        assert_valid(&mesh);
         assert_eq!(chi(&mesh), -2);
         assert!(area_vectors(&mesh).all(|a| a[2] > 0.0));
         assert!(smallest_angle(&mesh) > 7.0, "{n}: {}", smallest_angle(&mesh));
@@ -285,7 +285,7 @@ fn plates_lose_exactly_their_holes() {
     }
 }
 
-/// The number of pairs of an edge and a face that cross without a common vertex.
+/// Counts the pairs of an edge and a face that cross without a common vertex.
 fn crossings(mesh: &TriangleMesh) -> usize {
     let mut found = 0;
     for e in mesh.edges() {
@@ -315,7 +315,7 @@ fn crossings(mesh: &TriangleMesh) -> usize {
 }
 
 #[test]
-fn shapes_that_say_so_do_not_cross_themselves() {
+fn embedded_shapes_do_not_intersect_themselves() {
     let embedded = [
         ("clay_animal", clay_animal(2)),
         ("chain_of_genus", chain_of_genus(2, 2)),
@@ -327,13 +327,13 @@ fn shapes_that_say_so_do_not_cross_themselves() {
     for (name, mesh) in embedded {
         assert_eq!(crossings(&mesh.unwrap()), 0, "{name}");
     }
-    // The test sees crossings where they are.
+    // The test detects crossings where they exist.
     assert!(crossings(&klein_bottle(2.5, 24, 12).unwrap()) > 0);
     assert!(crossings(&trefoil_tube(1.2, 60, 10).unwrap()) > 0);
 }
 
 #[test]
-fn triangles_at_the_rim_of_a_hole_keep_their_angles_wherever_it_lies() {
+fn triangles_at_the_rim_of_a_hole_keep_their_angles_for_any_centre() {
     let mut random = crate::random::Random::from_seed(1);
     let mut smallest = 90.0f64;
     for _ in 0..300 {
@@ -347,7 +347,7 @@ fn triangles_at_the_rim_of_a_hole_keep_their_angles_wherever_it_lies() {
 }
 
 #[test]
-fn angles_and_sizes_are_those_of_the_docs() {
+fn angles_and_sizes_match_the_docs() {
     let largest_angle = |mesh: &TriangleMesh| {
         let mut largest = 0.0f64;
         for f in mesh.faces() {
@@ -377,7 +377,7 @@ fn angles_and_sizes_are_those_of_the_docs() {
     }
 }
 
-/// Halving the edges must divide the error by four.
+/// Asserts that halving the edges divides the error by four.
 #[track_caller]
 fn assert_second_order(exact: f64, measured: impl Fn(usize) -> f64) {
     let errors = [1, 2, 4].map(|n| (measured(n) - exact).abs());
@@ -402,8 +402,8 @@ fn area_and_volume_converge_with_order_two() {
 }
 
 #[test]
-fn tube_frames_do_not_twist_and_seams_do_not_show() {
-    // Neighbouring sections of a knot differ by at most a little more than the even share of the
+fn tube_frames_do_not_twist_at_seams() {
+    // Neighbouring sections of a knot differ by at most a little more than their equal share of the
     // turn.
     let (along, around) = (300, 16);
     let mesh = trefoil_tube(0.3, along, around).unwrap();
@@ -432,7 +432,7 @@ fn tube_frames_do_not_twist_and_seams_do_not_show() {
 }
 
 #[test]
-fn tubes_refuse_curves_that_cannot_be_followed() {
+fn tubes_reject_curves_without_a_tangent() {
     let bad: [&dyn Fn(f64) -> Vec3; 4] =
         [&|_| [1.0, 0.0, 0.0], &|t| [t, 0.0, 0.0], &|t| [1.0 / (t - 0.5), 0.0, 0.0], &|t| {
             [(t - 0.5).sqrt(), 0.0, 0.0]
@@ -443,22 +443,22 @@ fn tubes_refuse_curves_that_cannot_be_followed() {
 }
 
 #[test]
-fn extreme_but_allowed_parameters_give_sound_meshes() {
+fn extreme_parameters_in_range_give_valid_meshes() {
     for scale in [1e-64, 1e-30, 1e30, 1e69] {
-        assert_sound(&torus(scale, 0.3 * scale, 8, 6).unwrap());
-        assert_sound(&torus(scale, 1e-6 * scale, 8, 6).unwrap());
-        assert_sound(&cylinder(scale, scale, 9, 2, Ends::Capped).unwrap());
-        assert_sound(&annulus(0.999_999 * scale, scale, 1, 2000).unwrap());
-        assert_sound(&cuboid([scale; 3], [2, 1, 1]).unwrap());
-        assert_sound(&moebius_band(scale, scale, 30, 4).unwrap());
-        assert_sound(&disk(4, 6, scale).unwrap());
+        assert_valid(&torus(scale, 0.3 * scale, 8, 6).unwrap());
+        assert_valid(&torus(scale, 1e-6 * scale, 8, 6).unwrap());
+        assert_valid(&cylinder(scale, scale, 9, 2, Ends::Capped).unwrap());
+        assert_valid(&annulus(0.999_999 * scale, scale, 1, 2000).unwrap());
+        assert_valid(&cuboid([scale; 3], [2, 1, 1]).unwrap());
+        assert_valid(&moebius_band(scale, scale, 30, 4).unwrap());
+        assert_valid(&disk(4, 6, scale).unwrap());
     }
-    assert_sound(&klein_bottle(1.5, 50, 21).unwrap());
-    assert_sound(&linked_rings(3, 0.3, 12, 8).unwrap());
+    assert_valid(&klein_bottle(1.5, 50, 21).unwrap());
+    assert_valid(&linked_rings(3, 0.3, 12, 8).unwrap());
 }
 
 #[test]
-fn bad_parameters_are_refused_before_memory_is_asked_for() {
+fn bad_parameters_are_errors_before_memory_is_allocated() {
     let huge = usize::MAX;
     let refused = [
         geodesic_sphere(0),
@@ -504,14 +504,14 @@ fn bad_parameters_are_refused_before_memory_is_asked_for() {
 }
 
 #[test]
-fn every_shape_of_the_registry_is_made_with_its_defaults() {
+fn every_registered_shape_has_valid_defaults() {
     let mut made = 0;
     for shape in shape_descriptions() {
         let mesh = make(shape.name, &[]).unwrap_or_else(|e| panic!("{}: {e}", shape.name));
-        assert_sound(&mesh);
+        assert_valid(&mesh);
         let again = make(&shape.name.replace('_', "-"), &[]).unwrap();
         assert_eq!((mesh.positions(), mesh.triangles()), (again.positions(), again.triangles()));
-        // Every parameter is read: a value that is no value is refused under its own name.
+        // Every parameter is read: an invalid value is refused under its own name.
         for parameter in shape.parameters {
             match make(shape.name, &[(parameter.name, "nonsense")]) {
                 Err(MeshError::Parameter { name, .. }) => assert_eq!(name, parameter.name),
@@ -525,7 +525,7 @@ fn every_shape_of_the_registry_is_made_with_its_defaults() {
 }
 
 #[test]
-fn unknown_names_are_answered_with_the_known_ones() {
+fn unknown_names_list_the_known_ones() {
     let Err(MeshError::UnknownName { known, .. }) = make("tetrahedorn", &[]) else { panic!() };
     assert_eq!(known[0], "tetrahedron");
     assert_eq!(known.len(), shape_names().len());

@@ -9,20 +9,21 @@ use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
 use std::f64::consts::TAU;
 
-/// The points at distance `radius` from a curve, in its normal planes.
+/// A tube: the points at distance `radius` from a curve, in its normal planes.
 ///
-/// `curve` is called with parameters in [0, 1]; for a closed curve its values at 0 and 1 must
-/// agree. The `n_along` cross-sections are (nearly) evenly spaced in arc length. Their frame turns
-/// as little as possible along the curve; the turn that a closed curve is left with at its end is
-/// spread evenly over all sections, so that the seam does not show.
+/// `curve` is called with parameters in [0, 1]; the values of a closed curve at 0 and 1 must agree.
+/// The `n_along` cross-sections are (nearly) evenly spaced in arc length. Their frame is rotation
+/// minimising; on a closed curve the remaining angle is spread evenly over all sections, so that
+/// the seam does not show.
 ///
 /// Closed: V = na nr, E = 3 na nr, F = 2 na nr. Open, without ends: V = (na + 1) nr, E = (3 na + 1)
 /// nr, F = 2 na nr. Outward oriented. The tube crosses itself where the curve's radius of
 /// curvature, or half its distance to itself, is below `radius`.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when the radius is not a length, `n_around` < 3, `n_along` < 3 (open: <
-/// 1), there are too many faces, or the curve is not finite, stands still, or does not close.
+/// [`MeshError::Parameter`] if the radius is not a length, `n_around` < 3, `n_along` < 3 (open: <
+/// 1), there are too many faces, or the curve is not finite, has zero speed somewhere, or does not
+/// close.
 ///
 /// Reference: W. Wang, B. Jüttler, D. Zheng, Y. Liu, "Computation of rotation minimizing frames",
 /// ACM TOG 27 (2008).
@@ -64,11 +65,11 @@ pub fn tube(
     })
 }
 
-/// How many chords measure the arc length of one section.
+/// Number of chords that measure the arc length of one section.
 const CHORDS: usize = 16;
 
-/// Parameters of n (closed) or n + 1 (open) points that cut the curve into n pieces of the same
-/// length, measured by chords.
+/// Returns the parameters of n (closed) or n + 1 (open) points that divide the curve into n pieces
+/// of equal length, measured by chords.
 fn evenly_spaced_parameters(
     curve: &dyn Fn(f64) -> Vec3,
     closed: bool,
@@ -116,8 +117,8 @@ fn evenly_spaced_parameters(
     Ok(parameters)
 }
 
-/// The unit tangent by a difference of the curve over 2e-5 of its parameter, one-sided at the ends
-/// of an open curve.
+/// Returns the unit tangent, by a finite difference over 2e-5 of the parameter, one-sided at the
+/// ends of an open curve.
 fn tangent(curve: &dyn Fn(f64) -> Vec3, closed: bool, t: f64) -> Result<Vec3, MeshError> {
     const STEP: f64 = 1e-5;
     let at = |t: f64| if closed { curve(t.rem_euclid(1.0)) } else { curve(t.clamp(0.0, 1.0)) };
@@ -126,11 +127,15 @@ fn tangent(curve: &dyn Fn(f64) -> Vec3, closed: bool, t: f64) -> Result<Vec3, Me
     if length.is_finite() && length > 0.0 {
         return Ok(scale(difference, 1.0 / length));
     }
-    refuse("curve", format_args!("standing still at t = {t}"), "it must move everywhere, at finite speed")
+    refuse(
+        "curve",
+        format_args!("zero or infinite speed at t = {t}"),
+        "its speed must be positive and finite everywhere",
+    )
 }
 
-/// A unit normal at each point; each follows from the one before by two reflections, without
-/// turning about the tangent.
+/// Returns a unit normal at each point; each follows from the previous one by two reflections,
+/// without rotation about the tangent.
 fn rotation_minimising_normals(points: &[Vec3], tangents: &[Vec3], closed: bool) -> Vec<Vec3> {
     let first = any_normal(tangents[0]);
     let mut normals = vec![first];
@@ -142,7 +147,7 @@ fn rotation_minimising_normals(points: &[Vec3], tangents: &[Vec3], closed: bool)
         let chord = unit(sub(points[to], points[from]));
         let (normal, tangent) = (reflect(normal, chord), reflect(tangents[from], chord));
         let moved = reflect(normal, sub(tangents[to], tangent));
-        // Rounding must not lean the frame over in the long run.
+        // Keeps the frame perpendicular despite accumulated rounding.
         unit(sub(moved, scale(tangents[to], dot(moved, tangents[to]))))
     };
     for i in 1..points.len() {
@@ -160,7 +165,7 @@ fn rotation_minimising_normals(points: &[Vec3], tangents: &[Vec3], closed: bool)
     normals
 }
 
-/// A unit vector at right angles to this one, made from the axis to which it leans least.
+/// Returns a unit vector perpendicular to this one, from the axis with the smallest component.
 fn any_normal(tangent: Vec3) -> Vec3 {
     let size = tangent.map(f64::abs);
     let axis = if size[0] <= size[1] && size[0] <= size[2] {
@@ -207,15 +212,15 @@ pub fn figure_eight_tube(radius: f64, n_along: usize, n_around: usize) -> Result
     tube(&figure_eight_knot_point, true, radius, n_along, n_around)
 }
 
-/// A chain of `count` tori of major radius 1 along the x axis, each linked with the next, in the
-/// planes z = 0 and y = 0 in turn.
+/// A chain of `count` tori of major radius 1 along the x axis, each linked with the next,
+/// alternately in the planes z = 0 and y = 0.
 ///
 /// V = c nu nv, E = 3 c nu nv, F = 2 c nu nv for c rings; c components. Outward oriented, free of
 /// intersections.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `count` is 0, `minor` is not in [1e-6, 0.3], a count is below 3,
-/// or there are too many faces.
+/// [`MeshError::Parameter`] if `count` is 0, `minor` is not in [1e-6, 0.3], `nu` or `nv` is below
+/// 3, or there are too many faces.
 ///
 /// ```
 /// let chain = eikona_mesh::shapes::linked_rings(3, 0.2, 32, 12)?;

@@ -1,4 +1,4 @@
-//! The few vector formulas that the shapes are built with.
+//! Vector operations used by the shapes.
 
 pub(crate) type Vec3 = [f64; 3];
 
@@ -23,12 +23,12 @@ pub(crate) fn norm(a: Vec3) -> f64 {
 pub(crate) fn distance(a: Vec3, b: Vec3) -> f64 {
     norm(sub(a, b))
 }
-/// The vector of length 1 in the same direction; the zero vector stays zero.
+/// Normalises a vector; the zero vector stays zero.
 pub(crate) fn unit(a: Vec3) -> Vec3 {
     let length = norm(a);
     if length > 0.0 { scale(a, 1.0 / length) } else { a }
 }
-/// The point at `t` between `a` (0) and `b` (1).
+/// Interpolates linearly from `a` (t = 0) to `b` (t = 1).
 pub(crate) fn lerp(a: Vec3, b: Vec3, t: f64) -> Vec3 {
     [0, 1, 2].map(|k| (1.0 - t) * a[k] + t * b[k])
 }
