@@ -1,4 +1,4 @@
-//! Polygons as they stand in a file, before they are triangulated.
+//! Polygon meshes as read from a file, and their triangulation.
 
 use crate::error::{Fault, MeshError};
 use crate::id::Face;
@@ -14,24 +14,24 @@ mod quality;
 pub(crate) use cut::cut_polygon;
 pub use quality::{NONPLANAR, PolygonQuality};
 
-/// Vertices and polygons of any number of sides, in the order of the file; nothing is merged,
-/// dropped or turned.
+/// Vertices and polygons with any number of sides, in the order of the file. Nothing is merged,
+/// dropped or flipped.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PolygonMesh {
     /// Position of each vertex.
     pub positions: Vec<[f64; 3]>,
-    /// Corners of polygon `f`: `corners[starts[f]..starts[f + 1]]`.
+    /// The corners of polygon `f` are `corners[starts[f]..starts[f + 1]]`.
     corners: Vec<u32>,
-    /// One entry more than there are polygons (empty when there is none).
+    /// One entry more than there are polygons (empty if there are none).
     starts: Vec<u32>,
 }
 
 impl PolygonMesh {
-    /// No faces yet.
+    /// Creates a mesh without polygons.
     pub fn new(positions: Vec<[f64; 3]>) -> Self {
         PolygonMesh { positions, corners: Vec::new(), starts: vec![0] }
     }
-    /// Triangles only.
+    /// Creates a mesh of triangles.
     pub fn from_triangles(positions: Vec<[f64; 3]>, faces: &[[u32; 3]]) -> Self {
         PolygonMesh {
             positions,
@@ -47,41 +47,42 @@ impl PolygonMesh {
         self.corners.extend(corners);
         self.starts.push(self.corners.len() as u32);
     }
-    /// Number of vertices.
+    /// Returns the number of vertices.
     pub fn vertex_count(&self) -> usize {
         self.positions.len()
     }
-    /// Number of polygons.
+    /// Returns the number of polygons.
     pub fn face_count(&self) -> usize {
         self.starts.len().saturating_sub(1)
     }
-    /// The corners of a polygon.
+    /// Returns the corners of a polygon.
     pub fn face(&self, f: usize) -> &[u32] {
         &self.corners[self.starts[f] as usize..self.starts[f + 1] as usize]
     }
-    /// All polygons in order.
+    /// Iterates over all polygons in order.
     pub fn faces(&self) -> impl ExactSizeIterator<Item = &[u32]> {
         (0..self.face_count()).map(|f| self.face(f))
     }
-    /// Whether every face has three corners.
+    /// Returns whether every polygon has three corners.
     pub fn is_triangular(&self) -> bool {
         self.faces().all(|f| f.len() == 3)
     }
 
-    /// Triangulates the polygons. Gives the triangle mesh with the same vertices, and for each
-    /// triangle the polygon it came from.
+    /// Triangulates the polygons. Returns the triangle mesh with the same vertices, and the polygon
+    /// of each triangle.
     ///
-    /// A polygon of `n` corners gives `n - 2` triangles, oriented like the polygon:
-    /// - a fan from its first corner, where that covers the polygon without folding over, as in
-    ///   every convex polygon;
-    /// - a quadrilateral otherwise a fan from its second corner, if that is better;
-    /// - others by ear clipping in the projection along the area vector (Newell normal).
+    /// A polygon of `n` corners gives `n - 2` triangles with the polygon's orientation:
+    /// - a fan from its first corner, if that covers the polygon without folding over, as in every
+    ///   convex polygon;
+    /// - otherwise, in a quadrilateral, a fan from its second corner if that is better;
+    /// - otherwise the result of ear clipping in the projection along the area vector (Newell
+    ///   normal).
     ///
-    /// A polygon may pass a vertex again after others: on its way back from a hole (a keyhole: a
-    /// bridge to the hole walked twice), or where it touches itself. Where it falls apart at such a
-    /// vertex, each part of `m` corners gives `m - 2` triangles; dead ends, edges walked out and
-    /// straight back, are left out. Polygons that cross themselves, and those whose corners lie on
-    /// a line, are triangulated all the same, with triangles that overlap or have no area;
+    /// A polygon may revisit a vertex: on its way back from a hole (a keyhole: a bridge to the
+    /// hole, traversed twice), or where it touches itself. Where it separates at such a vertex,
+    /// each part of `m` corners gives `m - 2` triangles; dead ends, edges traversed out and
+    /// straight back, are omitted. Self-intersecting polygons, and those whose corners are
+    /// collinear, are triangulated too, with triangles that overlap or have no area;
     /// [`PolygonQuality`] reports them.
     ///
     /// ```
@@ -97,12 +98,12 @@ impl PolygonMesh {
     /// ```
     ///
     /// # Errors
-    /// [`MeshError::Invalid`] with all faults. Among them are polygons with fewer than three
-    /// corners, those with the same vertex at two successive corners, and those that repeat a
-    /// vertex and enclose no area. Face ids in the error are those of the polygons.
+    /// [`MeshError::Invalid`] with all faults. They include polygons with fewer than three corners,
+    /// with the same vertex at two successive corners, or with a repeated vertex and no enclosed
+    /// area. Face ids in the error are those of the polygons.
     ///
     /// # Cost
-    /// O(n) for polygons that are cut into fans, about O(n log n) for others.
+    /// O(n) for polygons triangulated as fans, about O(n log n) for others.
     pub fn triangulate(&self) -> Result<(TriangleMesh, Vec<Face>), MeshError> {
         let mut triangles = Vec::with_capacity(self.face_count());
         let mut parent = Vec::with_capacity(self.face_count());

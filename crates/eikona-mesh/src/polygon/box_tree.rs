@@ -1,6 +1,6 @@
 //! A tree of bounding boxes over the corners or edges of a polygon.
 
-/// Bounding box; empty if its lower end lies above its upper end.
+/// A bounding box; empty if its lower end lies above its upper end.
 #[derive(Clone, Copy)]
 pub(crate) struct Box2 {
     low: [f64; 2],
@@ -22,12 +22,12 @@ impl Box2 {
     fn is_empty(&self) -> bool {
         self.low[0] > self.high[0]
     }
-    /// Whether the boxes share a point.
+    /// Returns whether the boxes share a point.
     pub fn meets(&self, other: &Box2) -> bool {
         (0..2).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
     }
-    /// Least and greatest value of the cross product (b - a) x (p - a) over the points p of the
-    /// box.
+    /// Returns the least and greatest value of the cross product (b - a) x (p - a) over the points
+    /// p of the box.
     pub fn sides_of(&self, a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let terms = [
@@ -39,7 +39,7 @@ impl Box2 {
     }
 }
 
-/// Complete binary tree of boxes over items sorted like a k-d tree, alternately by x and y. Node
+/// A complete binary tree of boxes over items sorted like a k-d tree, alternately by x and y. Node
 /// `i` has the children `2 i` and `2 i + 1`. Items can be removed.
 pub(crate) struct BoxTree {
     nodes: Vec<Box2>,
@@ -73,12 +73,12 @@ impl BoxTree {
         BoxTree { nodes, leaves, items, places }
     }
 
-    /// Whether an item is present.
+    /// Returns whether an item is present.
     pub fn contains(&self, item: usize) -> bool {
         self.places[item] != ABSENT
     }
 
-    /// Removes an item that is present, and shrinks the boxes around it.
+    /// Removes an item that is present, and shrinks the boxes that contain it.
     pub fn remove(&mut self, item: usize) {
         let place = std::mem::replace(&mut self.places[item], ABSENT);
         let mut i = self.leaves + place;
@@ -89,14 +89,14 @@ impl BoxTree {
         }
     }
 
-    /// Gives the first result of `visit` for an item whose box, and all boxes around it, `enter`
-    /// accepts.
+    /// Returns the first result of `visit` for an item whose box, and all boxes around it, are
+    /// accepted by `enter`.
     pub fn find<T>(
         &self,
         enter: impl Fn(&Box2) -> bool,
         mut visit: impl FnMut(usize) -> Option<T>,
     ) -> Option<T> {
-        // Depth first; each level leaves at most one node behind.
+        // Depth first: each level leaves at most one node on the stack.
         let mut stack = [1usize; usize::BITS as usize + 1];
         let mut size = 1;
         while size > 0 {
@@ -119,10 +119,10 @@ impl BoxTree {
     }
 }
 
-/// The place of an item that is absent.
+/// The position of an item that is absent.
 const ABSENT: usize = usize::MAX;
 
-/// Sorts the items below a node with room for `leaves`: those of its first child go first.
+/// Sorts the items below a node with room for `leaves`: the items of its first child come first.
 fn sort(items: &mut [usize], leaves: usize, axis: usize, centre: &impl Fn(usize, usize) -> f64) {
     if items.len() <= 1 {
         return;

@@ -1,18 +1,17 @@
-//! Whether a polygon crosses itself.
+//! Self-intersection test for polygons.
 
 use super::box_tree::{Box2, BoxTree};
 use super::outline::{exact_side, tolerance};
 use std::cell::Cell;
 
-/// Boxes entered per edge, on average, after which the search gives up.
+/// Mean number of boxes visited per edge after which the search stops.
 const BOXES_PER_EDGE: usize = 200;
 
-/// Whether two edges cross inside both of them. Edges that touch, or run along each other, do not
-/// cross.
+/// Returns whether two edges cross in their interiors. Edges that touch or overlap do not cross.
 ///
 /// # Cost
 /// O(n log n) for most polygons. Where many long edges lie close together, as in a bundle of
-/// needles, the search ends after O(n) boxes and misses the crossings not yet found.
+/// needles, the search stops after O(n) boxes and misses the crossings not yet found.
 pub(crate) fn crosses_itself(points: &[[f64; 2]]) -> bool {
     let n = points.len();
     let edge = |k: usize| [points[k], points[(k + 1) % n]];

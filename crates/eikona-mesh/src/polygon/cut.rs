@@ -1,4 +1,4 @@
-//! The triangles of one polygon.
+//! Triangulation of a single polygon.
 
 use super::ears;
 use super::outline::{Outline, Shape};
@@ -6,12 +6,12 @@ use crate::id::Vertex;
 use std::borrow::Cow;
 use std::collections::VecDeque;
 
-/// Appends the triangles of a polygon, as
-/// [`PolygonMesh::triangulate`](super::PolygonMesh::triangulate) describes them. All indices must
-/// be in range and there must be at least three corners.
+/// Appends the triangles of a polygon, as described at
+/// [`PolygonMesh::triangulate`](super::PolygonMesh::triangulate). All indices must be in range and
+/// there must be at least three corners.
 ///
 /// # Errors
-/// A vertex at two successive corners, or one named twice by a polygon without area.
+/// A vertex at two successive corners, or a vertex repeated by a polygon without area.
 pub(crate) fn cut_polygon(
     corners: &[u32],
     positions: &[[f64; 3]],
@@ -61,8 +61,8 @@ pub(crate) fn cut_polygon(
     Ok(())
 }
 
-/// Leaves out dead ends: of the corners `a b a`, `b` and one `a`, as often as there are such. Two
-/// corners or fewer are left if the polygon has no area. Successive corners must differ.
+/// Removes dead ends: of the corners `a b a`, `b` and one `a`, repeatedly. At most two corners are
+/// left if the polygon has no area. Successive corners must differ.
 pub(super) fn without_dead_ends(corners: &[u32]) -> Cow<'_, [u32]> {
     let n = corners.len();
     if (0..n).all(|k| corners[k] != corners[(k + 2) % n]) {
@@ -76,7 +76,7 @@ pub(super) fn without_dead_ends(corners: &[u32]) -> Cow<'_, [u32]> {
             path.push_back(v);
         }
     }
-    // Those across the ends of the list.
+    // Dead ends across the ends of the list.
     while path.len() >= 3 {
         let last = path.len() - 1;
         if path[0] == path[last] {
@@ -93,7 +93,7 @@ pub(super) fn without_dead_ends(corners: &[u32]) -> Cow<'_, [u32]> {
     Cow::Owned(path.into())
 }
 
-/// The vertex of the first corner that repeats one before it.
+/// Returns the vertex of the first corner that repeats an earlier one.
 fn repeated_vertex(corners: &[u32]) -> Option<Vertex> {
     let mut sorted: Vec<(u32, usize)> = corners.iter().copied().zip(0..).collect();
     sorted.sort_unstable();

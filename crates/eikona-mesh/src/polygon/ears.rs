@@ -1,13 +1,12 @@
 //! Ear clipping.
 //!
-//! An ear is a corner whose triangle with its two neighbours lies inside the polygon. Cutting ears
-//! off one after another, best shaped first, triangulates every simple polygon, and those that
-//! touch themselves: keyholes, whose bridge to a hole is walked twice, have ears until one triangle
-//! is left. Orientation tests are exact, so that rounding never leaves a simple polygon without
-//! ears.
+//! An ear is a corner whose triangle with its two neighbours lies inside the polygon. Clipping ears
+//! one by one, best shaped first, triangulates every simple polygon, and polygons that touch
+//! themselves: keyholes, whose bridge to a hole is traversed twice, have ears until one triangle is
+//! left. Orientation tests are exact, so that rounding never leaves a simple polygon without ears.
 //!
-//! Only corners that are not convex can lie in the triangle of another corner. They are kept in a
-//! [`BoxTree`]; a corner that is no ear because of one of them waits until that one is gone.
+//! Only reflex corners can lie in the triangle of another corner. They are kept in a [`BoxTree`]; a
+//! corner that one of them blocks waits until that one is gone.
 
 use super::box_tree::{Box2, BoxTree};
 use super::crossing::crosses_itself;
@@ -15,22 +14,22 @@ use super::outline::{Shape, cross, exact_side, squared, tolerance};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Which corners are cut off. When none is left under one rule, the next one applies.
+/// Which corners may be clipped. When none is left under one rule, the next one applies.
 #[derive(Clone, Copy, PartialEq)]
 enum Rule {
-    /// Ears with an area beyond rounding, whose cut keeps off all other corners.
+    /// Ears with an area beyond rounding, whose cut keeps away from all other corners.
     Clear,
     /// All ears, by exact tests.
     Exact,
-    /// Every corner, ear or not. Needed only where the polygon crosses itself or has no area.
+    /// Every corner, ear or not. Needed only if the polygon crosses itself or has no area.
     Any,
 }
 
-/// A corner to be cut off.
+/// A corner to be clipped.
 struct Candidate {
     quality: f64,
     corner: usize,
-    /// Number of changes of its neighbours when it was listed.
+    /// Number of changes of its neighbours at the time it was listed.
     version: u32,
 }
 
@@ -51,23 +50,23 @@ impl PartialEq for Candidate {
 }
 impl Eq for Candidate {}
 
-/// Why a corner is no ear.
+/// Why a corner is not an ear.
 struct Blocker {
     corner: usize,
-    /// Whether only the directions of its edges tell: it lies on the triangle's outline.
+    /// Whether only the directions of its edges decide: it lies on the boundary of the triangle.
     touches: bool,
 }
 
-/// Triangulates a polygon, as triples of its corners (not of vertices). Gives `n - 2` triangles,
-/// except where the polygon meets a vertex twice and falls apart there: each part then has two
-/// fewer than its corners. No triangle names a vertex twice.
+/// Triangulates a polygon, as triples of its corners (not of vertices). Returns `n - 2` triangles,
+/// unless the polygon visits a vertex twice and separates there: then each part has two triangles
+/// fewer than corners. No triangle repeats a vertex.
 ///
-/// `vertices` names the vertex of each corner; neighbours must differ, and so must second
+/// `vertices` gives the vertex of each corner; neighbours must differ, and so must second
 /// neighbours (no dead ends).
 ///
 /// # Cost
-/// O(n log n) in practice, at worst O(n^2) tests for contrived simple polygons. Polygons that cross
-/// themselves stop looking for ears after a number of tests proportional to n.
+/// O(n log n) in practice, at worst O(n^2) tests for contrived simple polygons. For
+/// self-intersecting polygons the search for ears stops after O(n) tests.
 pub(crate) fn triangulate(points: &[[f64; 2]], vertices: &[u32], triangles: &mut Vec<[usize; 3]>) {
     Clipper::new(points, vertices).run(triangles);
 }
@@ -79,13 +78,13 @@ struct Clipper<'a> {
     previous: Vec<usize>,
     version: Vec<u32>,
     removed: Vec<bool>,
-    /// The remaining corners that are not convex.
+    /// The remaining reflex corners.
     blockers: BoxTree,
-    /// Head of the list in `waiting` of the corners that wait for each blocker.
+    /// Head of the list in `waiting` of the corners that each blocker blocks.
     first_waiting: Vec<usize>,
     /// Corner, its version, and the next entry of the list.
     waiting: Vec<(usize, u32, usize)>,
-    /// Whether a corner waits for the directions of this one's edges.
+    /// Whether another corner waits for the directions of this one's edges.
     touched: Vec<bool>,
     candidates: BinaryHeap<Candidate>,
     rule: Rule,
@@ -155,14 +154,14 @@ impl<'a> Clipper<'a> {
                 }
             }
             triangles.push([self.previous[b], b, self.next[b]]);
-            remaining = self.cut_off(b, remaining);
+            remaining = self.clip(b, remaining);
         }
         if let (3, Some(a)) = (remaining, (0..n).find(|&k| !self.removed[k])) {
             triangles.push([a, self.next[a], self.previous[a]]);
         }
     }
 
-    /// Lists all remaining corners that the rule admits.
+    /// Lists all remaining corners that the rule allows.
     fn list_all(&mut self) {
         for k in 0..self.points.len() {
             if !self.removed[k] {
@@ -189,13 +188,13 @@ impl<'a> Clipper<'a> {
         [self.previous[corner], corner, self.next[corner]].map(|k| self.points[k])
     }
 
-    /// A corner that keeps `b` from being an ear.
+    /// Returns a corner that keeps `b` from being an ear.
     fn blocker(&self, b: usize) -> Option<Blocker> {
         let own = [self.previous[b], b, self.next[b]];
         let [pa, pb, pc] = self.triangle(b);
         let bounds = Box2::of([pa, pb, pc]);
-        // Under the first rule, corners that the cut from a to c nearly meets are in the way, too:
-        // cutting them off later would give a sliver.
+        // Under the first rule, corners close to the cut from a to c block it too: clipping them
+        // later would give a sliver.
         let slack = if self.rule == Rule::Clear { tolerance(squared(pa, pc)) } else { 0.0 };
         let margin = 2.0 * tolerance(Shape::of([pa, pb, pc]).longest_squared);
         let sides = [[pa, pb], [pb, pc], [pc, pa]];
@@ -241,7 +240,7 @@ impl<'a> Clipper<'a> {
         self.touched[blocker.corner] |= blocker.touches;
     }
 
-    /// Lists again the corners that wait for this one.
+    /// Lists the corners that wait for this one again.
     fn wake(&mut self, corner: usize) {
         let mut entry = std::mem::replace(&mut self.first_waiting[corner], NONE);
         self.touched[corner] = false;
@@ -254,14 +253,14 @@ impl<'a> Clipper<'a> {
         }
     }
 
-    /// Removes a corner after its triangle was taken, and with it what has become a dead end: a
-    /// part that hangs on a vertex of the rest is used up. Gives the number of corners that remain.
-    fn cut_off(&mut self, b: usize, mut remaining: usize) -> usize {
+    /// Removes a corner after its triangle was taken, and with it any dead end that this leaves: a
+    /// part attached to the rest at a vertex is used up. Returns the number of remaining corners.
+    fn clip(&mut self, b: usize, mut remaining: usize) -> usize {
         let [mut a, mut c] = [self.previous[b], self.next[b]];
         self.remove(b);
         remaining -= 1;
         while remaining > 3 {
-            // The dead end has its tip at a or at c.
+            // The tip of the dead end is a or c.
             let (tip, twin) = if self.same_vertex(self.previous[a], c) {
                 (a, self.previous[a])
             } else if self.same_vertex(a, self.next[c]) {
@@ -304,7 +303,7 @@ impl<'a> Clipper<'a> {
     }
 }
 
-/// Twice the area that the triangles cover, each counted as positive.
+/// Returns twice the total unsigned area of the triangles.
 pub(crate) fn doubled_area(points: &[[f64; 2]], triangles: &[[usize; 3]]) -> f64 {
     triangles.iter().map(|t| cross(points[t[0]], points[t[1]], points[t[2]]).abs()).sum()
 }

@@ -2,14 +2,14 @@
 
 use robust::{Coord, orient2d};
 
-/// Twice the area of a triangle below this share of its longest edge squared counts as zero when
+/// Twice the area of a triangle counts as zero below this share of its longest edge squared when
 /// ears are chosen: corners meant to be collinear are off by rounding.
 const FLAT: f64 = 1e-12;
 
-/// Rounding error of projected coordinates, which are at most 1.
+/// Rounding error of the projected coordinates, which are at most 1.
 const ROUNDING: f64 = 4e-16;
 
-/// A Newell normal below this length per corner may be rounding error only, when the polygon has
+/// A Newell normal below this length per corner may be rounding error only, if the polygon has
 /// size 1.
 const NO_NORMAL: f64 = 1e-12;
 
@@ -23,14 +23,14 @@ pub(crate) struct Outline {
 }
 
 impl Outline {
-    /// Projects the polygon; `None` if its corners lie on a line or are not finite.
+    /// Projects the polygon; `None` if its corners are collinear or not finite.
     pub fn of(corners: &[u32], positions: &[[f64; 3]]) -> Option<Outline> {
         let points = normalised(corners.iter().map(|&v| positions[v as usize]))?;
         let newell = newell_normal(&points);
         let normal = if length(newell) > NO_NORMAL * points.len() as f64 {
             newell
         } else {
-            // Areas cancel, as in a bow tie: any triangle of the corners spans the plane.
+            // The areas cancel, as in a bow tie: any triangle of the corners spans the plane.
             let normal = normal_of_largest_triangle(&points)?;
             if dot(normal, newell) < 0.0 { normal.map(|x| -x) } else { normal }
         };
@@ -57,8 +57,8 @@ impl Outline {
         Some(Outline { deviation: thickness / 2.0 / size, points: projected.collect() })
     }
 
-    /// Whether the fan of triangles from a corner covers the polygon without folding over, with no
-    /// triangle of zero area.
+    /// Returns whether the fan of triangles from a corner covers the polygon without folding over,
+    /// with no triangle of zero area.
     pub fn is_star_shaped_from(&self, corner: usize) -> bool {
         let n = self.points.len();
         let at = |k: usize| self.points[(corner + k) % n];
@@ -67,7 +67,7 @@ impl Outline {
             if Shape::of([at(0), at(k), at(k + 1)]).is_flat() {
                 return false;
             }
-            // Once behind the first edge, a fan that comes round to its front overlaps itself.
+            // Once behind the first edge, a fan that comes around to its front overlaps itself.
             let in_front = cross(at(0), at(1), at(k + 1)) >= 0.0;
             if behind && in_front {
                 return false;
@@ -77,7 +77,7 @@ impl Outline {
         true
     }
 
-    /// Whether a corner turns right by more than `sine` says.
+    /// Returns whether a corner turns right by an angle with a sine above `sine`.
     pub fn has_reflex_corner(&self, sine: f64) -> bool {
         let n = self.points.len();
         (0..n).any(|k| {
@@ -101,28 +101,29 @@ impl Shape {
         let longest_squared = squared(a, b).max(squared(b, c)).max(squared(c, a));
         Shape { doubled_area: cross(a, b, c), longest_squared }
     }
-    /// Whether the triangle is clockwise or its area may be rounding error.
+    /// Returns whether the triangle is clockwise or its area may be rounding error.
     pub fn is_flat(&self) -> bool {
         self.doubled_area <= tolerance(self.longest_squared)
     }
-    /// Positive for counter-clockwise triangles, largest for equilateral ones; the same at any
-    /// scale.
+    /// Returns a scale-invariant quality: positive for counter-clockwise triangles, largest for
+    /// equilateral ones.
     pub fn quality(&self) -> f64 {
         if self.longest_squared > 0.0 { self.doubled_area / self.longest_squared } else { 0.0 }
     }
 }
 
-/// How much [`cross`] may be off zero for points meant to be collinear, by their squared distance.
+/// Returns how far [`cross`] may be from zero for points meant to be collinear, given their squared
+/// distance.
 pub(crate) fn tolerance(squared: f64) -> f64 {
     FLAT * squared + ROUNDING * squared.sqrt()
 }
 
-/// Twice the signed area of a triangle, rounded.
+/// Returns twice the signed area of a triangle, rounded.
 pub(crate) fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Twice the signed area of a triangle, with the exact sign.
+/// Returns twice the signed area of a triangle, with the exact sign.
 pub(crate) fn exact_side(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     let [a, b, c] = [a, b, c].map(|[x, y]| Coord { x, y });
     orient2d(a, b, c)
@@ -132,9 +133,9 @@ pub(crate) fn squared(a: [f64; 2], b: [f64; 2]) -> f64 {
     (b[0] - a[0]).powi(2) + (b[1] - a[1]).powi(2)
 }
 
-/// The corners relative to the first one, in a unit that makes the largest coordinate about 1.
-/// `None` if they coincide or are not finite. Units are powers of two, so that rounding does not
-/// depend on the scale and differences of near coordinates stay exact.
+/// Returns the corners relative to the first one, in a unit that makes the largest coordinate
+/// about 1. `None` if they coincide or are not finite. Units are powers of two, so that rounding
+/// does not depend on the scale and differences of nearby coordinates stay exact.
 fn normalised(corners: impl Iterator<Item = [f64; 3]>) -> Option<Vec<[f64; 3]>> {
     let mut points: Vec<[f64; 3]> = corners.collect();
     rescale(&mut points)?;
@@ -150,14 +151,14 @@ fn rescale(points: &mut [[f64; 3]]) -> Option<()> {
     if !(largest > 0.0 && points.iter().flatten().all(|x| x.is_finite())) {
         return None;
     }
-    // Two factors, as one may be beyond the range of numbers.
+    // Two factors, since one may be out of range.
     let exponent = -(largest.log2().ceil() as i32);
     let factors = [exponent / 2, exponent - exponent / 2].map(|e| 2.0f64.powi(e));
     points.iter_mut().flatten().for_each(|x| *x = *x * factors[0] * factors[1]);
     Some(())
 }
 
-/// Twice the area vector of the polygon.
+/// Returns twice the area vector of the polygon.
 fn newell_normal(points: &[[f64; 3]]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (k, &p) in points.iter().enumerate() {
@@ -167,7 +168,7 @@ fn newell_normal(points: &[[f64; 3]]) -> [f64; 3] {
     sum
 }
 
-/// `None` if all points lie on a line.
+/// Returns `None` if all points are collinear.
 fn normal_of_largest_triangle(points: &[[f64; 3]]) -> Option<[f64; 3]> {
     let origin = *points.first()?;
     let arms = || points.iter().map(|&p| sub(p, origin));

@@ -1,4 +1,4 @@
-//! How far the polygons of a file are from convex and planar ones.
+//! Convexity and planarity of polygons.
 
 use super::PolygonMesh;
 use super::crossing::crosses_itself;
@@ -7,21 +7,21 @@ use super::ears;
 use super::outline::{Outline, cross};
 use crate::id::Face;
 
-/// A polygon counts as nonplanar if a corner is farther than this from its plane, relative to its
-/// largest extent along an axis. Coordinates with six digits stay below it.
+/// A polygon is nonplanar if a corner is farther than this from its plane, relative to its largest
+/// extent along an axis. Coordinates with six digits stay below it.
 pub const NONPLANAR: f64 = 1e-5;
 
-/// A corner counts as reflex if the sine of its right turn is above this.
+/// A corner is reflex if the sine of its right turn is above this.
 const REFLEX: f64 = 1e-6;
 
-/// Excess of the area of all triangles over the area of the polygon, relative, that shows an
-/// overlap.
+/// Relative excess of the total area of the triangles over the area of the polygon that indicates
+/// an overlap.
 const OVERLAP: f64 = 1e-9;
 
-/// Polygons that are not convex, not planar or cross themselves. All lists are in increasing order;
-/// triangles are never in them.
+/// Polygons that are nonconvex, nonplanar, self-intersecting or collinear. All lists are in
+/// increasing order and contain no triangles.
 ///
-/// The plane of a polygon is perpendicular to its area vector (Newell normal), half-way between its
+/// The plane of a polygon is perpendicular to its area vector (Newell normal), halfway between its
 /// outermost corners.
 ///
 /// ```
@@ -45,7 +45,7 @@ pub struct PolygonQuality {
     /// Polygons whose projection onto their plane crosses itself, such as bow ties: their triangles
     /// overlap. Among thousands of long edges close together, a crossing may be missed.
     pub self_crossing: Vec<Face>,
-    /// Polygons with more than three corners, all on a line.
+    /// Polygons with more than three corners, all collinear.
     pub collinear: Vec<Face>,
 }
 
@@ -87,7 +87,7 @@ impl PolygonQuality {
     }
 }
 
-/// Whether edges cross, or the polygon turns over at a vertex that it meets twice.
+/// Returns whether edges cross, or the polygon flips over at a vertex that it visits twice.
 fn overlaps_itself(points: &[[f64; 2]], corners: &[u32]) -> bool {
     let n = corners.len();
     if crosses_itself(points) {

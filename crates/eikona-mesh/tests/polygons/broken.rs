@@ -1,4 +1,5 @@
-//! Polygons that cross themselves, or have no plane or no finite corners: always a defined result.
+//! Polygons that cross themselves, or have no plane or no finite corners: the result is always
+//! defined.
 
 use super::*;
 use eikona_mesh::random::Random;
@@ -47,7 +48,7 @@ fn a_figure_eight_that_crosses_at_a_vertex_is_reported() {
 
 #[test]
 fn a_spiral_that_overlaps_its_own_fan_is_reported() {
-    // One and a half turns round the first corner.
+    // One and a half turns around the first corner.
     let turn = |k: usize| {
         let (s, c) = (0.5 * std::f64::consts::PI * k as f64).sin_cos();
         [(1.0 + k as f64) * c, (1.0 + k as f64) * s, 0.0]
@@ -56,7 +57,7 @@ fn a_spiral_that_overlaps_its_own_fan_is_reported() {
 }
 
 #[test]
-fn corners_on_a_line_or_at_one_place_give_a_fan() {
+fn collinear_or_coincident_corners_give_a_fan() {
     for points in [vec![[1.0, 2.0, 3.0]; 5], (0..5).map(|k| [f64::from(k), 0.5, 0.0]).collect()] {
         let mesh = polygon(points);
         assert_eq!(triangles_of(&mesh).unwrap(), [[[0, 1, 2], [0, 2, 3], [0, 3, 4]]]);
@@ -65,7 +66,7 @@ fn corners_on_a_line_or_at_one_place_give_a_fan() {
 }
 
 #[test]
-fn corners_that_are_not_finite_are_a_fault() {
+fn nonfinite_corners_are_a_fault() {
     for bad in [f64::NAN, f64::INFINITY] {
         for k in 0..5 {
             let mut mesh = polygon((0..5).map(|k| [f64::from(k * k), f64::from(k), 0.0]).collect());
@@ -79,12 +80,12 @@ fn corners_that_are_not_finite_are_a_fault() {
 }
 
 #[test]
-fn random_corner_lists_never_panic_and_no_triangle_names_a_vertex_twice() {
+fn random_corner_lists_never_panic_and_no_triangle_repeats_a_vertex() {
     let mut random = Random::from_seed(5);
     let mut whole = 0;
     for _ in 0..20_000 {
         let mut up_to = |n: u64| (random.next_u64() % n) as u32;
-        // Small integers make many corners coincide or line up.
+        // Small integers make many corners coincident or collinear.
         let size = 2 + u64::from(up_to(4));
         let points: Vec<Point> =
             (0..9).map(|_| [up_to(size), up_to(size), up_to(2) * up_to(2)].map(f64::from)).collect();

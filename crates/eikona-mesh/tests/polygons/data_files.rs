@@ -1,4 +1,4 @@
-//! Every mesh file of the data folder that holds polygons.
+//! Every mesh file in the data folder that contains polygons.
 
 use super::*;
 use eikona_mesh::PolygonQuality;
@@ -17,7 +17,7 @@ fn files_below(folder: &Path, files: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn triangles_of_all_polygons_in_the_data_folder_add_up_to_their_areas() {
+fn triangle_areas_in_the_data_folder_sum_to_polygon_areas() {
     let mut files = Vec::new();
     files_below(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")), &mut files);
     files.sort();
@@ -32,7 +32,7 @@ fn triangles_of_all_polygons_in_the_data_folder_add_up_to_their_areas() {
         let quality = PolygonQuality::of(&mesh);
         ran += 1;
         println!(
-            "{}: {} polygons, {} nonconvex, {} nonplanar, {} crossing, {} on a line",
+            "{}: {} polygons, {} nonconvex, {} nonplanar, {} crossing, {} collinear",
             path.file_name().unwrap().display(),
             mesh.face_count(),
             quality.nonconvex.len(),

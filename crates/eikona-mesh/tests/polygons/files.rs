@@ -1,11 +1,11 @@
-//! The same polygon through the readers.
+//! The same polygon through all readers.
 
 use super::*;
 use eikona_mesh::io::{MeshFormat, read_mesh_bytes};
 
 // reports.md F2
 #[test]
-fn an_l_has_area_3_from_every_format_that_holds_polygons() {
+fn an_l_has_area_3_in_every_format_with_polygons() {
     let obj = "v 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nf 1 2 3 4 5 6\n";
     let numbers = "2 0 0\n2 1 0\n1 1 0\n1 2 0\n0 2 0\n0 0 0\n";
     let off = format!("OFF\n6 1 0\n{numbers}6 0 1 2 3 4 5\n");

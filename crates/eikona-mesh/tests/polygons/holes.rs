@@ -1,4 +1,4 @@
-//! Polygons that meet a vertex twice: bridges to holes, pinches, dead ends.
+//! Polygons that visit a vertex twice: bridges to holes, pinches, dead ends.
 
 use super::*;
 use eikona_mesh::{Fault, PolygonQuality, drop_broken_polygons};
@@ -9,7 +9,8 @@ fn mesh_of(points: &[[f64; 2]], corners: &[u32]) -> PolygonMesh {
     mesh
 }
 
-/// `covered`, from every first corner and in both orientations; the repair keeps the polygon.
+/// Checks `covered` from every first corner and in both orientations, and that the repair keeps the
+/// polygon.
 #[track_caller]
 fn covered_from_everywhere(points: &[[f64; 2]], corners: &[u32], count: usize, area: f64) {
     for first in 0..corners.len() {
@@ -36,7 +37,7 @@ fn a_keyhole_polygon_is_the_square_without_its_hole() {
 
 #[test]
 fn the_bridge_may_have_vertices_of_its_own() {
-    // Half-way along the bridge, walked out and back.
+    // Halfway along the bridge, traversed in both directions.
     let mut points = RING.to_vec();
     points.push([0.5, 0.5]);
     covered_from_everywhere(&points, &[0, 1, 2, 3, 0, 8, 4, 5, 6, 7, 4, 8], 10, 8.0);
@@ -47,7 +48,7 @@ fn the_bridge_may_have_vertices_of_its_own() {
 }
 
 #[test]
-fn several_holes_may_hang_on_one_vertex_or_on_each_other() {
+fn several_holes_may_be_bridged_to_one_vertex_or_to_each_other() {
     // Holes of area 1 at (1,1), (3,1), (5,1) in a 7 x 3 box.
     let mut points = vec![[0., 0.], [7., 0.], [7., 3.], [0., 3.]];
     for x in [1., 3., 5.] {
@@ -56,7 +57,7 @@ fn several_holes_may_hang_on_one_vertex_or_on_each_other() {
     // In a row: from corner 0 to the first, from that one to the next.
     let row = [
         0, 1, 2, 3, 0, 4, 5, 6, // to the far side of the first hole
-        9, 10, 13, 14, 15, 12, 13, 10, 11, 8, 9, // the second, with the third on it
+        9, 10, 13, 14, 15, 12, 13, 10, 11, 8, 9, // the second, bridged to the third
         6, 7, 4,
     ];
     covered_from_everywhere(&points, &row, row.len() - 2, 21.0 - 3.0);
@@ -66,7 +67,7 @@ fn several_holes_may_hang_on_one_vertex_or_on_each_other() {
 }
 
 #[test]
-fn two_holes_may_hang_on_the_same_corner() {
+fn two_holes_may_be_bridged_to_the_same_corner() {
     let points = [
         [0., 0.],
         [9., 0.],
@@ -86,19 +87,19 @@ fn two_holes_may_hang_on_the_same_corner() {
 }
 
 #[test]
-fn a_hole_may_touch_the_outline_at_a_vertex() {
-    // A square of side 3; a clockwise triangle of area 1/2 hangs on corner 0.
+fn a_hole_may_touch_the_boundary_at_a_vertex() {
+    // A square of side 3; a clockwise triangle of area 1/2 touches corner 0.
     let points = [[0., 0.], [3., 0.], [3., 3.], [0., 3.], [1., 2.], [2., 2.]];
     let area = 9.0 - 0.5 * 2.0;
     covered_from_everywhere(&points, &[0, 1, 2, 3, 0, 4, 5], 5, area);
 }
 
 #[test]
-fn a_figure_eight_without_crossing_falls_into_its_two_parts() {
+fn a_figure_eight_without_crossing_separates_into_two_parts() {
     // Two triangles of areas 1 and 4 that share vertex 2: 1 + 1 triangles instead of 6 - 2.
     let points = [[-1., 1.], [-1., -1.], [0., 0.], [2., -2.], [2., 2.]];
     covered_from_everywhere(&points, &[0, 1, 2, 3, 4, 2], 2, 1.0 + 4.0);
-    // Two Ls at a common corner.
+    // Two Ls with a common corner.
     let points = [
         [0., 0.],
         [2., 0.],
@@ -116,7 +117,7 @@ fn a_figure_eight_without_crossing_falls_into_its_two_parts() {
 }
 
 #[test]
-fn dead_ends_are_left_out() {
+fn dead_ends_are_removed() {
     let points = [[0., 0.], [3., 0.], [3., 3.], [0., 3.], [1., 1.], [-1., -1.], [1., 2.]];
     for dead_end in [&[4][..], &[5], &[4, 6, 4], &[4, 2, 4], &[5, 3, 5], &[4, 0, 5]] {
         let corners = [&[0][..], dead_end, &[0, 1, 2, 3]].concat();
@@ -125,14 +126,14 @@ fn dead_ends_are_left_out() {
 }
 
 #[test]
-fn a_part_may_hang_on_a_dead_end() {
-    // A triangle of area 1/2 on an edge walked out and back.
+fn a_part_may_follow_a_dead_end() {
+    // A triangle of area 1/2 at the end of an edge traversed in both directions.
     let points = [[0., 0.], [3., 0.], [3., 3.], [0., 3.], [-1., 0.], [-2., 0.], [-2., -1.]];
     covered_from_everywhere(&points, &[0, 1, 2, 3, 0, 4, 5, 6, 4], 3, 9.5);
 }
 
 #[test]
-fn a_polygon_that_repeats_a_vertex_and_has_no_area_is_a_fault() {
+fn a_polygon_with_a_repeated_vertex_and_no_area_is_a_fault() {
     let points = [[0., 0.], [1., 0.], [2., 0.], [3., 1.]];
     for (corners, vertex) in [
         (&[0, 1, 0, 1][..], 0),

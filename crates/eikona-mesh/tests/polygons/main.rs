@@ -17,7 +17,7 @@ fn flat(points: &[[f64; 2]]) -> Vec<Point> {
     points.iter().map(|&[x, y]| [x, y, 0.0]).collect()
 }
 
-/// A mesh with one polygon through all vertices.
+/// Returns a mesh with one polygon through all vertices.
 fn polygon(points: Vec<Point>) -> PolygonMesh {
     let n = points.len() as u32;
     let mut mesh = PolygonMesh::new(points);
@@ -41,7 +41,8 @@ fn norm(a: Point) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// Area vector of a closed polygon: half the sum of cross products of successive corners.
+/// Returns the area vector of a closed polygon: half the sum of cross products of successive
+/// corners.
 fn area_vector(corners: &[Point]) -> Point {
     let n = corners.len();
     let origin = corners[0];
@@ -57,7 +58,7 @@ fn corners_of(mesh: &PolygonMesh, f: usize) -> Vec<Point> {
     mesh.face(f).iter().map(|&v| mesh.positions[v as usize]).collect()
 }
 
-/// The triangles of each polygon.
+/// Returns the triangles of each polygon.
 fn triangles_of(mesh: &PolygonMesh) -> Result<Vec<Vec<[u32; 3]>>, MeshError> {
     let (triangles, parents) = mesh.triangulate()?;
     assert_eq!(triangles.face_count(), parents.len());
@@ -69,7 +70,7 @@ fn triangles_of(mesh: &PolygonMesh) -> Result<Vec<Vec<[u32; 3]>>, MeshError> {
 }
 
 /// Checks that polygon 0 is covered without a fold: `count` triangles, all oriented like the
-/// polygon, whose areas add up to `area`. Gives the triangles.
+/// polygon, whose areas sum to `area`. Returns the triangles.
 #[track_caller]
 fn covered(mesh: &PolygonMesh, count: usize, area: f64) -> Vec<[u32; 3]> {
     let triangles = triangles_of(mesh).unwrap().swap_remove(0);
@@ -86,8 +87,8 @@ fn covered(mesh: &PolygonMesh, count: usize, area: f64) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// Whether the triangle mesh of the polygon is a disk: each edge of the polygon at one triangle,
-/// each other edge at two. Keyholes count by corner, so give them one vertex per corner.
+/// Returns whether the triangle mesh of the polygon is a disk: each edge of the polygon has one
+/// triangle, each other edge two. Keyholes count by corner, so give them one vertex per corner.
 fn is_disk(mesh: &PolygonMesh) -> bool {
     let (triangles, _) = mesh.triangulate().unwrap();
     let n = mesh.face(0).len();

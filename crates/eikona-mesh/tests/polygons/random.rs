@@ -8,8 +8,8 @@ fn side(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Random points joined to a simple polygon: where two edges cross, the part between them is turned
-/// round, which shortens the polygon, until none cross.
+/// Joins random points into a simple polygon: where two edges cross, reverses the part between
+/// them, which shortens the polygon, until none cross.
 fn simple_polygon(n: usize, random: &mut Random) -> Vec<[f64; 2]> {
     let mut points: Vec<[f64; 2]> = (0..n).map(|_| [random.uniform(), random.uniform()]).collect();
     let crossing = |points: &[[f64; 2]]| {
@@ -30,7 +30,7 @@ fn simple_polygon(n: usize, random: &mut Random) -> Vec<[f64; 2]> {
 }
 
 #[test]
-fn triangles_of_random_simple_polygons_add_up_to_their_area() {
+fn triangle_areas_of_random_simple_polygons_sum_to_their_area() {
     let mut random = Random::from_seed(11);
     for round in 0..400 {
         let n = 4 + round % 60;
@@ -49,7 +49,7 @@ fn triangles_of_random_simple_polygons_add_up_to_their_area() {
             let mut sum = 0.0;
             for t in triangles {
                 let part = dot(area_vector(&t.map(|v| mesh.positions[v as usize])), normal) / area;
-                // In space, needles may be turned over by rounding.
+                // In space, rounding may flip needles.
                 assert!(part > if tilted { -1e-12 } else { 0.0 }, "{part}");
                 sum += part.abs();
             }
@@ -60,15 +60,15 @@ fn triangles_of_random_simple_polygons_add_up_to_their_area() {
     }
 }
 
-/// Outline of a random tree of unit cells, with a corner at each lattice point: many collinear
-/// corners, and places where the outline passes a point twice.
+/// Returns the outline of a random tree of unit cells, with a corner at each lattice point: many
+/// collinear corners, and places where the outline visits a point twice.
 fn cells(count: usize, random: &mut Random) -> Vec<[f64; 2]> {
     let mut tree = vec![[0i64, 0]];
     let steps = [[1, 0], [0, 1], [-1, 0], [0, -1]];
     while tree.len() < count {
         let from = tree[(random.next_u64() % tree.len() as u64) as usize];
         let step = steps[(random.next_u64() % 4) as usize];
-        // Cells of even coordinates, and the gaps between them that the tree passes.
+        // Cells of even coordinates, and the gaps between them that the tree crosses.
         let cell = [from[0] + 2 * step[0], from[1] + 2 * step[1]];
         if from[0] % 2 == 0 && from[1] % 2 == 0 && !tree.contains(&cell) {
             tree.push([from[0] + step[0], from[1] + step[1]]);

@@ -1,5 +1,5 @@
-//! Shapes with known areas, from every first corner, in both orientations, at other places and
-//! sizes.
+//! Shapes with known areas, from every first corner, in both orientations, at other positions and
+//! scales.
 
 use super::*;
 use eikona_mesh::PolygonQuality;
@@ -21,16 +21,16 @@ fn star() -> Vec<[f64; 2]> {
 fn shapes() -> Vec<(Vec<[f64; 2]>, f64)> {
     vec![
         (L.to_vec(), 3.0),
-        // Three 1 x 3 strips round a 1 x 2 gap.
+        // Three 1 x 3 strips around a 1 x 2 gap.
         (U.to_vec(), 7.0),
-        // Two triangles of half the base 2 and heights 2 and 1 apart: 2 - 1.
+        // A triangle of base 2 and height 2 minus one of height 1: 2 - 1.
         (CHEVRON.to_vec(), 1.0),
         // Ten triangles with sides 2 and 0.5 at an angle of 36 degrees.
         (star(), 5.0 * (std::f64::consts::PI / 5.0).sin()),
     ]
 }
 
-/// All rotations of the corner list, in both orientations.
+/// Returns all rotations of the corner list, in both orientations.
 fn variants(points: &[Point]) -> Vec<Vec<Point>> {
     let n = points.len();
     let mut all = Vec::new();
@@ -133,7 +133,7 @@ fn convex_polygons_keep_the_fan_from_their_first_corner() {
 }
 
 #[test]
-fn a_quadrilateral_is_cut_from_its_second_corner_only_if_the_first_one_folds() {
+fn a_quadrilateral_uses_its_second_corner_only_if_the_first_one_folds() {
     let [a, b, c, d] = CHEVRON;
     // The reflex corner is d: only the diagonal b-d lies inside.
     assert_eq!(triangles_of(&polygon(flat(&[a, b, c, d]))).unwrap(), [[[1, 2, 3], [1, 3, 0]]]);
@@ -143,8 +143,8 @@ fn a_quadrilateral_is_cut_from_its_second_corner_only_if_the_first_one_folds() {
 }
 
 #[test]
-fn collinear_corners_give_no_triangle_without_area() {
-    // A square with the middles of its sides, and with two more corners on one side.
+fn collinear_corners_give_no_degenerate_triangle() {
+    // A square with the midpoints of its sides, and with two more corners on one side.
     let square = [[0., 0.], [1., 0.], [2., 0.], [2., 1.], [2., 2.], [1., 2.], [0., 2.], [0., 1.]];
     let side = [[0., 0.], [1., 0.], [2., 0.], [3., 0.], [3., 3.], [0., 3.]];
     // A triangle with a corner on a side, as a quadrilateral.

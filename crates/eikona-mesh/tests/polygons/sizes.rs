@@ -1,11 +1,11 @@
-//! Polygons with many corners: right, and in bounded time.
+//! Polygons with many corners: correct, and in bounded time.
 
 use super::*;
 use eikona_mesh::PolygonQuality;
 use eikona_mesh::random::Random;
 use std::time::Instant;
 
-/// Generous for a busy machine, and far below what quadratic time takes.
+/// Generous for a busy machine, and far below what quadratic time needs.
 const SECONDS: f64 = 20.0;
 
 #[track_caller]
@@ -49,7 +49,7 @@ fn a_comb_with_20_000_teeth_is_triangulated_in_time() {
 
 #[test]
 fn a_comb_with_pointed_teeth_on_a_slope_is_triangulated_in_time() {
-    // Valleys on a slightly concave arc, so that they see each other.
+    // Valleys on a slightly concave arc, so that they are visible to each other.
     let n = 20_000;
     let base = |k: f64| 1.0 + (k / n as f64 - 0.5).powi(2);
     let mut points = vec![[0., 0.], [n as f64, 0.]];
@@ -82,8 +82,8 @@ fn a_spiral_of_500_000_corners_is_triangulated_in_time() {
 }
 
 #[test]
-fn a_coast_of_200_000_corners_is_triangulated_in_time() {
-    // Random radii round the origin, started at a corner that does not see all others.
+fn a_coastline_of_200_000_corners_is_triangulated_in_time() {
+    // Random radii around the origin, from a corner that does not see all others.
     let mut random = Random::from_seed(1);
     let corner = |k: usize| {
         let (s, c) = (std::f64::consts::TAU * k as f64 / 200_000.0).sin_cos();
@@ -92,7 +92,7 @@ fn a_coast_of_200_000_corners_is_triangulated_in_time() {
     };
     let points: Vec<[f64; 2]> = (0..200_000).map(corner).collect();
     let area = norm(area_vector(&flat(&points)));
-    covered_in_time("coast", &points, area);
+    covered_in_time("coastline", &points, area);
 }
 
 #[test]
@@ -109,8 +109,8 @@ fn a_convex_polygon_of_500_000_corners_is_a_fan() {
 /// Holes per row and column of the plate.
 const ROWS: u32 = 100;
 
-/// Walks round hole (i, j) from its lower left corner, and along bridges to the holes to the right
-/// and, in the first column, above.
+/// Traverses hole (i, j) from its lower left corner, and bridges to the holes to the right and, in
+/// the first column, above.
 fn walk(i: u32, j: u32, corners: &mut Vec<u32>) {
     let h = 4 + 4 * (ROWS * j + i);
     corners.extend([h, h + 1]);
@@ -147,7 +147,7 @@ fn a_plate_with_10_000_holes_is_triangulated_in_time() {
 }
 
 #[test]
-fn a_tangle_of_500_000_random_corners_is_cut_in_time() {
+fn a_tangle_of_500_000_random_corners_is_triangulated_in_time() {
     let mut random = Random::from_seed(2);
     let points: Vec<Point> = (0..500_000).map(|_| [random.uniform(), random.uniform(), 0.0]).collect();
     let mesh = polygon(points);
