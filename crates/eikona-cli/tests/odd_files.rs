@@ -37,7 +37,7 @@ fn utm_coordinates_survive_in_gltf_and_are_warned_of_in_stl() {
     }
     folder.warned(
         "winding u.obj --curve c.obj --split us.stl",
-        &["us.stl", "378 of 441 positions coincide", "write .ply"],
+        &["us.stl", "378 of 441 positions then coincide", "write .ply"],
     );
     folder.warned("inspect us.stl", &["720 of 800 faces", "32-bit floats", "0.5 apart"]);
 }
@@ -52,7 +52,7 @@ fn a_gltf_file_without_its_buffer_names_the_buffer() {
         "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
         "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"missing.bin"}]}"#,
     );
-    folder.refused("inspect k.gltf", 3, &["k.gltf", "buffer 0", "missing.bin is not there"]);
+    folder.refused("inspect k.gltf", 3, &["k.gltf", "buffer 0", "missing.bin does not exist"]);
     folder.refused("inspect absent.gltf", 3, &["absent.gltf: there is no such file"]);
 }
 
@@ -65,8 +65,8 @@ fn a_mesh_is_treated_by_its_content_and_not_by_its_name() {
     folder.done("make grid nx=2 ny=2 -o grid.stl");
     fs::rename(folder.0.join("grid.ply"), folder.0.join("p.stl")).unwrap();
     fs::rename(folder.0.join("grid.stl"), folder.0.join("s.ply")).unwrap();
-    folder.warned("inspect p.stl", &["the name says STL, but the content is PLY"]);
-    folder.warned("inspect s.ply", &["the name says PLY, but the content is STL"]);
+    folder.warned("inspect p.stl", &["the file name suggests STL, but the content is PLY"]);
+    folder.warned("inspect s.ply", &["the file name suggests PLY, but the content is STL"]);
     for name in ["p.stl", "s.ply"] {
         let facts = folder.done(&format!("inspect {name}")).text();
         assert!(facts.contains("9 vertices") && facts.contains("8 triangles"), "{facts}");

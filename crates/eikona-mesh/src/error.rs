@@ -1,12 +1,11 @@
-//! What can be wrong with a mesh, a curve or a file: element, value, bound and remedy in a
-//! sentence.
+//! Errors of meshes, curves and files: each names the element, the value, the bound and the remedy.
 
 use crate::id::{Edge, Face, Vertex};
 use std::fmt;
 use std::path::Path;
 use thiserror::Error;
 
-/// One fault of a mesh, with the element and the value.
+/// A fault of a mesh, with its element and value.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Fault {
@@ -17,21 +16,21 @@ pub enum Fault {
         /// Its coordinates as read.
         position: [f64; 3],
     },
-    /// A face names a vertex that does not exist.
+    /// A face refers to a vertex that does not exist.
     IndexOutOfRange {
         /// The face.
         face: Face,
         /// The index as given (0-based).
         index: i64,
-        /// How many vertices there are.
+        /// The number of vertices.
         vertices: usize,
     },
-    /// A face names one vertex twice: at successive corners, or without area. (Polygons may pass a
-    /// vertex again on the way back from a hole.)
+    /// A face repeats a vertex: at successive corners, or without enclosing an area. (A polygon may
+    /// revisit a vertex on the way back from a hole.)
     RepeatedVertex {
         /// The face.
         face: Face,
-        /// The vertex named twice.
+        /// The repeated vertex.
         vertex: Vertex,
     },
     /// A polygon with fewer than three corners.
@@ -41,7 +40,7 @@ pub enum Fault {
         /// Its number of corners.
         corners: usize,
     },
-    /// A face whose area is zero (or so small that its angles mean nothing).
+    /// A face whose area is zero, or so small that its angles are meaningless.
     ZeroArea {
         /// The face.
         face: Face,
@@ -53,27 +52,27 @@ pub enum Fault {
         /// The vertex.
         vertex: Vertex,
     },
-    /// More than two faces at an edge.
+    /// An edge with more than two faces.
     NonmanifoldEdge {
         /// The edge.
         edge: Edge,
-        /// Its ends.
+        /// Its endpoints.
         vertices: [Vertex; 2],
-        /// The number of faces at it.
+        /// The number of its faces.
         faces: usize,
     },
-    /// The faces at a vertex form more than one fan.
+    /// A vertex with more than one vertex fan.
     NonmanifoldVertex {
         /// The vertex.
         vertex: Vertex,
         /// The number of fans.
         fans: usize,
     },
-    /// Two faces run along their common edge in the same direction.
+    /// An edge whose two faces are inconsistently oriented.
     InconsistentOrientation {
         /// The edge.
         edge: Edge,
-        /// Its ends.
+        /// Its endpoints.
         vertices: [Vertex; 2],
     },
     /// Two faces have the same three vertices.
@@ -83,22 +82,22 @@ pub enum Fault {
         /// The first one with these vertices.
         first: Face,
     },
-    /// A vertex inside an edge of faces that it does not belong to (a T-junction).
+    /// A vertex inside an edge whose faces do not use it (a T-junction).
     HangingVertex {
         /// The vertex.
         vertex: Vertex,
         /// The edge.
         edge: Edge,
-        /// Its ends.
+        /// Its endpoints.
         vertices: [Vertex; 2],
         /// The distance of the vertex from the edge.
         gap: f64,
     },
-    /// A boundary vertex a small gap away from another one that it is not joined to.
+    /// A boundary vertex separated from another one by a small gap.
     Crack {
         /// The later vertex.
         vertex: Vertex,
-        /// The one before it.
+        /// The earlier vertex.
         to: Vertex,
         /// Their distance.
         gap: f64,
@@ -110,7 +109,7 @@ pub enum Fault {
         /// Its height above its longest edge, relative to that edge.
         height: f64,
     },
-    /// Two vertices have exactly the same position.
+    /// Two vertices with exactly the same position.
     CoincidentVertices {
         /// The later vertex.
         vertex: Vertex,
@@ -127,14 +126,14 @@ impl fmt::Display for Fault {
             }
             Fault::IndexOutOfRange { face, index, vertices } => write!(
                 f,
-                "{face} names vertex {index}, but there are {vertices} vertices (0 to {}); correct the index",
+                "{face} refers to vertex {index}, but there are {vertices} vertices (0 to {}); correct the index",
                 *vertices as i64 - 1
             ),
             Fault::RepeatedVertex { face, vertex } => {
-                write!(f, "{face} names {vertex} twice; remove the face")
+                write!(f, "{face} repeats {vertex}; remove the face")
             }
             Fault::TooFewCorners { face, corners } => {
-                write!(f, "{face} has {corners} corners, 3 are needed; remove the face")
+                write!(f, "{face} has {corners} corners but needs at least 3; remove the face")
             }
             Fault::ZeroArea { face, area } => write!(f, "{face} has area {area:e}"),
             Fault::UnreferencedVertex { vertex } => write!(f, "{vertex} is used by no face"),
@@ -142,14 +141,14 @@ impl fmt::Display for Fault {
                 write!(f, "{edge} ({a} to {b}) is shared by {faces} faces")
             }
             Fault::NonmanifoldVertex { vertex, fans } => {
-                write!(f, "{vertex} joins {fans} fans of faces that share no edge there")
+                write!(f, "{vertex} has {fans} vertex fans that share no edge")
             }
             Fault::InconsistentOrientation { edge, vertices: [a, b] } => {
-                write!(f, "the two faces at {edge} ({a} to {b}) are oriented against each other")
+                write!(f, "the two faces at {edge} ({a} to {b}) are inconsistently oriented")
             }
             Fault::DuplicateFace { face, first } => write!(f, "{face} has the same vertices as {first}"),
             Fault::HangingVertex { vertex, edge, vertices: [a, b], gap } => {
-                write!(f, "{vertex} lies inside {edge} ({a} to {b}), whose faces do not have it")?;
+                write!(f, "{vertex} lies inside {edge} ({a} to {b}), whose faces do not use it")?;
                 if *gap > 0.0 { write!(f, "; the gap is {gap:.1e}") } else { Ok(()) }
             }
             Fault::Crack { vertex, to, gap } => {
@@ -165,10 +164,10 @@ impl fmt::Display for Fault {
     }
 }
 
-/// How many faults an error message spells out before it says how many more there are.
+/// Number of faults that an error message lists before it counts the rest.
 const FAULTS_SHOWN: usize = 5;
 
-/// The first faults, one a line, and the number of the others.
+/// Lists the first faults, one per line, and counts the rest.
 fn list(faults: &[Fault]) -> String {
     let mut text: String = faults.iter().take(FAULTS_SHOWN).map(|x| format!("\n  {x}")).collect();
     if faults.len() > FAULTS_SHOWN {
@@ -177,23 +176,23 @@ fn list(faults: &[Fault]) -> String {
     text
 }
 
-/// Why no mesh could be made.
+/// Why a mesh could not be built.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// All the faults that stand in the way.
+    /// The faults, all of them.
     #[error("the mesh is not valid:{}", list(.0))]
     Invalid(Vec<Fault>),
-    /// More elements than 32-bit indices can name.
-    #[error("{vertices} vertices and {faces} faces are more than 32-bit indices can name; split the mesh")]
+    /// More elements than 32-bit indices can address.
+    #[error("{vertices} vertices and {faces} faces are more than 32-bit indices can address; split the mesh")]
     TooLarge {
         /// Number of vertices.
         vertices: usize,
         /// Number of faces.
         faces: usize,
     },
-    /// An array does not have one value an element.
-    #[error("{found} {what} were given, {expected} are needed")]
+    /// An array whose length differs from the number of elements.
+    #[error("found {found} {what}, expected {expected}")]
     WrongLength {
         /// What the array holds.
         what: &'static str,
@@ -202,34 +201,34 @@ pub enum MeshError {
         /// The number needed.
         expected: usize,
     },
-    /// A parameter of a procedural shape or of a damage is out of its range.
-    #[error("{name} = {value} is out of range: {bound}")]
+    /// A parameter of a procedural shape or of damage is not valid.
+    #[error("{name} = {value} is not valid: {bound}")]
     Parameter {
         /// The parameter's name.
         name: &'static str,
-        /// The value given.
+        /// The value as given.
         value: String,
-        /// What is allowed.
+        /// The allowed values.
         bound: &'static str,
     },
     /// A shape, or a parameter of a shape, that does not exist.
-    #[error("there is no {what} called {name:?}; there {}", known_names(.known))]
+    #[error("unknown {what} {name:?}; {}", known_names(.known))]
     UnknownName {
         /// "shape" or "parameter".
         what: &'static str,
         /// The name as given.
         name: String,
-        /// Those that exist, the most similar one first.
+        /// The existing names, the most similar one first.
         known: Vec<&'static str>,
     },
 }
 
-/// "is a" or "are a, b, c", to follow "there".
+/// Lists the known names for an error message.
 fn known_names(known: &[&str]) -> String {
     match known {
-        [] => "are none to choose".to_string(),
-        [one] => format!("is {one}"),
-        many => format!("are {}", many.join(", ")),
+        [] => "there are none".to_string(),
+        [one] => format!("the only one is {one}"),
+        many => format!("expected one of {}", many.join(", ")),
     }
 }
 
@@ -237,7 +236,7 @@ fn known_names(known: &[&str]) -> String {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum CurveError {
-    /// The fault, with the place where it was found.
+    /// A fault, with its place on a curve.
     #[error("curve {curve}, node {node}: {fault}")]
     AtNode {
         /// 0-based index of the curve.
@@ -247,7 +246,7 @@ pub enum CurveError {
         /// What is wrong there.
         fault: Box<CurveError>,
     },
-    /// The fault, with the isolated point at which it was found.
+    /// A fault, with the index of its isolated point.
     #[error("point {point}: {fault}")]
     AtPoint {
         /// 0-based index of the point.
@@ -260,20 +259,20 @@ pub enum CurveError {
     VertexOutOfRange {
         /// The index as given.
         vertex: i64,
-        /// How many vertices there are.
+        /// The number of vertices.
         vertices: usize,
     },
-    /// An edge number (of a text format) that the mesh does not have.
+    /// An edge or face number (in a text format) that the mesh does not have.
     #[error("{kind} {index} does not exist: the mesh has {count}, numbered from 0")]
     ElementOutOfRange {
         /// "edge" or "face".
         kind: &'static str,
         /// The number as given.
         index: i64,
-        /// How many there are.
+        /// The number of such elements.
         count: usize,
     },
-    /// Two vertices that no edge joins.
+    /// Two vertices that are not joined by an edge.
     #[error("vertices {} and {} are not joined by an edge; name the ends of an edge, or give positions in space and have them traced", vertices[0], vertices[1])]
     NoSuchEdge {
         /// The vertices as given.
@@ -285,7 +284,7 @@ pub enum CurveError {
         /// The vertices as given.
         vertices: [u32; 3],
     },
-    /// The place on an edge is not between its ends.
+    /// An edge parameter outside [0, 1].
     #[error("t = {t} is outside [0, 1]; t runs from 0 at the first vertex to 1 at the second")]
     ParameterOutOfRange {
         /// The parameter as given.
@@ -324,11 +323,11 @@ pub enum CurveError {
 }
 
 impl CurveError {
-    /// The same fault, with the curve and node at which it was found.
+    /// Adds the curve and node at which the fault was found.
     pub fn at(self, curve: usize, node: usize) -> CurveError {
         CurveError::AtNode { curve, node, fault: Box::new(self) }
     }
-    /// The same fault, with the isolated point at which it was found.
+    /// Adds the isolated point at which the fault was found.
     pub fn at_point(self, point: usize) -> CurveError {
         CurveError::AtPoint { point, fault: Box::new(self) }
     }
@@ -338,12 +337,12 @@ impl CurveError {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FileError {
-    /// The operating system said no.
+    /// An error of the operating system.
     #[error("{path}: {fault}")]
     Io {
         /// The file.
         path: String,
-        /// What it said.
+        /// The error.
         #[source]
         fault: std::io::Error,
     },
@@ -352,12 +351,12 @@ pub enum FileError {
     Syntax {
         /// The format's name ("OBJ").
         format: &'static str,
-        /// Where: "line 12", "byte 80", "vertex 17".
+        /// The place: "line 12", "byte 80", "vertex 17".
         place: String,
         /// What is wrong and what is expected.
         problem: String,
     },
-    /// The fault, with the file in which it was found.
+    /// A fault, with its file.
     #[error("{path}: {fault}")]
     InFile {
         /// The file.
@@ -365,7 +364,7 @@ pub enum FileError {
         /// What is wrong with it.
         fault: Box<FileError>,
     },
-    /// The format is not known, or can not hold what is to be written.
+    /// The format is unknown, or can not hold the data to be written.
     #[error("{0}")]
     Unsupported(String),
     /// The mesh in the file is not valid.
@@ -377,16 +376,15 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// A [`FileError::Syntax`].
+    /// Creates a [`FileError::Syntax`].
     pub fn syntax(format: &'static str, place: impl Into<String>, problem: impl Into<String>) -> Self {
         FileError::Syntax { format, place: place.into(), problem: problem.into() }
     }
-    /// A [`FileError::Io`].
+    /// Creates a [`FileError::Io`].
     pub fn io(path: impl AsRef<Path>, fault: std::io::Error) -> Self {
         FileError::Io { path: path.as_ref().display().to_string(), fault }
     }
-    /// The same fault, with the file in which it was found (once: a fault that names a file stays
-    /// as it is).
+    /// Adds the file in which the fault was found, unless the fault already names one.
     pub fn in_file(self, path: impl AsRef<Path>) -> Self {
         match self {
             FileError::Io { .. } | FileError::InFile { .. } => self,

@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all.
+//! Atomic file writes: a file appears complete or not at all.
 
 use crate::error::FileError;
 use std::collections::BTreeSet;
@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Writes a file through a temporary one in the same folder, which takes the name `path` only once
-/// everything is written and handed to the disk. On failure nothing is left and an older file of
-/// that name stays as it was. A symbolic link keeps pointing to the new content; a pipe or device
-/// is written to directly.
+/// Writes a file under a temporary name in the same folder and renames it to `path` once everything
+/// is written and synced to disk. On failure nothing is left behind, and an older file of that name
+/// is unchanged. A symbolic link keeps pointing to the new content; pipes and devices are written
+/// directly.
 ///
 /// ```
 /// use eikona_mesh::io::write_atomically;
@@ -23,8 +23,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// ```
 ///
 /// # Errors
-/// [`FileError::Io`] with the path: the folder does not exist or may not be written to, the disk is
-/// full, or what `write` itself returned.
+/// [`FileError::Io`] with the path: the folder does not exist or is not writable, the disk is full,
+/// or `write` itself failed.
 pub fn write_atomically<T>(
     path: impl AsRef<Path>,
     write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
@@ -35,8 +35,8 @@ pub fn write_atomically<T>(
     Ok(value)
 }
 
-/// A file that is written whole, but under a temporary name beside its own: [`publish_files`] gives
-/// it its name, dropping it removes it.
+/// A complete file under a temporary name next to its own. [`publish_files`] renames it; dropping
+/// it removes it.
 #[derive(Debug)]
 pub struct StagedFile {
     path: PathBuf,
@@ -45,14 +45,13 @@ pub struct StagedFile {
 
 #[derive(Debug)]
 enum Content {
-    /// A temporary file, and the name that it takes (where a symbolic link leads).
+    /// A temporary file, and its final name (the target of a symbolic link).
     Temporary(Temporary, PathBuf),
-    /// For a pipe or device.
+    /// The content for a pipe or device.
     Bytes(Vec<u8>),
 }
 
-/// Writes a file under a temporary name, for several files that are to appear together or not at
-/// all.
+/// Writes a file under a temporary name, for several files that must appear together or not at all.
 ///
 /// ```
 /// use eikona_mesh::io::{publish_files, stage_file};
@@ -66,7 +65,7 @@ enum Content {
 /// ```
 ///
 /// # Errors
-/// As [`write_atomically`].
+/// As for [`write_atomically`].
 pub fn stage_file(
     path: impl AsRef<Path>,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -75,13 +74,13 @@ pub fn stage_file(
     stage(path, write).map(|(staged, ())| staged).map_err(|fault| FileError::io(path, fault))
 }
 
-/// Gives the files their names, in order. If one can not take its name, those that took theirs
-/// before and replaced nothing are removed again.
+/// Renames the files to their own names, in order. If one fails, the files published before it that
+/// did not replace anything are removed again.
 ///
 /// # Errors
 /// [`FileError::Io`] with the first file that could not be renamed or written.
 pub fn publish_files(files: Vec<StagedFile>) -> Result<(), FileError> {
-    // Held to the end: `discard_temporary_files` finds either all of them published or none.
+    // Locked to the end, so that `discard_temporary_files` finds all of them published or none.
     let mut unfinished = unfinished();
     let mut created: Vec<PathBuf> = Vec::new();
     for StagedFile { path, content } in files {
@@ -101,29 +100,29 @@ pub fn publish_files(files: Vec<StagedFile>) -> Result<(), FileError> {
         };
         if let Err(fault) = done {
             for file in created {
-                // The first error is the one to tell.
+                // Report the first error.
                 let _ = fs::remove_file(file);
             }
-            drop(unfinished); // the files that are left remove themselves, for which they lock it
+            drop(unfinished); // the remaining files lock it to remove themselves
             return Err(FileError::io(path, fault));
         }
     }
     Ok(())
 }
 
-/// Removes the temporary files of this process; for a program that is about to end because it was
-/// interrupted. Waits for a [`publish_files`] that has begun. Afterwards no file can be staged or
-/// published any more: those calls wait for ever.
+/// Removes the temporary files of this process, for a program that is about to exit because it was
+/// interrupted. Waits for a [`publish_files`] in progress. Afterwards no file can be staged or
+/// published any more: those calls block forever.
 pub fn discard_temporary_files() {
     let unfinished = unfinished();
     for path in unfinished.iter() {
-        // There is nobody left to tell.
+        // No one is left to report to.
         let _ = fs::remove_file(path);
     }
     std::mem::forget(unfinished);
 }
 
-/// The temporary files that exist now.
+/// Returns the temporary files that exist now.
 fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
@@ -132,7 +131,7 @@ fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 fn stage<T>(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<T>) -> io::Result<(StagedFile, T)> {
     let existing = fs::metadata(path).ok();
     if existing.as_ref().is_some_and(|m| m.is_dir()) {
-        return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder; name a file"));
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder; give a file name"));
     }
     if existing.as_ref().is_some_and(|m| !m.is_file()) {
         let mut bytes = Vec::new();
@@ -148,11 +147,11 @@ fn stage<T>(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<T>) ->
         file.set_permissions(existing.permissions())?;
     }
     file.sync_all()?;
-    drop(file); // some systems do not rename an open file
+    drop(file); // some systems can not rename an open file
     Ok((StagedFile { path: path.to_path_buf(), content: Content::Temporary(temporary, target) }, value))
 }
 
-/// A file that is removed when dropped, unless it has been renamed: on errors and on panics alike.
+/// A file that is removed when dropped, unless it has been renamed: on errors and panics alike.
 #[derive(Debug)]
 struct Temporary {
     path: Option<PathBuf>,
@@ -160,7 +159,7 @@ struct Temporary {
 
 impl Temporary {
     fn become_file(mut self, target: &Path, unfinished: &mut BTreeSet<PathBuf>) -> io::Result<()> {
-        // Taken out first: dropping a path that is still there would lock `unfinished`, which the
+        // Taken first: dropping a path that is still present would lock `unfinished`, which the
         // caller holds.
         let Some(path) = self.path.take() else { return Ok(()) };
         let renamed = fs::rename(&path, target);
@@ -175,7 +174,7 @@ impl Temporary {
 impl Drop for Temporary {
     fn drop(&mut self) {
         if let Some(path) = &self.path {
-            // There is nobody left to tell.
+            // No one is left to report to.
             let _ = fs::remove_file(path);
             unfinished().remove(path);
         }
@@ -184,7 +183,7 @@ impl Drop for Temporary {
 
 fn create_beside(target: &Path) -> io::Result<(File, Temporary)> {
     static NUMBER: AtomicU64 = AtomicU64::new(0);
-    /// Only a leftover of a killed process with the same id is in the way.
+    /// Only a leftover of a killed process with the same id can collide.
     const ATTEMPTS: usize = 100;
     let mut last = None;
     for _ in 0..ATTEMPTS {
@@ -200,7 +199,7 @@ fn create_beside(target: &Path) -> io::Result<(File, Temporary)> {
             Err(fault) => return Err(fault),
         }
     }
-    Err(last.unwrap_or_else(|| io::Error::other("no temporary file could be made")))
+    Err(last.unwrap_or_else(|| io::Error::other("no temporary file could be created")))
 }
 
 #[cfg(test)]
@@ -219,7 +218,7 @@ mod tests {
 
         fs::write(folder.join("old"), "old").unwrap();
         let files = vec![stage("old"), stage("first"), stage("blocked"), stage("last")];
-        fs::create_dir(folder.join("blocked")).unwrap(); // no file takes the name of a folder
+        fs::create_dir(folder.join("blocked")).unwrap(); // a file can not replace a folder
         assert!(publish_files(files).is_err());
         assert!(!folder.join("first").exists() && !folder.join("last").exists());
         assert_eq!(names(), 2, "the old file and the folder");

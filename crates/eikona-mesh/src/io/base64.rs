@@ -1,11 +1,11 @@
-//! Base64 as glTF and VTK files hold it. Own code, because VTK joins pieces that were padded one by
-//! one, which decoders of whole texts refuse.
+//! Base64 as used in glTF and VTK files. Implemented here because VTK concatenates separately
+//! padded pieces, which decoders of whole texts reject.
 
 const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 const NO_DIGIT: u8 = 64;
 
-/// The value of each letter; `-` and `_` are those of the URL alphabet.
+/// The value of each letter; `-` and `_` belong to the URL alphabet.
 const DIGIT: [u8; 256] = {
     let mut digit = [NO_DIGIT; 256];
     let mut value = 0;
@@ -18,7 +18,7 @@ const DIGIT: [u8; 256] = {
     digit
 };
 
-/// The text of these bytes, padded.
+/// Encodes bytes, with padding.
 pub(super) fn encode(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for group in bytes.chunks(3) {
@@ -32,11 +32,10 @@ pub(super) fn encode(bytes: &[u8]) -> String {
     text
 }
 
-/// Decodes piece by piece; blanks and line ends are passed over, padding may stand after any group
-/// of four.
+/// Decodes piece by piece; skips blanks and line ends, and allows padding after any group of four.
 pub(super) struct Decoder<'a> {
     text: &'a [u8],
-    /// Bytes of the last group that were not asked for yet.
+    /// Bytes of the last group that were not requested yet.
     pending: [u8; 3],
     pending_count: usize,
 }
@@ -46,7 +45,7 @@ impl<'a> Decoder<'a> {
         Decoder { text, pending: [0; 3], pending_count: 0 }
     }
 
-    /// The next bytes, or `None` when there are not so many or a letter is none of base64.
+    /// Returns the next bytes, or `None` if there are fewer or a letter is not base64.
     pub fn read(&mut self, count: usize) -> Option<Vec<u8>> {
         if count > self.text.len() / 4 * 3 + 6 {
             return None;
@@ -68,7 +67,7 @@ impl<'a> Decoder<'a> {
         Some(bytes)
     }
 
-    /// All bytes that are left.
+    /// Returns all remaining bytes.
     pub fn read_all(mut self) -> Option<Vec<u8>> {
         let mut bytes = self.pending[..self.pending_count].to_vec();
         bytes.reserve(self.text.len() / 4 * 3);
@@ -83,8 +82,8 @@ impl<'a> Decoder<'a> {
         }
     }
 
-    /// Groups of four digits without anything between them, as long as all their bytes are asked
-    /// for: the bulk of a text.
+    /// Decodes uninterrupted groups of four digits while all their bytes are requested: the bulk of
+    /// a text.
     fn read_plain_groups(&mut self, count: usize, bytes: &mut Vec<u8>) {
         while let Some((group, rest)) = self.text.split_first_chunk::<4>() {
             let digits = group.map(|letter| DIGIT[usize::from(letter)]);
@@ -101,7 +100,7 @@ impl<'a> Decoder<'a> {
         let (mut bits, mut digits, mut padding) = (0, 0, 0);
         while digits + padding < 4 {
             let Some((&letter, rest)) = self.text.split_first() else {
-                // Data URIs may leave the last padding out.
+                // Data URIs may omit the final padding.
                 if digits < 2 {
                     return None;
                 }

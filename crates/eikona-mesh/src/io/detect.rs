@@ -1,15 +1,15 @@
-//! Format detection: by content first, by file name where the content does not decide.
+//! Format detection by content, or by file name if the content does not decide.
 
 use super::text::decode_text;
 use super::words::Words;
 use super::{MeshFormat, off, stl};
 use std::path::Path;
 
-/// Bytes that are examined; comments before the first statement may be long.
+/// Number of bytes examined; comments before the first statement may be long.
 const HEAD: usize = 1 << 16;
 
 impl MeshFormat {
-    /// Format of a file name's extension, ignoring a final `.gz`.
+    /// Returns the format of a file name's extension, ignoring a final `.gz`.
     ///
     /// ```
     /// use eikona_mesh::io::MeshFormat;
@@ -31,7 +31,8 @@ impl MeshFormat {
         })
     }
 
-    /// Format of the content, judged by its first bytes and, for binary STL, its length.
+    /// Returns the format of the content, judged by its first bytes and, for binary STL, its
+    /// length.
     ///
     /// ```
     /// use eikona_mesh::io::MeshFormat;
@@ -71,7 +72,8 @@ impl MeshFormat {
         }
     }
 
-    /// Format of the content if [`sniff`](Self::sniff) recognises it, else that of the name.
+    /// Returns the format of the content if [`sniff`](Self::sniff) recognises it, else that of the
+    /// name.
     ///
     /// ```
     /// use eikona_mesh::io::MeshFormat;
@@ -84,17 +86,17 @@ impl MeshFormat {
     }
 }
 
-/// Whether a text contains an ASCII word, ignoring case.
+/// Returns whether a text contains an ASCII word, ignoring case.
 fn contains(text: &[u8], part: &[u8]) -> bool {
     text.windows(part.len()).any(|w| w.eq_ignore_ascii_case(part))
 }
 
-/// Kind of file and remedy, for content that is recognised but cannot be read.
+/// Returns the kind of file and the remedy, for content that is recognised but not supported.
 pub(super) fn foreign(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
     const UNPACK: &str = "unpack it first";
     const EXPORT: &str = "export the mesh as .obj, .ply, .stl, .off, .glb or .vtp";
     const KINDS: [(&[u8], &str, &str); 18] = [
-        (b"version https://git-lfs", "a pointer of Git LFS", "fetch the file itself with `git lfs pull`"),
+        (b"version https://git-lfs", "a Git LFS pointer", "fetch the file itself with `git lfs pull`"),
         (b"<!doctype html", "an HTML page", "download the file itself"),
         (b"<html", "an HTML page", "download the file itself"),
         (b"PK\x03\x04", "a ZIP archive (as 3MF files are)", UNPACK),
@@ -111,7 +113,7 @@ pub(super) fn foreign(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
         (b"PXR-USDC", "a USD file", EXPORT),
         (b"#VRML", "a VRML file", EXPORT),
         (b"%PDF", "a PDF file", EXPORT),
-        (b"\x93NUMPY", "an array of numpy", EXPORT),
+        (b"\x93NUMPY", "a NumPy array", EXPORT),
     ];
     let head = decode_text(bytes.get(..HEAD).unwrap_or(bytes));
     let begins = |magic: &[u8]| head.get(..magic.len()).is_some_and(|h| h.eq_ignore_ascii_case(magic));

@@ -4,18 +4,18 @@ use crate::error::{Fault, FileError, MeshError};
 use crate::id::Face;
 use crate::polygon::PolygonMesh;
 
-/// The faces read so far. Indices are checked at the end: a file may list its faces before its
-/// vertices.
+/// The faces read so far. Indices are checked at the end, since a file may list its faces before
+/// its vertices.
 #[derive(Default)]
 pub(super) struct Faces {
     mesh: PolygonMesh,
     corners: usize,
-    /// The indices that do not fit below [`OUTSIDE`], in order; `OUTSIDE` stands for each of them
-    /// in the mesh.
+    /// The indices that are not below [`OUTSIDE`], in order; the mesh contains `OUTSIDE` in place
+    /// of each.
     outside: Vec<i64>,
 }
 
-/// No mesh has a vertex of this index, so it is always out of range.
+/// No mesh has a vertex with this index, so it is always out of range.
 const OUTSIDE: u32 = u32::MAX;
 
 impl Faces {
@@ -23,10 +23,10 @@ impl Faces {
         self.mesh.face_count()
     }
 
-    /// Adds a polygon of 0-based indices as they stand in the file.
+    /// Adds a polygon of 0-based indices as given in the file.
     ///
     /// # Errors
-    /// [`MeshError::TooLarge`] when the corners can no longer be counted in 32 bits.
+    /// [`MeshError::TooLarge`] if the number of corners exceeds 32 bits.
     pub fn push(&mut self, corners: &[i64]) -> Result<(), FileError> {
         self.corners += corners.len();
         if self.corners > u32::MAX as usize {
@@ -43,9 +43,9 @@ impl Faces {
         Ok(())
     }
 
-    /// The triangles of a strip, every second one turned so that all wind alike; -1 starts a new
-    /// strip. Returns how many triangles were left out because two of their corners agree (that is
-    /// how strips are stitched together).
+    /// Adds the triangles of a strip, every second one reversed so that all are consistently
+    /// oriented; -1 starts a new strip. Returns the number of triangles omitted because two of
+    /// their corners coincide (which is how strips are stitched together).
     pub fn push_strip(&mut self, strip: &[i64]) -> Result<usize, FileError> {
         let mut stitches = 0;
         for run in strip.split(|&index| index == -1) {
@@ -60,10 +60,10 @@ impl Faces {
         Ok(stitches)
     }
 
-    /// The mesh of these positions and all faces.
+    /// Builds the mesh with these positions and all faces.
     ///
     /// # Errors
-    /// [`MeshError::Invalid`] with every index that names no vertex.
+    /// [`MeshError::Invalid`] with every index without a vertex.
     pub fn finish(mut self, positions: Vec<[f64; 3]>) -> Result<PolygonMesh, FileError> {
         let vertices = positions.len();
         let mut outside = self.outside.into_iter();

@@ -1,8 +1,8 @@
-//! glTF 2.0, read: the geometry of a scene as one mesh.
+//! glTF 2.0 reader: the geometry of a scene as one mesh.
 //!
-//! Own reader: the iterators of the crate gltf 1.4 add offsets without checking for overflow, never
-//! end at stride 0 and panic on some damaged files, such as a length of 0 in the header. It refuses
-//! JSON padded with zeros or in UTF-16. Only a small part of glTF is geometry.
+//! Own reader: the iterators of the crate gltf 1.4 add offsets without overflow checks, never end
+//! at stride 0 and panic on some damaged files, such as a length of 0 in the header. It also
+//! rejects JSON padded with zeros or in UTF-16. Only a small part of glTF is geometry.
 
 use super::gltf_buffers::{Accessor, Buffer, BufferView, Data};
 use super::text::decode_text;
@@ -15,24 +15,24 @@ use std::path::Path;
 
 pub(super) const GLTF: &str = "glTF";
 
-/// The meshes of a glTF scene, from a `.glb` or from JSON whose buffers are data URIs, as
-/// [`read_mesh`](super::read_mesh) says.
+/// Reads the meshes of a glTF scene, from a `.glb` or from JSON whose buffers are data URIs, as
+/// described at [`read_mesh`](super::read_mesh).
 ///
-/// The nodes of the scene are walked depth first; each primitive is placed by its node and
+/// The nodes of the scene are visited depth first; each primitive is placed by its node and
 /// appended. Primitives of one mesh that share their vertices keep sharing them. Triangles, strips
-/// and fans become faces (turned over where a node mirrors them), lines become lines. Scalar
+/// and fans become faces (reversed where a node mirrors them), lines become lines. Scalar
 /// attributes whose name begins with `_` become vertex scalars without it. Materials, normals,
-/// texture coordinates and animations are passed over, skins and morph targets with a warning; the
-/// transform of a skinned mesh's node does not count, as the specification has it.
+/// texture coordinates and animations are skipped, skins and morph targets with a warning; the
+/// transform of a skinned mesh's node is ignored, as the specification requires.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the element, also for a buffer that is missing;
-/// [`FileError::Unsupported`] for compressed geometry and glTF 1.
+/// [`FileError::Syntax`] with the element, also for a missing buffer; [`FileError::Unsupported`]
+/// for compressed geometry and glTF 1.
 pub fn read_gltf(bytes: &[u8]) -> Result<MeshFile, FileError> {
     read(bytes, None)
 }
 
-/// As [`read_gltf`], with buffers in other files of this folder.
+/// Reads like [`read_gltf`], with buffers in other files of this folder.
 pub(super) fn read_beside(bytes: &[u8], folder: &Path) -> Result<MeshFile, FileError> {
     read(bytes, Some(folder))
 }
@@ -106,12 +106,12 @@ fn read(bytes: &[u8], folder: Option<&Path>) -> Result<MeshFile, FileError> {
     let root = parse(chunks.json)?;
     for extension in &root.extensions_required {
         // These change how surfaces look, or (quantization) only allow more component types, all of
-        // which are read.
+        // which are supported.
         let harmless =
             ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_mesh_quantization"];
         if !harmless.iter().any(|h| extension.starts_with(h)) {
             return Err(FileError::Unsupported(format!(
-                "the glTF file requires the extension {extension}, which is not read; export it without compression and extensions"
+                "the glTF file requires the extension {extension}, which is not supported; export it without compression and extensions"
             )));
         }
     }
@@ -119,12 +119,12 @@ fn read(bytes: &[u8], folder: Option<&Path>) -> Result<MeshFile, FileError> {
     let mut file = gltf_scene::read(&root, &data)?;
     if chunks.left_over > 0 {
         file.warnings
-            .push(format!("{} bytes after the announced end of the file were left out", chunks.left_over));
+            .push(format!("{} bytes after the end given in the header were ignored", chunks.left_over));
     }
     Ok(file)
 }
 
-/// Parses the part of the JSON that is needed.
+/// Parses the required part of the JSON.
 fn parse(json: &[u8]) -> Result<Root, FileError> {
     // Old exporters pad the chunk with zeros instead of spaces.
     let end = json.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
@@ -155,21 +155,21 @@ fn plain_words(message: &str) -> String {
         other => other,
     };
     let expected = match expected {
-        "usize" | "u32" | "u64" => "a whole number from 0 on",
+        "usize" | "u32" | "u64" => "an integer of 0 or more",
         "f64" => "a number",
         "a sequence" => "an array",
         "a map" => "an object",
         other if other.starts_with("struct ") => "an object",
         other => other,
     };
-    format!("{found} stands where {expected} is expected")
+    format!("expected {expected}, found {found}")
 }
 
-/// Chunks of a file.
+/// The chunks of a file.
 struct Chunks<'a> {
     json: &'a [u8],
     binary: Option<&'a [u8]>,
-    /// Number of bytes after the announced end, other than padding.
+    /// Number of bytes after the end given in the header, other than padding.
     left_over: usize,
 }
 
@@ -180,13 +180,13 @@ fn glb_chunks(bytes: &[u8]) -> Result<Chunks<'_>, FileError> {
         Some(u32::from_le_bytes(*bytes))
     };
     let cut_off = |at: usize| {
-        FileError::syntax("GLB", format!("byte {at}"), "the file ends inside a chunk; it is cut off")
+        FileError::syntax("GLB", format!("byte {at}"), "the file ends inside a chunk; it is truncated")
     };
     match word(4) {
         Some(2) => {}
         Some(version) => {
             return Err(FileError::Unsupported(format!(
-                "glTF version {version} is not read; convert the file to glTF 2"
+                "glTF version {version} is not supported; convert the file to glTF 2"
             )));
         }
         None => return Err(cut_off(4)),

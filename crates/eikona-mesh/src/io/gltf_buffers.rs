@@ -1,4 +1,4 @@
-//! The numbers behind the accessors of a glTF file, every offset checked.
+//! The data behind the accessors of a glTF file, with all offsets checked.
 
 use super::base64::Decoder;
 use super::gltf::{GLTF, Root};
@@ -67,17 +67,17 @@ pub(super) struct Buffer {
     byte_length: usize,
 }
 
-/// The accessors of a file with the bytes behind them.
+/// The accessors of a file and their data.
 pub(super) struct Data<'a> {
     root: &'a Root,
-    /// The buffers, or why one cannot be used: a file may name buffers that its geometry does not
+    /// The buffers, or why one is unusable: a file may refer to buffers that its geometry does not
     /// need.
     buffers: Vec<Result<Cow<'a, [u8]>, String>>,
     /// Number of elements that accessors without data may still create.
     zeros_left: Cell<usize>,
 }
 
-/// Location of elements in a buffer view.
+/// The location of elements in a buffer view.
 struct Place {
     view: usize,
     offset: usize,
@@ -88,7 +88,7 @@ struct Place {
 }
 
 impl<'a> Data<'a> {
-    /// Gets all buffers: from the binary chunk of a `.glb`, from data URIs, or from files in
+    /// Loads all buffers: from the binary chunk of a `.glb`, from data URIs, or from files in
     /// `folder`.
     pub fn load(root: &'a Root, binary: Option<&'a [u8]>, folder: Option<&Path>) -> Self {
         let load = |(b, buffer): (usize, &Buffer)| {
@@ -102,7 +102,7 @@ impl<'a> Data<'a> {
             };
             if bytes.len() < buffer.byte_length {
                 return Err(format!(
-                    "{} bytes are announced, but it has {}; it is cut off",
+                    "it has {1} bytes instead of {0}; it is truncated",
                     buffer.byte_length,
                     bytes.len()
                 ));
@@ -115,22 +115,22 @@ impl<'a> Data<'a> {
         Data { root, buffers, zeros_left: Cell::new(bytes.max(ZEROS)) }
     }
 
-    /// Whether an accessor has one component.
+    /// Returns whether an accessor has one component.
     pub fn is_scalar(&self, accessor: usize) -> bool {
         self.root.accessors.get(accessor).is_some_and(|a| a.shape == "SCALAR")
     }
 
-    /// Whether an accessor refers to no data.
+    /// Returns whether an accessor refers to no data.
     pub fn is_empty(&self, accessor: usize) -> bool {
         self.root.accessors.get(accessor).is_some_and(|a| a.buffer_view.is_none() && a.sparse.is_none())
     }
 
-    /// The number of elements that an accessor announces.
+    /// Returns the number of elements that an accessor declares.
     pub fn count(&self, accessor: usize) -> usize {
         self.root.accessors.get(accessor).map_or(0, |a| a.count)
     }
 
-    /// Vectors of N components; normalized integers are mapped to [0, 1] or [-1, 1].
+    /// Returns vectors of N components; normalized integers are mapped to [0, 1] or [-1, 1].
     pub fn floats<const N: usize>(&self, accessor: usize, user: &str) -> Result<Vec<[f64; N]>, FileError> {
         let (accessor, mut values) = self.elements(accessor, user)?;
         let scale = match (accessor.normalized, accessor.component_type) {
@@ -144,19 +144,21 @@ impl<'a> Data<'a> {
         Ok(values)
     }
 
-    /// Vertex indices.
+    /// Returns vertex indices.
     pub fn indices(&self, accessor: usize, user: &str) -> Result<Vec<i64>, FileError> {
         if let Some(kind) = self.root.accessors.get(accessor).map(|a| a.component_type)
             && !matches!(kind, 5121 | 5123 | 5125)
         {
-            let problem = format!("component type {kind} is none of indices; 5121, 5123 and 5125 are");
+            let problem =
+                format!("component type {kind} is not valid for indices; expected 5121, 5123 or 5125");
             return Err(FileError::syntax(GLTF, format!("accessor {accessor}"), problem));
         }
         let (_, values) = self.elements::<1>(accessor, user)?;
         Ok(values.into_iter().map(|[x]| x as i64).collect())
     }
 
-    /// Unscaled values of an accessor: from its view, or zeros without one, then the sparse ones.
+    /// Returns the unscaled values of an accessor: from its view, or zeros without one, then the
+    /// sparse ones.
     fn elements<const N: usize>(
         &self,
         index: usize,
@@ -172,8 +174,9 @@ impl<'a> Data<'a> {
             return Err(fault(format!("its type is \"{}\", expected {expected}", accessor.shape)));
         }
         let kind = accessor.component_type;
-        let component_size = component_size(kind)
-            .ok_or_else(|| fault(format!("component type {kind} is not known; 5120 to 5126 but 5124 are")))?;
+        let component_size = component_size(kind).ok_or_else(|| {
+            fault(format!("unknown component type {kind}; expected 5120 to 5123, 5125 or 5126"))
+        })?;
         let size = N * component_size;
         let vector = |bytes: &[u8]| {
             let mut values = [0.0; N];
@@ -190,7 +193,7 @@ impl<'a> Data<'a> {
             }
             None => {
                 let left = self.zeros_left.get().checked_sub(count).ok_or_else(|| {
-                    fault(format!("it has no buffer view, and {count} zeros are more than such a file needs"))
+                    fault(format!("it has no buffer view, and {count} zeros are too many for such a file"))
                 })?;
                 self.zeros_left.set(left);
                 vec![[0.0; N]; count]
@@ -199,7 +202,9 @@ impl<'a> Data<'a> {
         if let Some(Sparse { count, indices, values: replacing }) = &accessor.sparse {
             let kind = indices.component_type;
             let index_size = component_size_of_index(kind).ok_or_else(|| {
-                fault(format!("component type {kind} is none of sparse indices; 5121, 5123 and 5125 are"))
+                fault(format!(
+                    "component type {kind} is not valid for sparse indices; expected 5121, 5123 or 5125"
+                ))
             })?;
             let place = |view, offset, size| Place { view, offset, count: *count, size, strided: false };
             let places = self.bytes(place(indices.buffer_view, indices.byte_offset, index_size), &fault)?;
@@ -216,7 +221,7 @@ impl<'a> Data<'a> {
         Ok((accessor, values))
     }
 
-    /// The bytes of each element.
+    /// Returns the bytes of each element.
     fn bytes(
         &self,
         place: Place,
@@ -225,13 +230,13 @@ impl<'a> Data<'a> {
         let Place { view, offset, count, size, strided } = place;
         let views = &self.root.buffer_views;
         let view = views.get(view).ok_or_else(|| {
-            fault(format!("it names buffer view {view}, but there are {}, numbered from 0", views.len()))
+            fault(format!("buffer view {view} does not exist: there are {}, numbered from 0", views.len()))
         })?;
         let stride = view.byte_stride.filter(|_| strided).unwrap_or(size);
         if stride < size {
-            return Err(fault(format!("its elements have {size} bytes, but lie {stride} bytes apart")));
+            return Err(fault(format!("its elements have {size} bytes but a stride of {stride}")));
         }
-        let past_end = || fault("its buffer view reaches past the end of its buffer".into());
+        let past_end = || fault("its buffer view extends past the end of its buffer".into());
         let buffer = self.buffers.get(view.buffer).ok_or_else(past_end)?.as_ref();
         let buffer = buffer.map_err(|why| FileError::syntax(GLTF, format!("buffer {}", view.buffer), why))?;
         let bytes = buffer
@@ -244,7 +249,7 @@ impl<'a> Data<'a> {
         };
         if needed.is_none_or(|n| n > bytes.len()) {
             let problem = format!(
-                "{count} elements of {size} bytes are announced, but the view has {} bytes for them",
+                "it declares {count} elements of {size} bytes, but the view has {} bytes for them",
                 bytes.len()
             );
             return Err(fault(problem));
@@ -275,34 +280,36 @@ fn component(bytes: &[u8], kind: u32) -> f64 {
         (5123, &[a, b]) => f64::from(u16::from_le_bytes([a, b])),
         (5125, &[a, b, c, d]) => f64::from(u32::from_le_bytes([a, b, c, d])),
         (5126, &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
-        _ => f64::NAN, // sizes and types have been matched in `elements`
+        _ => f64::NAN, // `elements` has matched sizes and types
     }
 }
 
-/// The bytes of a data URI without its "data:".
+/// Decodes a data URI without its "data:".
 fn inline(data: &str) -> Option<Vec<u8>> {
     let (kind, text) = data.split_once(',')?;
     if kind.ends_with(";base64") { Decoder::new(text.as_bytes()).read_all() } else { None }
 }
 
-/// The bytes of a file that a URI names, or why they can not be had.
+/// Reads the file at a URI, or returns why that fails.
 fn beside(uri: &str, folder: Option<&Path>) -> Result<Vec<u8>, String> {
     let Some(folder) = folder else {
         return Err(format!(
-            "its data are in another file, \"{uri}\"; read the glTF file by its path, or convert it to .glb"
+            "its data is in another file, \"{uri}\"; read the glTF file by its path, or convert it to .glb"
         ));
     };
     let name = PathBuf::from(percent_decoded(uri));
     let plain = name.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
     if !plain || uri.contains("://") {
         return Err(format!(
-            "its file \"{uri}\" does not lie in the folder of the glTF file; put it there, or convert the file to .glb"
+            "its file \"{uri}\" is not in the folder of the glTF file; put it there, or convert the file to .glb"
         ));
     }
     fs::read(folder.join(&name)).map_err(|fault| {
         let name = name.display();
         if fault.kind() == ErrorKind::NotFound {
-            format!("its file {name} is not there; put it beside the glTF file, or export the mesh as .glb")
+            format!(
+                "its file {name} does not exist; put it next to the glTF file, or export the mesh as .glb"
+            )
         } else {
             format!("its file {name} can not be read ({fault})")
         }

@@ -25,7 +25,7 @@ fn apply(m: &Place, p: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|r| m[0][r] * p[0] + m[1][r] * p[1] + m[2][r] * p[2] + m[3][r])
 }
 
-/// First `b`, then `a`.
+/// Composes two maps: first `b`, then `a`.
 fn compose(a: &Place, b: &Place) -> Place {
     let column = |k: usize| [0, 1, 2].map(|r| a[0][r] * b[k][0] + a[1][r] * b[k][1] + a[2][r] * b[k][2]);
     [column(0), column(1), column(2), apply(a, b[3])]
@@ -54,11 +54,15 @@ impl Node {
 }
 
 fn missing(place: String, what: &str, index: usize, count: usize) -> FileError {
-    FileError::syntax(GLTF, place, format!("it names {what} {index}, but there are {count}, numbered from 0"))
+    FileError::syntax(
+        GLTF,
+        place,
+        format!("{what} {index} does not exist: there are {count}, numbered from 0"),
+    )
 }
 
-/// Node, mesh and place of every mesh in the scene, depth first. Without nodes, every mesh where it
-/// is.
+/// Returns node, mesh and transform of every mesh in the scene, depth first. Without nodes, returns
+/// every mesh untransformed.
 fn placed_meshes(root: &Root) -> Result<Vec<(usize, usize, Place)>, FileError> {
     if root.nodes.is_empty() {
         return Ok((0..root.meshes.len()).map(|mesh| (0, mesh, IDENTITY)).collect());
@@ -81,7 +85,7 @@ fn placed_meshes(root: &Root) -> Result<Vec<(usize, usize, Place)>, FileError> {
     while let Some((n, parent)) = stack.pop() {
         let node = root.nodes.get(n).ok_or_else(|| missing("scene".into(), "node", n, root.nodes.len()))?;
         if std::mem::replace(&mut seen[n], true) {
-            let problem = "it is met twice in the scene; a node has one parent";
+            let problem = "it occurs twice in the scene; a node can have only one parent";
             return Err(FileError::syntax(GLTF, format!("node {n}"), problem));
         }
         let place = compose(&parent, &node.place());
@@ -95,7 +99,7 @@ fn placed_meshes(root: &Root) -> Result<Vec<(usize, usize, Place)>, FileError> {
     Ok(placed)
 }
 
-/// Refuses a primitive whose data exists only in compressed form.
+/// Fails if a primitive's data exists only in compressed form.
 fn refuse_compression(data: &Data, primitive: &Primitive, name: &str) -> Result<(), FileError> {
     const DRACO: &str = "KHR_draco_mesh_compression";
     let has_no_data = |&accessor: &usize| data.is_empty(accessor);
@@ -103,7 +107,7 @@ fn refuse_compression(data: &Data, primitive: &Primitive, name: &str) -> Result<
         && primitive.attributes.values().chain(&primitive.indices).any(has_no_data)
     {
         return Err(FileError::Unsupported(format!(
-            "{name} is compressed by {DRACO}, which is not read; export the file without compression"
+            "{name} is compressed with {DRACO}, which is not supported; export the file without compression"
         )));
     }
     Ok(())
@@ -115,7 +119,7 @@ struct Collected {
     faces: Faces,
     lines: Vec<Vec<u32>>,
     scalars: Vec<(String, Vec<f64>)>,
-    /// Names of scalars that some primitive does not have.
+    /// Names of scalars that some primitives lack.
     incomplete: BTreeSet<String>,
     stitches: usize,
     /// Nodes with skins, and nodes with instances of their mesh.
@@ -140,8 +144,7 @@ impl Collected {
             self.skinned.extend(n.skin.map(|_| node));
             self.instanced.extend(n.extensions.contains_key("EXT_mesh_gpu_instancing").then_some(node));
         }
-        // First vertex and number of vertices of what has been appended, by the accessors it came
-        // from.
+        // First vertex and number of vertices of the appended data, by the accessors it came from.
         let mut appended: BTreeMap<Vec<(&str, usize)>, (usize, usize)> = BTreeMap::new();
         for (p, primitive) in mesh.primitives.iter().enumerate() {
             let name = format!("mesh {m}, primitive {p}");
@@ -252,8 +255,8 @@ impl Collected {
                 }
             }
             5 => {
-                // A doubled first vertex turns every triangle of the strip over; it makes one
-                // stitch of its own.
+                // Doubling the first vertex reverses every triangle of the strip and adds one
+                // stitch.
                 let doubled = if mirrored { indices.first() } else { None };
                 let strip: Vec<i64> = doubled.into_iter().chain(indices).copied().collect();
                 let stitches = self.faces.push_strip(&strip)?;
@@ -266,7 +269,7 @@ impl Collected {
                 }
             }
             _ => {
-                let problem = format!("mode {mode} is not known; 0 to 6 are");
+                let problem = format!("unknown mode {mode}; expected 0 to 6");
                 return Err(FileError::syntax(GLTF, name, problem));
             }
         }
@@ -278,32 +281,31 @@ impl Collected {
         let mut warnings = Vec::new();
         for (name, values) in &mut self.scalars {
             if values.len() < vertices || self.incomplete.contains(name) {
-                warnings.push(format!("not every vertex has a value _{name}; NaN stands for the others"));
+                warnings.push(format!("some vertices have no value _{name}; it is NaN there"));
             }
             values.resize(vertices, f64::NAN);
         }
         if self.stitches > 0 {
-            warnings.push(format!("{} triangles without area that join strips were left out", self.stitches));
+            warnings.push(format!("{} degenerate triangles that join strips were omitted", self.stitches));
         }
         if vertices == 0 {
-            warnings.push("the scene holds no mesh".into());
+            warnings.push("the scene contains no mesh".into());
         }
         if let Some(node) = self.skinned.first() {
             warnings.push(format!(
-                "{} skinned meshes (first: node {node}) were read as stored: joints are ignored, and by the specification so is the transform of \
+                "{} skinned meshes (first: node {node}) were read as stored: their joints are ignored and, as the specification requires, so is the transform of \
                  the node",
                 self.skinned.len()
             ));
         }
         if let Some(mesh) = self.morphed.first() {
             let count = self.morphed.len();
-            warnings
-                .push(format!("the morph targets of {count} meshes (first: mesh {mesh}) were passed over"));
+            warnings.push(format!("the morph targets of {count} meshes (first: mesh {mesh}) were ignored"));
         }
         if let Some(node) = self.instanced.first() {
             let count = self.instanced.len();
             warnings.push(format!(
-                "{count} nodes (first: node {node}) have instances of their mesh, which were left out"
+                "{count} nodes (first: node {node}) have instances of their mesh, which were ignored"
             ));
         }
         let mesh = self.faces.finish(self.positions)?;

@@ -1,4 +1,4 @@
-//! glTF 2.0, written: one mesh of triangles and lines, with a custom attribute for each scalar.
+//! glTF 2.0 writer: one mesh of triangles and lines, with a custom attribute per scalar.
 
 use super::MeshOut;
 use super::base64;
@@ -15,16 +15,16 @@ const POINTS: u32 = 0;
 const LINES: u32 = 1;
 const TRIANGLES: u32 = 4;
 
-/// Writes a `.glb`. Positions and scalars are 32-bit floats, as glTF asks; a scalar `name` is the
-/// attribute `_name`. NaN in a scalar is written as it is, though strict validators complain: any
-/// number in its place would be false. Colours are made linear, as glTF defines them, and are
-/// floats, because MeshLab misreads 16-bit ones. Lines are a second primitive over the same
-/// vertices. A mesh far from the origin is stored relative to an offset, the translation of its
-/// node.
+/// Writes a `.glb`. Positions and scalars are 32-bit floats, as glTF requires; a scalar `name` is
+/// the attribute `_name`. NaN in a scalar is written as is, though strict validators complain: any
+/// number in its place would be wrong. Colours are converted to linear, as glTF defines them, and
+/// stored as floats, because MeshLab misreads 16-bit ones. Lines are a second primitive over the
+/// same vertices. A mesh far from the origin is stored relative to an offset, the translation of
+/// its node.
 pub(super) fn write_glb(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     let mut parts = Parts::of(mesh);
     let mut json = serde_json::to_vec(&parts.root(None))?;
-    // Chunks end at multiples of four: JSON filled with blanks, binary with zeros.
+    // Chunks end at multiples of four: JSON is padded with blanks, binary with zeros.
     json.resize(json.len().next_multiple_of(4), b' ');
     parts.bytes.resize(parts.bytes.len().next_multiple_of(4), 0);
     let total = 12 + 8 + json.len() + 8 + parts.bytes.len();
@@ -40,7 +40,7 @@ pub(super) fn write_glb(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     out.write_all(&parts.bytes)
 }
 
-/// Writes the same as JSON with the buffer as a data URI.
+/// Writes the same as JSON, with the buffer as a data URI.
 pub(super) fn write_gltf(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     let parts = Parts::of(mesh);
     let uri = format!("data:application/octet-stream;base64,{}", base64::encode(&parts.bytes));
@@ -50,7 +50,7 @@ pub(super) fn write_gltf(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> 
 
 #[derive(Default)]
 struct Parts {
-    /// Offset subtracted from the positions: the translation of the node.
+    /// The offset subtracted from the positions: the translation of the node.
     offset: [f64; 3],
     bytes: Vec<u8>,
     views: Vec<Value>,
@@ -98,7 +98,7 @@ impl Parts {
         parts.add_primitive(&attributes, corners, TRIANGLES);
         let segments = mesh.lines.iter().flat_map(|line| line.windows(2)).flatten().copied();
         parts.add_primitive(&attributes, segments, LINES);
-        // Without this, vertices that nothing joins would be lost. Lines of one node join nothing.
+        // Without this, isolated vertices would be lost. Lines of one node join nothing.
         if parts.primitives.is_empty() {
             parts.primitives.push(json!({ "attributes": attributes, "mode": POINTS }));
         }
@@ -171,7 +171,7 @@ impl Parts {
     }
 }
 
-/// The linear value of an sRGB value in 255ths (IEC 61966-2-1).
+/// Converts an sRGB value in 255ths to linear (IEC 61966-2-1).
 fn linear(srgb: u8) -> f32 {
     let s = f32::from(srgb) / 255.0;
     if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }

@@ -1,23 +1,23 @@
-//! Meshes from files and to files. Readers take bytes and keep the order and count of vertices and
-//! faces; nothing is welded, dropped or turned. Writers say what their format could not hold, and
-//! leave no half-written file behind.
+//! Mesh file input and output. Readers take bytes and keep the order and count of vertices and
+//! faces; nothing is welded, dropped or flipped. Writers report what their format could not hold,
+//! and leave no half-written file behind.
 //!
 //! | format | read | written |
 //! |---|---|---|
 //! | OBJ | polygons, `l` lines, vertex colours, texture coordinates | polygons, lines, colours, texture coordinates, a scalar as texture u |
 //! | PLY | ascii and binary; polygons, strips, edges; all scalar properties | ascii or binary; all but polylines of more than 2 nodes stay whole |
-//! | STL | ascii and binary, three vertices a facet | ascii or binary, triangles only |
+//! | STL | ascii and binary, three vertices per facet | ascii or binary, triangles only |
 //! | OFF | with colours and normals | polygons, colours |
 //! | GLB, glTF | all primitives, placed by their nodes; `_NAME` scalars | GLB: triangles, lines, scalars, colours |
 //! | VTP | ascii, base64 and raw data, zlib | polygons, lines, scalars, colours |
 //!
 //! Text may be UTF-8, UTF-16 or UTF-32. Writing to a format of 32-bit floats (STL, GLB, glTF) gives
-//! a warning if they cannot hold the coordinates; glTF keeps an offset in the translation of its
-//! node.
+//! a warning if they can not represent the coordinates; glTF keeps an offset in the translation of
+//! its node.
 //!
 //! Coordinates that are NaN or infinite are kept as read;
-//! [`TriangleMesh::new`](crate::TriangleMesh::new) refuses them with the vertex. What a file's
-//! header announces is checked against its length before memory is set aside.
+//! [`TriangleMesh::new`](crate::TriangleMesh::new) then reports their vertices. Counts in a file's
+//! header are checked against its length before memory is allocated.
 
 mod atomic;
 mod base64;
@@ -62,7 +62,7 @@ use std::fs;
 use std::io::Read;
 use std::path::Path;
 
-/// A file format for meshes.
+/// A mesh file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MeshFormat {
     /// Wavefront OBJ.
@@ -73,16 +73,16 @@ pub enum MeshFormat {
     Stl,
     /// Object File Format of Geomview.
     Off,
-    /// glTF 2.0 in one binary file.
+    /// glTF 2.0 as a single binary file.
     Glb,
     /// glTF 2.0 as JSON.
     Gltf,
-    /// PolyData of VTK, as XML.
+    /// VTK PolyData, as XML.
     Vtp,
 }
 
 impl MeshFormat {
-    /// The usual name of the format: "OBJ", "glTF".
+    /// Returns the usual name of the format: "OBJ", "glTF".
     ///
     /// ```
     /// use eikona_mesh::io::MeshFormat;
@@ -101,7 +101,7 @@ impl MeshFormat {
     }
 }
 
-/// What a mesh file holds.
+/// The contents of a mesh file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshFile {
     /// Vertices and polygons in the order of the file.
@@ -110,39 +110,36 @@ pub struct MeshFile {
     pub lines: Vec<Vec<u32>>,
     /// Isolated points (`p` lines of OBJ), as 0-based vertices. Not written.
     pub points: Vec<u32>,
-    /// Named values, one a vertex, in the order of the file. NaN where the file has none.
+    /// Named values, one per vertex, in the order of the file. NaN where the file has none.
     pub vertex_scalars: Vec<(String, Vec<f64>)>,
-    /// Named values, one a face, in the order of the file. NaN where the file has none.
+    /// Named values, one per face, in the order of the file. NaN where the file has none.
     pub face_scalars: Vec<(String, Vec<f64>)>,
-    /// Texture coordinates u, v, one a corner, in the order of the faces and their corners: of OBJ
-    /// files in which every corner has them. [`MeshOut::from`](MeshOut) passes them over.
+    /// Texture coordinates u, v, one pair per corner, in the order of the faces and their corners;
+    /// from OBJ files in which every corner has them. [`MeshOut::from`](MeshOut) ignores them.
     pub corner_uvs: Option<Vec<[f64; 2]>>,
-    /// What was left out or looked odd, one sentence each.
+    /// What was omitted or looked odd, one sentence each.
     pub warnings: Vec<String>,
 }
 
-/// A file holds at most this many bytes (uncompressed), so that 32-bit indices can name what is in
-/// it.
+/// The maximum size of a file in bytes (uncompressed), so that 32-bit indices suffice.
 const MOST_BYTES: u64 = u32::MAX as u64;
 
 /// Reads a mesh file in the format of its content, or of its name if the content does not decide.
 ///
-/// A name that contradicts the content gives a warning. gzip is undone whatever the name. The
-/// buffers of a glTF file are looked for beside it.
+/// A name that contradicts the content gives a warning. gzip is decompressed whatever the name. The
+/// buffers of a glTF file are looked up next to it.
 ///
-/// # Errors
-/// [`FileError::Io`] when the file can not be read, [`FileError::Unsupported`] when its format is
-/// not known, else as [`read_mesh_bytes`]; every error but those of I/O is about the file named in
+/// [`FileError::Io`] if the file can not be read, [`FileError::Unsupported`] if its format is
+/// unknown, else as for [`read_mesh_bytes`]; every error except I/O errors is wrapped in
 /// [`FileError::InFile`].
 pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, FileError> {
     read_mesh_as(path, None).map(|(file, _)| file)
 }
 
-/// Reads a mesh file as [`read_mesh`] does, but in the given format if any. Also returns the
-/// format.
+/// Reads a mesh file like [`read_mesh`], in the given format if any. Also returns the format.
 ///
 /// # Errors
-/// As [`read_mesh`].
+/// As for [`read_mesh`].
 pub fn read_mesh_as(
     path: impl AsRef<Path>,
     format: Option<MeshFormat>,
@@ -165,10 +162,12 @@ fn read_detected(
     if given.or(by_content).is_none()
         && let Some((kind, remedy)) = detect::foreign(bytes)
     {
-        return Err(FileError::Unsupported(format!("the content is {kind}, which is not read; {remedy}")));
+        return Err(FileError::Unsupported(format!(
+            "the content is {kind}, which is not supported; {remedy}"
+        )));
     }
     let format = given.or(by_content).or(by_name).ok_or_else(|| {
-        let problem = "neither the name nor the content tells a mesh format; name it .obj, .ply, .stl, .off, .glb, .gltf or .vtp";
+        let problem = "the mesh format can not be determined from the name or the content; rename the file to end in .obj, .ply, .stl, .off, .glb, .gltf or .vtp";
         FileError::Unsupported(problem.into())
     })?;
     let mut file = match format {
@@ -177,14 +176,14 @@ fn read_detected(
         }
         format => read_mesh_bytes(bytes, format)?,
     };
-    // Both kinds of glTF have one reader.
+    // Both kinds of glTF have the same reader.
     let kind = |f: MeshFormat| if f == MeshFormat::Gltf { MeshFormat::Glb } else { f };
     if let Some(named) = by_name
         && kind(named) != kind(format)
         && given.is_none()
     {
         let warning = format!(
-            "the name says {0}, but the content is {1}; it was read as {1}",
+            "the file name suggests {0}, but the content is {1}; it was read as {1}",
             named.name(),
             format.name()
         );
@@ -193,13 +192,13 @@ fn read_detected(
     Ok((file, format))
 }
 
-/// Adds a warning if rounding to 32-bit floats has spoiled the mesh.
+/// Adds a warning if rounding to 32-bit floats has damaged the mesh.
 fn with_rounding_warning(mut file: MeshFile) -> MeshFile {
     file.warnings.extend(rounding::lost_digits(&file.mesh));
     file
 }
 
-/// Reads a mesh from the bytes of a file (not compressed). glTF must hold all its buffers.
+/// Reads a mesh from the bytes of a file (not compressed). glTF must contain all its buffers.
 ///
 /// ```
 /// use eikona_mesh::io::{MeshFormat, read_mesh_bytes};
@@ -210,15 +209,15 @@ fn with_rounding_warning(mut file: MeshFile) -> MeshFile {
 /// ```
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the line or element, [`FileError::Mesh`] with all faces that name
-/// vertices that do not exist, [`FileError::Unsupported`] for what is not read.
+/// [`FileError::Syntax`] with the line or element, [`FileError::Mesh`] with all faces that refer to
+/// vertices that do not exist, [`FileError::Unsupported`] for unsupported content.
 ///
 /// # Cost
-/// O(bytes). On one thread about 0.05 s for a million triangles of binary PLY.
+/// O(bytes). About 0.05 s for a million triangles of binary PLY on one thread.
 pub fn read_mesh_bytes(bytes: &[u8], format: MeshFormat) -> Result<MeshFile, FileError> {
     if bytes.len() as u64 > MOST_BYTES {
         return Err(FileError::Unsupported(format!(
-            "{} bytes are more than 4 GiB; split the mesh",
+            "the file has {} bytes, more than 4 GiB; split the mesh",
             bytes.len()
         )));
     }
@@ -233,13 +232,13 @@ pub fn read_mesh_bytes(bytes: &[u8], format: MeshFormat) -> Result<MeshFile, Fil
     read.map(with_rounding_warning)
 }
 
-/// The content of a file, with gzip undone.
+/// Reads a file and decompresses gzip.
 fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     let bytes = fs::read(path).map_err(|fault| FileError::io(path, fault))?;
     without_gzip(bytes, &path.display().to_string())
 }
 
-/// Undoes gzip where bytes begin like it; others are returned as they are. `name` is for the error.
+/// Decompresses bytes that begin like gzip; returns others unchanged. `name` is for the error.
 ///
 /// # Errors
 /// [`FileError::Syntax`] if the compressed data is damaged.

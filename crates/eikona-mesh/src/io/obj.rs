@@ -1,7 +1,7 @@
-//! Wavefront OBJ: `v`, `vt`, `f`, `l` and `p` lines; everything else is passed over.
+//! Wavefront OBJ: `v`, `vt`, `f`, `l` and `p` lines; everything else is ignored.
 //!
 //! Own reader: tobj triangulates or re-indexes by position/texture/normal triples, which loses the
-//! order and count of vertices, and drops `l` lines. Version 4.0 reads UTF-16 as an empty mesh.
+//! order and count of vertices, and it drops `l` lines. Version 4.0 reads UTF-16 as an empty mesh.
 
 use super::text::decode_text;
 use super::words::{Number, Words, integer, number, shown};
@@ -12,13 +12,13 @@ use std::io::{self, Write};
 
 const OBJ: &str = "OBJ";
 
-/// The mesh and lines of an OBJ text. Colours after the coordinates (`v x y z r g b`) become the
-/// vertex scalars `red`, `green` and `blue`; a single fourth number is a weight and is passed over;
-/// texture coordinates are kept if every corner of a face has them; normals are not kept.
+/// Reads the mesh and lines of an OBJ text. Colours after the coordinates (`v x y z r g b`) become
+/// the vertex scalars `red`, `green` and `blue`; a single fourth number is a weight and is ignored;
+/// texture coordinates are kept if every corner of every face has them; normals are not kept.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the line: a word that is no number, an index that is 0 or names no
-/// vertex, no vertex at all.
+/// [`FileError::Syntax`] with the line: a word that is not a number, an index that is 0 or out of
+/// range, no vertex at all.
 pub fn read_obj(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let text = decode_text(bytes);
     let mut words = Words::new(&text).with_comments().with_continuation(begins_statement);
@@ -55,8 +55,8 @@ pub fn read_obj(bytes: &[u8]) -> Result<MeshFile, FileError> {
     Ok(file)
 }
 
-/// Whether the text begins with a statement, which a backslash before it (as in `g C:\`) does not
-/// join.
+/// Returns whether the text begins with a statement. A backslash before it (as in `g C:\`) does not
+/// join the lines.
 fn begins_statement(line: &[u8]) -> bool {
     let mut words = Words::new(line);
     let (keyword, value) = (words.word_on_line(), words.word_on_line());
@@ -70,7 +70,7 @@ fn begins_statement(line: &[u8]) -> bool {
     }
 }
 
-/// What lists vertices.
+/// A statement that lists vertices.
 #[derive(Clone, Copy, PartialEq)]
 enum Keyword {
     Face,
@@ -83,9 +83,9 @@ struct Content {
     mesh: PolygonMesh,
     lines: Vec<Vec<u32>>,
     points: Vec<u32>,
-    /// Texture coordinates; NaN for what is no number.
+    /// Texture coordinates; NaN for what is not a number.
     textures: Vec<[f64; 2]>,
-    /// Which of them each corner of a face has, from 0; corners that have none are left out.
+    /// The 0-based texture index of each face corner that has one.
     corner_textures: Vec<usize>,
     /// Colours of the first vertices; NaN where a vertex before a coloured one has none.
     colours: Vec<[f64; 3]>,
@@ -104,13 +104,13 @@ impl Content {
         while let Some(word) = words.word_on_line() {
             let Some(value) = values.get_mut(count) else { break };
             *value = number(word).ok_or_else(|| {
-                words.fault(OBJ, format!("{} is not a number; v takes coordinates", shown(word)))
+                words.fault(OBJ, format!("{} is not a number; v expects coordinates", shown(word)))
             })?;
             count += 1;
         }
         let [x, y, z, r, g, b, _] = values;
         if count < 3 {
-            return Err(words.fault(OBJ, format!("v has {count} coordinates, 3 are needed")));
+            return Err(words.fault(OBJ, format!("v has {count} coordinates but needs 3")));
         }
         if count >= 6 {
             self.colours.resize(self.mesh.positions.len(), [f64::NAN; 3]);
@@ -120,15 +120,15 @@ impl Content {
         Ok(())
     }
 
-    /// u and v (0 if it is missing), as they are: nothing depends on them.
+    /// Reads u and v (0 if missing) without checks: nothing depends on them.
     fn texture(&mut self, words: &mut Words) {
         let mut coordinate =
             |missing: f64| words.word_on_line().map_or(missing, |w| number(w).unwrap_or(f64::NAN));
         self.textures.push([coordinate(f64::NAN), coordinate(0.0)]);
     }
 
-    /// Reads the vertices of an `f`, `l` or `p` line into `corners`; what follows a slash is
-    /// texture and normal.
+    /// Reads the vertices of an `f`, `l` or `p` line into `corners`; texture and normal indices
+    /// follow a slash.
     fn indices(&mut self, words: &mut Words, line: Keyword) -> Result<(), FileError> {
         let keyword = match line {
             Keyword::Face => "f",
@@ -148,20 +148,20 @@ impl Content {
                 self.corner_textures.extend(usize::try_from(from_0));
             }
             let index = integer(vertex).ok_or_else(|| {
-                words.fault(OBJ, format!("{keyword} names {}, which is no vertex number", shown(word)))
+                words.fault(OBJ, format!("{keyword} contains {}, which is not a vertex number", shown(word)))
             })?;
             if index == 0 {
                 let problem =
-                    format!("{keyword} names vertex 0; OBJ counts vertices from 1, or from -1 backwards");
+                    format!("{keyword} refers to vertex 0; OBJ counts vertices from 1, or backwards from -1");
                 return Err(words.fault(OBJ, problem));
             }
             self.corners.push(if index > 0 {
-                // past every vertex: reported as a forward reference
+                // beyond all vertices: reported as a forward reference
                 u32::try_from(index - 1).unwrap_or(u32::MAX)
             } else {
                 u32::try_from(vertices.saturating_add(index)).map_err(|_| {
                     let problem = format!(
-                        "{keyword} names vertex {index}, but only {vertices} vertices come before it; correct the index"
+                        "{keyword} refers to vertex {index}, but only {vertices} vertices precede it; correct the index"
                     );
                     words.fault(OBJ, problem)
                 })?
@@ -179,12 +179,12 @@ impl Content {
             return Err(FileError::syntax(
                 OBJ,
                 "whole file",
-                "there is no vertex (`v x y z`); is this an OBJ file?",
+                "the file has no vertices (`v x y z`); check that it is an OBJ file",
             ));
         }
         if let Some((line, index)) = self.forward.iter().find(|(_, index)| *index > vertices as i64) {
             let problem = format!(
-                "vertex {index} is named, but there are {vertices} vertices (1 to {vertices}); correct the index"
+                "vertex {index} does not exist: there are {vertices} vertices (1 to {vertices}); correct the index"
             );
             return Err(FileError::syntax(OBJ, format!("line {line}"), problem));
         }
@@ -200,7 +200,7 @@ impl Content {
             colours.resize(vertices, [f64::NAN; 3]);
             let bare = colours.iter().filter(|c| c[0].is_nan()).count();
             if bare > 0 {
-                file.warnings.push(format!("{bare} of {vertices} vertices have no colour; theirs is NaN"));
+                file.warnings.push(format!("{bare} of {vertices} vertices have no colour; it is NaN there"));
             }
             for (k, name) in ["red", "green", "blue"].into_iter().enumerate() {
                 file.vertex_scalars.push((name.into(), colours.iter().map(|c| c[k]).collect()));
@@ -210,9 +210,9 @@ impl Content {
     }
 }
 
-/// Writes `v`, `vt`, `f` and `l` lines. Corner texture coordinates are written one `vt` a corner;
-/// without them, the first vertex scalar is written as `vt value 0`, one a vertex, if the output
-/// asks for it.
+/// Writes `v`, `vt`, `f` and `l` lines. Corner texture coordinates are written as one `vt` per
+/// corner; without them, the first vertex scalar is written as `vt value 0`, one per vertex, if
+/// requested.
 pub(super) fn write_obj(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     for (i, &[x, y, z]) in mesh.positions().iter().enumerate() {
         write!(out, "v {} {} {}", Number(x), Number(y), Number(z))?;

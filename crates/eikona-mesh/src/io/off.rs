@@ -11,7 +11,7 @@ use std::io::{self, Write};
 
 const OFF: &str = "OFF";
 
-/// What the keyword in the first line announces about the vertices.
+/// What the keyword in the first line specifies about the vertices.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Header {
     normals: bool,
@@ -47,7 +47,7 @@ impl Header {
             .then_some((Header { normals, colours, texture, unsupported: dimensions || four }, digits))
     }
 
-    /// Names of the scalars per vertex that are kept, in the order of the file.
+    /// Returns the names of the vertex scalars that are kept, in the order of the file.
     fn scalars(self) -> impl Iterator<Item = &'static str> {
         let normals = if self.normals { &["nx", "ny", "nz"][..] } else { &[] };
         let colours = if self.colours { &["red", "green", "blue"][..] } else { &[] };
@@ -55,15 +55,15 @@ impl Header {
     }
 }
 
-/// The mesh of an OFF text. The keyword may be missing; the counts may follow it or be on lines of
-/// their own. Lines with several vertices or faces are read if there is only one way to do so.
-/// Normals of NOFF become the vertex scalars `nx`, `ny`, `nz`, colours of COFF `red`, `green`,
-/// `blue`, as they are written (0 to 1 or 0 to 255); other values after vertices and colours
-/// after faces are not kept.
+/// Reads the mesh of an OFF text. The keyword may be missing; the counts may follow it or be on
+/// separate lines. Lines with several vertices or faces are read if there is only one way to do so.
+/// Normals of NOFF become the vertex scalars `nx`, `ny`, `nz`, and colours of COFF `red`, `green`,
+/// `blue`, as written (0 to 1 or 0 to 255); other values after vertices, and colours after faces,
+/// are not kept.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the line, also when there are fewer vertices or faces than announced;
-/// [`FileError::Mesh`] with every face that names a vertex that does not exist;
+/// [`FileError::Syntax`] with the line, also if there are fewer vertices or faces than the header
+/// declares; [`FileError::Mesh`] with every face that refers to a vertex that does not exist;
 /// [`FileError::Unsupported`] for binary OFF, 4OFF and nOFF.
 pub fn read_off(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let text = decode_text(bytes);
@@ -76,13 +76,13 @@ pub fn read_off(bytes: &[u8]) -> Result<MeshFile, FileError> {
     };
     if header.unsupported {
         return Err(FileError::Unsupported(format!(
-            "{}: vertices with other than three coordinates are not read; convert the file to OFF",
+            "{}: only vertices with three coordinates are supported; convert the file to OFF",
             shown(first)
         )));
     }
     if first_count.is_some_and(|word| word.eq_ignore_ascii_case(b"BINARY")) {
         return Err(FileError::Unsupported(
-            "binary OFF is not read; convert the file to ascii OFF or PLY".into(),
+            "binary OFF is not supported; convert the file to ascii OFF or PLY".into(),
         ));
     }
     let vertices = count(&words, first_count, "vertices")?;
@@ -114,12 +114,12 @@ pub fn read_off(bytes: &[u8]) -> Result<MeshFile, FileError> {
         _ => Err(FileError::syntax(
             OFF,
             "whole file",
-            "lines hold more than one vertex or face, and there are several ways to read them; write one per line",
+            "lines contain more than one vertex or face, and there are several ways to read them; write one per line",
         )),
     }
 }
 
-/// Whether every face has at least three corners, all distinct.
+/// Returns whether every face has at least three corners, all distinct.
 fn is_plausible(mesh: &PolygonMesh) -> bool {
     let mut corners = Vec::new();
     mesh.faces().all(|face| {
@@ -130,7 +130,7 @@ fn is_plausible(mesh: &PolygonMesh) -> bool {
     })
 }
 
-/// Arrangement of vertices and faces in lines.
+/// The arrangement of vertices and faces in lines.
 #[derive(Clone, Copy)]
 struct Layout {
     /// Whether the rest of a line after a vertex is ignored.
@@ -141,7 +141,7 @@ struct Layout {
     alpha: bool,
 }
 
-/// Announcements of the header about the rest of the file.
+/// What the header specifies about the rest of the file.
 struct Body<'a> {
     header: Header,
     keyword: &'a [u8],
@@ -159,7 +159,7 @@ impl Body<'_> {
             if number(word).is_some_and(|x| whole(x).is_none()) {
                 return vec![words]; // a coordinate
             }
-            // The rest of the line may hold vertices.
+            // The rest of the line may contain vertices.
             if words_on_line(next.clone()) < width {
                 next.next_line();
             }
@@ -208,7 +208,7 @@ impl Body<'_> {
             let mut position = [0.0; 3];
             let mut line = 0;
             for (k, coordinate) in position.iter_mut().enumerate() {
-                let word = words.word().ok_or_else(|| cut_off(&words, "vertices", vertices, i))?;
+                let word = words.word().ok_or_else(|| truncated(&words, "vertices", vertices, i))?;
                 *coordinate = number(word).ok_or_else(|| {
                     words.fault(OFF, format!("vertex {i}: {} is not a number", shown(word)))
                 })?;
@@ -227,7 +227,7 @@ impl Body<'_> {
                 let word = word.unwrap_or_default();
                 values.push(number(word).ok_or_else(|| {
                     let problem = format!(
-                        "vertex {i}: {} stands where {} announces {name}",
+                        "vertex {i}: found {}, but {} specifies {name} here",
                         shown(word),
                         shown(keyword)
                     );
@@ -242,7 +242,7 @@ impl Body<'_> {
                 }
                 // Guards against reading four colour components as three, or the reverse.
                 if header.colours && line == line_before && words.line() > line {
-                    return Err(words.fault(OFF, format!("vertex {i} does not lie in one line")));
+                    return Err(words.fault(OFF, format!("vertex {i} is not on a single line")));
                 }
                 line_before = words.line();
             }
@@ -250,17 +250,17 @@ impl Body<'_> {
         let mut polygons = Faces::default();
         let mut corners = Vec::new();
         for i in 0..faces {
-            let word = words.word().ok_or_else(|| cut_off(&words, "faces", faces, i))?;
+            let word = words.word().ok_or_else(|| truncated(&words, "faces", faces, i))?;
             let bad = |words: &Words, word| {
                 words.fault(OFF, format!("face {i}: {} is not an integer", shown(word)))
             };
             let length = integer(word).ok_or_else(|| bad(&words, word))?;
             let length = usize::try_from(length).map_err(|_| {
-                words.fault(OFF, format!("face {i} announces {length} corners; correct the number"))
+                words.fault(OFF, format!("face {i} specifies {length} corners; correct the number"))
             })?;
             corners.clear();
             for _ in 0..length {
-                let word = words.word().ok_or_else(|| cut_off(&words, "faces", faces, i))?;
+                let word = words.word().ok_or_else(|| truncated(&words, "faces", faces, i))?;
                 corners.push(integer(word).ok_or_else(|| bad(&words, word))?);
             }
             polygons.push(&corners)?;
@@ -270,7 +270,7 @@ impl Body<'_> {
         }
         if words.word().is_some() {
             file.warnings.push(format!(
-                "there is more from line {} on than the {faces} faces announced; it was left out",
+                "content from line {} on exceeds the {faces} faces in the header; it was ignored",
                 words.line()
             ));
         }
@@ -288,19 +288,19 @@ fn count(words: &Words, word: Option<&[u8]>, what: &str) -> Result<usize, FileEr
     let word = word.unwrap_or_default();
     integer(word).and_then(|n| usize::try_from(n).ok()).ok_or_else(|| {
         let problem =
-            format!("{} stands where the number of {what} is expected; is this an OFF file?", shown(word));
+            format!("expected the number of {what}, found {}; check that this is an OFF file", shown(word));
         words.fault(OFF, problem)
     })
 }
 
-fn cut_off(words: &Words, what: &str, announced: usize, found: usize) -> FileError {
+fn truncated(words: &Words, what: &str, declared: usize, found: usize) -> FileError {
     let problem = format!(
-        "the file ends after {found} of {announced} announced {what}; it is cut off, or the counts at its beginning are wrong"
+        "the file ends after {found} of {declared} {what}; it is truncated, or the counts in its header are wrong"
     );
     words.fault(OFF, problem)
 }
 
-/// Writes OFF, or COFF when there are colours.
+/// Writes OFF, or COFF if there are colours.
 pub(super) fn write_off(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     let keyword = if mesh.vertex_colours.is_some() { "COFF" } else { "OFF" };
     writeln!(out, "{keyword}\n{} {} 0", mesh.positions().len(), mesh.face_count())?;

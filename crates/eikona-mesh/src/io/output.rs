@@ -1,4 +1,4 @@
-//! What is to be written, checked against what the format can hold.
+//! The data to be written, checked against what the format can hold.
 
 use super::atomic::{StagedFile, publish_files, stage_file};
 use super::{MeshFile, MeshFormat, gltf_write, obj, off, ply_write, rounding, stl, vtp_write};
@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// How numbers are stored where a format (PLY, STL) leaves the choice.
+/// How numbers are stored where a format (PLY, STL) allows both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Encoding {
     /// Little-endian bytes.
@@ -26,8 +26,8 @@ enum Surface<'a> {
     Polygons(&'a PolygonMesh),
 }
 
-/// A mesh to write and what goes with it, all borrowed. Start from a mesh and set the fields that
-/// are wanted.
+/// A mesh to write with its associated data, all borrowed. Start from a mesh and set fields as
+/// needed.
 ///
 /// ```
 /// use eikona_mesh::{TriangleMesh, io::{MeshFormat, MeshOut, read_mesh_bytes, write_mesh_bytes}};
@@ -44,20 +44,20 @@ enum Surface<'a> {
 #[derive(Clone, Debug)]
 pub struct MeshOut<'a> {
     surface: Surface<'a>,
-    /// Names and values, one a vertex.
+    /// Names and values, one per vertex.
     pub vertex_scalars: Vec<(&'a str, &'a [f64])>,
-    /// Names and values, one a face.
+    /// Names and values, one per face.
     pub face_scalars: Vec<(&'a str, &'a [f64])>,
-    /// sRGB red, green, blue, one a vertex.
+    /// sRGB red, green, blue, one triple per vertex.
     pub vertex_colours: Option<&'a [[u8; 3]]>,
-    /// Texture coordinates u, v, one a corner, in the order of the faces and their corners.
+    /// Texture coordinates u, v, one pair per corner, in the order of the faces and their corners.
     pub corner_uvs: Option<&'a [[f64; 2]]>,
     /// Polylines, as 0-based vertices.
     pub lines: &'a [Vec<u32>],
-    /// Binary unless set otherwise.
+    /// Binary by default.
     pub encoding: Encoding,
-    /// Whether OBJ gets the first vertex scalar as texture coordinate u (v = 0) when there are no
-    /// `corner_uvs`; on unless set otherwise.
+    /// Whether OBJ gets the first vertex scalar as texture coordinate u (v = 0) if there are no
+    /// `corner_uvs`; true by default.
     pub obj_scalar_as_texture: bool,
 }
 
@@ -73,7 +73,7 @@ impl<'a> From<&'a PolygonMesh> for MeshOut<'a> {
     }
 }
 
-/// What was read: mesh, lines and scalars, but not texture coordinates.
+/// Takes mesh, lines and scalars of the file, but not texture coordinates.
 impl<'a> From<&'a MeshFile> for MeshOut<'a> {
     fn from(file: &'a MeshFile) -> Self {
         fn borrowed(scalars: &[(String, Vec<f64>)]) -> Vec<(&str, &[f64])> {
@@ -121,7 +121,7 @@ impl<'a> MeshOut<'a> {
         };
         triangles.iter().map(|t| t.as_slice()).chain(polygons.into_iter().flat_map(PolygonMesh::faces))
     }
-    /// The scalar that OBJ takes for texture coordinates.
+    /// Returns the scalar that OBJ stores as texture coordinates.
     pub(super) fn scalar_as_texture(&self) -> Option<(&'a str, &'a [f64])> {
         if self.obj_scalar_as_texture && self.corner_uvs.is_none() {
             self.vertex_scalars.first().copied()
@@ -130,7 +130,7 @@ impl<'a> MeshOut<'a> {
         }
     }
 
-    /// Refuses what would make a false file; says what the format has no place or no digits for.
+    /// Fails if the file would be wrong; returns what the format can not hold, or not precisely.
     fn check(&self, format: MeshFormat) -> Result<Vec<String>, FileError> {
         self.check_lengths()?;
         self.check_indices()?;
@@ -141,7 +141,7 @@ impl<'a> MeshOut<'a> {
             && let Some((f, face)) = self.faces().enumerate().find(|(_, face)| face.len() != 3)
         {
             return Err(FileError::Unsupported(format!(
-                "face {f} has {} corners, but {format:?} holds only triangles; triangulate the mesh first",
+                "face {f} has {} corners, but {format:?} can hold only triangles; triangulate the mesh first",
                 face.len()
             )));
         }
@@ -151,7 +151,7 @@ impl<'a> MeshOut<'a> {
         let mut left_out = Vec::new();
         let mut lost = |there: bool, what: &str| {
             if there {
-                left_out.push(format!("{format:?} has no place for {what}; left out"));
+                left_out.push(format!("{format:?} can not hold {what}; left out"));
             }
         };
         use MeshFormat::{Obj, Off, Ply, Stl, Vtp};
@@ -211,7 +211,7 @@ impl<'a> MeshOut<'a> {
         for (i, line) in self.lines.iter().enumerate() {
             if let Some(v) = line.iter().find(|v| **v as usize >= vertices) {
                 return Err(FileError::Unsupported(format!(
-                    "line {i} names vertex {v}, but there are {vertices} vertices, numbered from 0; correct the index"
+                    "line {i} refers to vertex {v}, but there are {vertices} vertices, numbered from 0; correct the index"
                 )));
             }
         }
@@ -251,35 +251,36 @@ fn check_names(element: &str, scalars: &[(&str, &[f64])]) -> Result<(), FileErro
     Ok(())
 }
 
-/// A scalar's name as formats write it that want a single word of plain letters: all else becomes
-/// `_`.
+/// Converts a scalar's name for formats that need a single word of plain letters: everything else
+/// becomes `_`.
 pub(super) fn one_word(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_graphic() { c } else { '_' }).collect()
 }
 
-/// Writes a mesh file in the format that its name stands for, whole or not at all; `.gz` behind it
-/// compresses. Returns what the format has no place for and whether 32-bit floats spoil the
-/// coordinates, one sentence each.
+/// Writes a mesh file atomically, in the format of its name; a final `.gz` compresses it. Returns
+/// what the format can not hold, and whether 32-bit floats spoil the coordinates, one sentence
+/// each.
 ///
 /// # Errors
-/// [`FileError::Unsupported`] when the name tells no format, or the format can not hold the mesh
-/// (polygons in STL and GLB, coordinates past 32-bit floats there); [`FileError::Mesh`] for arrays
-/// of wrong length and indices out of range; [`FileError::Io`].
+/// [`FileError::Unsupported`] if the name does not determine a format, or the format can not hold
+/// the mesh (polygons in STL and GLB, coordinates beyond 32-bit floats there); [`FileError::Mesh`]
+/// for arrays of wrong length and indices out of range; [`FileError::Io`].
 pub fn write_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<Vec<String>, FileError> {
     let (file, left_out) = stage_mesh(path, mesh)?;
     publish_files(vec![file])?;
     Ok(left_out)
 }
 
-/// As [`write_mesh`], but the file gets its name only from [`publish_files`]: for several files
-/// that are to appear together.
+/// Writes like [`write_mesh`], but the file gets its name only from [`publish_files`]: for several
+/// files that must appear together.
 ///
 /// # Errors
-/// As [`write_mesh`].
+/// As for [`write_mesh`].
 pub fn stage_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<(StagedFile, Vec<String>), FileError> {
     let path = path.as_ref();
     let format = MeshFormat::from_path(path).ok_or_else(|| {
-        let problem = "the name tells no mesh format; end it in .obj, .ply, .stl, .off, .glb, .gltf or .vtp";
+        let problem =
+            "the file name has no known mesh extension; use .obj, .ply, .stl, .off, .glb, .gltf or .vtp";
         FileError::Unsupported(problem.into()).in_file(path)
     })?;
     let left_out = mesh.check(format).map_err(|fault| fault.in_file(path))?;
@@ -299,7 +300,7 @@ pub fn stage_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<(StagedFile,
 /// Writes a mesh in this format. Returns the same as [`write_mesh`].
 ///
 /// # Errors
-/// As [`write_mesh`]; all checks come before the first byte is written.
+/// As for [`write_mesh`]; all checks precede the first byte written.
 pub fn write_mesh_bytes(
     out: &mut impl Write,
     format: MeshFormat,

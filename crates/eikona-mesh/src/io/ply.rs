@@ -1,8 +1,9 @@
-//! Stanford PLY, read: ascii and binary, polygons and triangle strips, every scalar property of
+//! Stanford PLY reader: ascii and binary, polygons and triangle strips, all scalar properties of
 //! vertices and faces.
 //!
-//! Own reader: ply-rs-bw makes a hash map of every element, which is some twenty times slower than
-//! a million triangles may take. Version 4.0 ignores surplus values on a line without a warning.
+//! Own reader: ply-rs-bw makes a hash map of every element, which is about twenty times slower than
+//! acceptable for a million triangles. Version 4.0 ignores surplus values on a line without a
+//! warning.
 
 use super::MeshFile;
 use super::faces::Faces;
@@ -13,31 +14,31 @@ use super::text::{decode_text, is_wide};
 use super::words::{Words, integer, number, shown, whole};
 use crate::error::FileError;
 
-/// The mesh of a PLY file. Vertex properties but x, y, z and face properties but the vertex list
-/// become scalars under their own names; `edge` elements become lines of two nodes; strips become
-/// triangles. List properties other than the vertex list, and other elements, are left out with a
-/// warning.
+/// Reads the mesh of a PLY file. Vertex properties other than x, y, z and face properties other
+/// than the vertex list become scalars under their own names; `edge` elements become lines of two
+/// nodes; strips become triangles. List properties other than the vertex list, and other elements,
+/// are omitted with a warning.
 ///
-/// Elements of ascii files need not begin a line. Data after the announced elements is left out
-/// with a warning.
+/// Elements of ascii files need not begin a line. Data after the declared elements is ignored with
+/// a warning.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the line of the header or the element, also when the header announces
-/// more than the file holds; [`FileError::Mesh`] with every face that names a vertex that does not
-/// exist; [`FileError::Unsupported`] for binary data in UTF-16.
+/// [`FileError::Syntax`] with the line of the header or the element, also if the header declares
+/// more than the file contains; [`FileError::Mesh`] with every face that refers to a vertex that
+/// does not exist; [`FileError::Unsupported`] for binary data in UTF-16.
 pub fn read_ply(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let text = decode_text(bytes);
     let Header { encoding, elements, length, lines } = Header::parse(&text)?;
     let body = text.get(length..).unwrap_or_default();
     if !matches!(encoding, Encoding::Ascii) && is_wide(bytes) {
         return Err(FileError::Unsupported(
-            "a program has converted this binary PLY file to UTF-16, which spoils its numbers; copy it once more from its source"
+            "this binary PLY file was converted to UTF-16, which corrupts its numbers; copy it again from its source"
                 .into(),
         ));
     }
     let more = |what: String| {
         let counts: Vec<String> = elements.iter().map(|e| format!("{} {}", e.count, e.name)).collect();
-        format!("{what} than the header announces ({}); it was left out", counts.join(", "))
+        format!("{what} than the header declares ({}); it was ignored", counts.join(", "))
     };
     match encoding {
         Encoding::Ascii => {
@@ -50,7 +51,7 @@ pub fn read_ply(bytes: &[u8]) -> Result<MeshFile, FileError> {
                 return Err(fault);
             }
             let mut file = read?;
-            file.warnings.extend(rest.map(|line| more(format!("there is more from line {line} on"))));
+            file.warnings.extend(rest.map(|line| more(format!("there is more content from line {line} on"))));
             Ok(file)
         }
         Encoding::Binary { big_endian } => {
@@ -62,7 +63,7 @@ pub fn read_ply(bytes: &[u8]) -> Result<MeshFile, FileError> {
                 (read_body(&elements, &mut body), body.rest)
             };
             let mut file = read?;
-            // Some programs end the file with a line end or fill it up with zeros.
+            // Some programs end the file with a line end or pad it with zeros.
             if rest.iter().any(|b| !matches!(b, 0 | b' ' | b'\n' | b'\r')) {
                 file.warnings.push(more(format!("there are {} bytes more", rest.len())));
             }
@@ -79,15 +80,15 @@ enum Stop {
 
 /// The values after the header, one after the other.
 trait Body {
-    /// The fewest bytes a value of this type takes.
+    /// Returns the minimum number of bytes of a value of this type.
     fn least(&self, kind: Type) -> usize;
     fn remaining(&self) -> usize;
     fn float(&mut self, kind: Type) -> Result<f64, Stop>;
     fn integer(&mut self, kind: Type) -> Result<i64, Stop>;
-    /// Passes over values of this type that are known to fit in what is left.
+    /// Skips values of this type that are known to fit in the rest.
     fn skip(&mut self, kind: Type, count: usize) -> Result<(), Stop>;
 
-    /// The length of a list whose items fit in what is left.
+    /// Returns the length of a list whose items fit in the rest.
     fn list_length(&mut self, count: Type, item: Type) -> Result<usize, Stop> {
         let length = self.integer(count)?;
         let length =
@@ -182,15 +183,15 @@ impl<const BIG_ENDIAN: bool> Body for BinaryBody<'_, BIG_ENDIAN> {
     }
 }
 
-/// What becomes of a property.
+/// The use of a property.
 #[derive(Clone, Copy)]
 enum Use {
     Axis(usize),
-    /// One of the columns that are kept.
+    /// One of the kept columns.
     Column(usize),
     /// The list of vertices of a face or strip.
     Corners,
-    /// An end of an edge.
+    /// An endpoint of an edge.
     End(usize),
     Nothing,
 }
@@ -204,7 +205,7 @@ enum Role {
     Unknown,
 }
 
-/// One element's values while they are read, used again for each.
+/// The values of one element while they are read; reused for each.
 #[derive(Default)]
 struct Row {
     axes: [f64; 3],
@@ -248,7 +249,7 @@ fn read_body(elements: &[Element], body: &mut impl Body) -> Result<MeshFile, Fil
             }
         }
         if stitches > 0 {
-            file.warnings.push(format!("{stitches} triangles without area that join strips were left out"));
+            file.warnings.push(format!("{stitches} degenerate triangles that join strips were omitted"));
         }
         match role {
             Role::Vertex => file.vertex_scalars.extend(columns),
@@ -261,7 +262,11 @@ fn read_body(elements: &[Element], body: &mut impl Body) -> Result<MeshFile, Fil
         }
     }
     if !has_vertices {
-        return Err(FileError::syntax(PLY, "header", "there is no element \"vertex\""));
+        return Err(FileError::syntax(
+            PLY,
+            "header",
+            "it has no element \"vertex\"; check that this is a mesh",
+        ));
     }
     let vertices = positions.len();
     for (i, ends) in edges.iter().enumerate() {
@@ -282,8 +287,7 @@ fn read_body(elements: &[Element], body: &mut impl Body) -> Result<MeshFile, Fil
     Ok(file)
 }
 
-/// Refuses a header that announces more than the file can hold, before anything is set aside for
-/// it.
+/// Fails if the header declares more than the file can contain, before memory is allocated for it.
 fn check_size(element: &Element, body: &impl Body) -> Result<(), FileError> {
     let least: usize = element
         .properties
@@ -296,7 +300,7 @@ fn check_size(element: &Element, body: &impl Body) -> Result<(), FileError> {
         Some(bytes) if bytes <= body.remaining() => Ok(()),
         _ => {
             let problem = format!(
-                "the header announces {} of them with at least {least} bytes each, but only {} bytes are left; the file is cut off or its header wrong",
+                "the header declares {} of them with at least {least} bytes each, but only {} bytes are left; the file is truncated or its header is wrong",
                 element.count,
                 body.remaining()
             );
@@ -305,7 +309,7 @@ fn check_size(element: &Element, body: &impl Body) -> Result<(), FileError> {
     }
 }
 
-/// What each property is used for, and the empty columns of those that are kept as scalars.
+/// Returns what each property is used for, and the empty columns of those that are kept as scalars.
 fn plan(element: &Element, role: Role, warnings: &mut Vec<String>) -> Result<(Vec<Use>, Columns), FileError> {
     let mut names = Names::default();
     let mut columns: Columns = Vec::new();
@@ -352,17 +356,17 @@ fn plan(element: &Element, role: Role, warnings: &mut Vec<String>) -> Result<(Ve
         return Err(FileError::syntax(PLY, "header", format!("element {} needs {needed}", element.name)));
     }
     if role == Role::Unknown && element.count > 0 {
-        warnings.push(format!("{} elements \"{}\" were left out", element.count, element.name));
+        warnings.push(format!("{} elements \"{}\" were ignored", element.count, element.name));
     } else if !left_out.is_empty() {
         warnings.push(format!(
-            "properties of element \"{}\" were left out: {}",
+            "properties of element \"{}\" were ignored: {}",
             element.name,
             left_out.join(", ")
         ));
     }
     if !renamed.is_empty() {
         warnings.push(format!(
-            "several properties of element \"{}\" have one name; the later ones are {}",
+            "several properties of element \"{}\" have the same name; the later ones were renamed to {}",
             element.name,
             renamed.join(", ")
         ));
@@ -372,7 +376,7 @@ fn plan(element: &Element, role: Role, warnings: &mut Vec<String>) -> Result<(Ve
     Ok((uses, columns))
 }
 
-/// Reads one element; on a fault, says at which property.
+/// Reads one element; on a fault, returns the property at which it occurred.
 #[inline]
 fn read_row(
     element: &Element,
@@ -409,7 +413,7 @@ fn fault(element: &Element, index: usize, property: usize, stop: Stop) -> FileEr
     let problem = match stop {
         Stop::Ended => {
             format!(
-                "the file ends here, but the header announces {} of them; it is cut off or its header wrong",
+                "the file ends here, but the header declares {} of them; it is truncated or its header is wrong",
                 element.count
             )
         }

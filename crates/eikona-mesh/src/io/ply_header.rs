@@ -1,4 +1,4 @@
-//! The header of a PLY file: which elements it announces, and what each consists of.
+//! The header of a PLY file: the elements that it declares and their properties.
 
 use super::words::{Words, integer, shown};
 use crate::error::FileError;
@@ -71,9 +71,9 @@ pub(super) struct Element {
 pub(super) struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
-    /// Bytes up to the body.
+    /// Bytes before the body.
     pub length: usize,
-    /// Lines up to the body.
+    /// Lines before the body.
     pub lines: usize,
 }
 
@@ -95,7 +95,7 @@ impl Header {
                         Some(b"binary_big_endian") => Encoding::Binary { big_endian: true },
                         other => {
                             let problem = format!(
-                                "format {} is not known; ascii, binary_little_endian and binary_big_endian are",
+                                "unknown format {}; expected ascii, binary_little_endian or binary_big_endian",
                                 shown(other.unwrap_or_default())
                             );
                             return Err(words.fault(PLY, problem));
@@ -119,7 +119,7 @@ impl Header {
                 b"property" => {
                     let property = parse_property(&mut words)?;
                     let Some(element) = elements.last_mut() else {
-                        return Err(words.fault(PLY, "a property comes before any element"));
+                        return Err(words.fault(PLY, "a property precedes the first element; add an `element NAME COUNT` line before it"));
                     };
                     element.properties.push(property);
                 }
@@ -138,12 +138,13 @@ impl Header {
                 _ => {}
             }
         }
-        Err(words.fault(PLY, "the header does not end; \"end_header\" is missing"))
+        Err(words
+            .fault(PLY, "the header has no line \"end_header\"; the file is truncated or not a PLY file"))
     }
 }
 
-/// How many bytes end the header. Where its lines end with a lone CR, a following LF is the first
-/// byte of the data.
+/// Returns the number of bytes that end the header. If its lines end with a lone CR, a following LF
+/// is the first byte of the data.
 fn line_end(bytes: &[u8], end: usize) -> usize {
     let first = bytes.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(0);
     let lone_cr = bytes[first..].starts_with(b"\r") && !bytes[first..].starts_with(b"\r\n");
@@ -163,7 +164,7 @@ fn parse_property(words: &mut Words) -> Result<Property, FileError> {
             words.fault(
                 PLY,
                 format!(
-                    "{} is no type; char, uchar, short, ushort, int, uint, float, double are",
+                    "unknown type {}; expected char, uchar, short, ushort, int, uint, float or double",
                     shown(word)
                 ),
             )

@@ -1,4 +1,4 @@
-//! Diagnosis of ascii PLY whose lines do not match the properties in the header.
+//! Diagnosis of ascii PLY files whose lines do not match the properties in the header.
 
 use super::ply_header::{Element, Kind, PLY};
 use super::words::Words;
@@ -26,8 +26,8 @@ pub(super) fn misfit(body: &[u8], before: usize, elements: &[Element]) -> Option
             break;
         }
     }
-    let announced = elements.iter().try_fold(0usize, |n, e| n.checked_add(e.count))?;
-    if lines.len() < announced {
+    let declared = elements.iter().try_fold(0usize, |n, e| n.checked_add(e.count))?;
+    if lines.len() < declared {
         return None;
     }
     let mut rest = lines.as_slice();
@@ -40,7 +40,7 @@ pub(super) fn misfit(body: &[u8], before: usize, elements: &[Element]) -> Option
         }
         if let Some((line, values)) = own.iter().find(|(_, values)| *values != expected) {
             let problem = format!(
-                "there are {values} values, but the header announces {expected} properties for each {}; correct the header",
+                "the line has {values} values, but the header declares {expected} properties per {}; correct the header",
                 element.name
             );
             return Some(FileError::syntax(PLY, format!("line {}", before + line), problem));

@@ -1,4 +1,4 @@
-//! Stanford PLY, written.
+//! Stanford PLY writer.
 
 use super::words::Number;
 use super::{Encoding, MeshOut};
@@ -7,11 +7,12 @@ use std::io::{self, Write};
 
 /// Writes vertices, faces and edges with all scalars.
 ///
-/// Positions and scalars are `double`: MeshLab writes and reads them so itself, and Blender
-/// converts any number to `float` as it reads, so `float` would only lose digits. Each scalar has
-/// its own name, which Blender makes an attribute; the first is repeated as `quality`, the only
-/// name that MeshLab takes a value from. Colours are `uchar`, as both expect. Texture coordinates
-/// are the face list `texcoord`, as MeshLab has it. Lines are `edge` elements, one a segment.
+/// Positions and scalars are `double`: MeshLab itself writes and reads them so, and Blender
+/// converts any number to `float` on reading, so `float` would only lose digits. Each scalar has
+/// its own name, which Blender turns into an attribute; the first is repeated as `quality`, the
+/// only name from which MeshLab reads values. Colours are `uchar`, as both expect. Texture
+/// coordinates are the face list `texcoord`, as in MeshLab. Lines are `edge` elements, one per
+/// segment.
 pub(super) fn write_ply(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     let positions = mesh.positions();
     let scalars = vertex_scalars(mesh);
@@ -75,7 +76,7 @@ pub(super) fn write_ply(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     Ok(())
 }
 
-/// The scalars under names that no other property has, `quality` first.
+/// Returns the scalars under names that no other property has, `quality` first.
 fn vertex_scalars<'a>(mesh: &MeshOut<'a>) -> Vec<(String, &'a [f64])> {
     let taken = |name: &str| {
         let axes = ["x", "y", "z"].contains(&name);
@@ -94,7 +95,7 @@ fn vertex_scalars<'a>(mesh: &MeshOut<'a>) -> Vec<(String, &'a [f64])> {
     scalars
 }
 
-/// One element's values in the chosen encoding.
+/// The values of one element in the chosen encoding.
 struct Row {
     ascii: bool,
     long_counts: bool,

@@ -7,7 +7,7 @@ use std::collections::HashSet;
 /// Significant bits of a 32-bit float.
 const BITS: i32 = 24;
 
-/// Axis-aligned bounding box.
+/// An axis-aligned bounding box.
 #[derive(Clone, Copy)]
 struct Bounds {
     least: [f64; 3],
@@ -15,7 +15,7 @@ struct Bounds {
 }
 
 impl Bounds {
-    /// `None` without points.
+    /// Returns `None` without points.
     fn of(positions: &[[f64; 3]]) -> Option<Bounds> {
         let &first = positions.first()?;
         let join = |b: Bounds, p: &[f64; 3]| Bounds {
@@ -24,17 +24,17 @@ impl Bounds {
         };
         Some(positions.iter().fold(Bounds { least: first, most: first }, join))
     }
-    /// The longest side.
+    /// Returns the longest side.
     fn size(&self) -> f64 {
         (0..3).map(|k| self.most[k] - self.least[k]).fold(0.0, f64::max)
     }
-    /// The largest coordinate.
+    /// Returns the largest absolute coordinate.
     fn reach(&self) -> f64 {
         self.least.iter().chain(&self.most).fold(0.0, |m, x| m.max(x.abs()))
     }
 }
 
-/// Offset to subtract before coordinates are rounded to 32-bit floats.
+/// Returns the offset to subtract before coordinates are rounded to 32-bit floats.
 ///
 /// It is zero along an axis on which the centre of the mesh is within 8 times its size of the
 /// origin. Otherwise it is the centre rounded to a multiple of a power of two near the size, so
@@ -81,17 +81,17 @@ pub(super) fn warning(mesh: &MeshOut, offset: [f64; 3], format: &str) -> Option<
     if moved <= HARMLESS * scale {
         return None;
     }
-    // 0 and -0 are one place.
+    // 0 and -0 are the same position.
     let key = |p: [f64; 3]| p.map(|x| (x + 0.0).to_bits());
     let before: HashSet<[u64; 3]> = positions.iter().map(|&p| key(p)).collect();
     let after: HashSet<[u64; 3]> = positions.iter().map(|p| key(stored(p))).collect();
     let collapsed = before.len() - after.len();
     let coincide = match collapsed {
         0 => String::new(),
-        n => format!("; {n} of {} positions coincide with others then", before.len()),
+        n => format!("; {n} of {} positions then coincide with others", before.len()),
     };
     Some(format!(
-        "the 32-bit floats of {format} change coordinates by up to {moved:.1e}, where the shortest edge is {scale:.1e}{coincide}; write \
+        "the 32-bit floats of {format} change coordinates by up to {moved:.1e}, while the shortest edge is {scale:.1e}{coincide}; write \
          .ply, .vtp, .obj or .off, or move the mesh closer to the origin"
     ))
 }
@@ -124,8 +124,8 @@ pub(super) fn lost_digits(mesh: &PolygonMesh) -> Option<String> {
     match mesh.faces().filter(|f| collapsed(f)).count() {
         0 => None,
         n => Some(format!(
-            "{n} of {} faces have corners at one place; the coordinates are 32-bit floats, which are {spacing} apart at {:.1e}, so the \
-             file seems to have lost digits: export it with 64-bit floats, or from nearer to the origin",
+            "{n} of {} faces have coincident corners; the coordinates are 32-bit floats, which are {spacing} apart at {:.1e}, so the \
+             file seems to have lost digits; export it with 64-bit floats, or from closer to the origin",
             mesh.face_count(),
             bounds.reach()
         )),

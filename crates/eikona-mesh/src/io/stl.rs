@@ -1,9 +1,9 @@
-//! STL, ascii and binary. A facet names no vertices, so each has its own three, in order; welding
-//! is a separate step.
+//! STL, ascii and binary. Facets do not share vertices, so each has its own three, in order;
+//! welding is a separate step.
 //!
 //! Own reader: stl_io 0.11 welds equal positions while it reads, which loses the order and count of
-//! vertices. It also refuses ascii with several statements per line, "end loop" or upper case, and
-//! returns no facets where the header leaves their count at 0.
+//! vertices. It also rejects ascii with several statements per line, "end loop" or upper case, and
+//! returns no facets if their count in the header is 0.
 
 use super::text::decode_text;
 use super::words::{Number, Words, number, shown};
@@ -13,21 +13,21 @@ use crate::polygon::PolygonMesh;
 use std::io::{self, Write};
 
 const STL: &str = "STL";
-/// A free text of 80 bytes, and the number of facets.
+/// 80 bytes of free text, and the number of facets.
 const HEADER: usize = 84;
-/// A normal and three vertices of 32-bit floats, and two bytes of no fixed meaning.
+/// A normal and three vertices of 32-bit floats, and two bytes without fixed meaning.
 const FACET: usize = 50;
 
-/// The facets of an STL file: face `f` has the vertices `3 f`, `3 f + 1`, `3 f + 2`. Normals and
-/// the two free bytes of a facet are not kept.
+/// Reads the facets of an STL file: face `f` has the vertices `3 f`, `3 f + 1`, `3 f + 2`. Normals
+/// and the two free bytes of a facet are not kept.
 ///
-/// A file is binary if its length fits its facet count, even if it begins with "solid". Otherwise
-/// it is ascii if it is text that begins with "solid" or "facet". Ascii keywords may be in any case
-/// and on any line.
+/// A file is binary if its length matches its facet count, even if it begins with "solid".
+/// Otherwise it is ascii if it is text that begins with "solid" or "facet". Ascii keywords may be
+/// in any case and on any line.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the line or byte: cut off, not a number, a facet without exactly
-/// three vertices.
+/// [`FileError::Syntax`] with the line or byte: a truncated file, a word that is not a number, a
+/// facet without exactly three vertices.
 pub fn read_stl(bytes: &[u8]) -> Result<MeshFile, FileError> {
     if is_binary(bytes) {
         return read_binary(bytes);
@@ -37,18 +37,18 @@ pub fn read_stl(bytes: &[u8]) -> Result<MeshFile, FileError> {
     if text.is_empty() || is_ascii(&text) { read_ascii(&text) } else { read_binary(bytes) }
 }
 
-/// Whether the length is exactly that of a binary file with the announced number of facets.
+/// Returns whether the length is exactly that of a binary file with the facet count in the header.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
-    announced(bytes).is_some_and(|n| (n as u64) * FACET as u64 + HEADER as u64 == bytes.len() as u64)
+    declared(bytes).is_some_and(|n| (n as u64) * FACET as u64 + HEADER as u64 == bytes.len() as u64)
 }
 
-fn announced(bytes: &[u8]) -> Option<usize> {
+fn declared(bytes: &[u8]) -> Option<usize> {
     let count = bytes.get(HEADER - 4..HEADER)?.first_chunk::<4>()?;
     Some(u32::from_le_bytes(*count) as usize)
 }
 
-/// Whether the text begins like ascii STL. Binary files have a zero byte early, usually in the
-/// facet count.
+/// Returns whether the text begins like ascii STL. Binary files have a zero byte early, usually in
+/// the facet count.
 pub(super) fn is_ascii(text: &[u8]) -> bool {
     const HEAD: usize = 512;
     let head = text.get(..HEAD).unwrap_or(text);
@@ -57,9 +57,9 @@ pub(super) fn is_ascii(text: &[u8]) -> bool {
 }
 
 fn read_binary(bytes: &[u8]) -> Result<MeshFile, FileError> {
-    let Some(announced) = announced(bytes) else {
+    let Some(declared) = declared(bytes) else {
         let problem = format!(
-            "the file has {} bytes; binary STL begins with {HEADER}, ascii STL with \"solid\"",
+            "the file has {} bytes; binary STL has at least {HEADER}, and ascii STL begins with \"solid\"",
             bytes.len()
         );
         return Err(FileError::syntax(STL, "byte 0", problem));
@@ -67,22 +67,22 @@ fn read_binary(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let body = &bytes[HEADER..];
     let whole = body.len() / FACET;
     let mut file = MeshFile::default();
-    let mut count = announced;
+    let mut count = declared;
     // Programs that stream facets leave the count at 0 or all ones.
-    let unset = announced == 0 || announced == u32::MAX as usize;
+    let unset = declared == 0 || declared == u32::MAX as usize;
     let exact = body.len().is_multiple_of(FACET);
-    if announced != whole && (unset || exact && announced < whole) {
-        let rest = body.chunks_exact(FACET).skip(if unset { 0 } else { announced });
+    if declared != whole && (unset || exact && declared < whole) {
+        let rest = body.chunks_exact(FACET).skip(if unset { 0 } else { declared });
         if rest.len() > 0 && rest.clone().all(is_plausible) {
             file.warnings.push(format!(
-                "the header announces {announced} facets, but {whole} are in the file; all were read"
+                "the header declares {declared} facets, but the file contains {whole}; all were read"
             ));
             count = whole;
         }
     }
     if whole < count {
         let problem = format!(
-            "the header announces {count} facets, but the file holds {whole}; it is cut off, its count is wrong or it is not an STL file"
+            "the header declares {count} facets, but the file contains {whole}; it is truncated, its count is wrong or it is not an STL file"
         );
         return Err(FileError::syntax(STL, "byte 80", problem));
     }
@@ -91,7 +91,7 @@ fn read_binary(bytes: &[u8]) -> Result<MeshFile, FileError> {
     }
     let extra = body.len() - count * FACET;
     if extra > 0 {
-        file.warnings.push(format!("{extra} bytes after the last facet were left out"));
+        file.warnings.push(format!("{extra} bytes after the last facet were ignored"));
     }
     let mut positions = Vec::with_capacity(3 * count);
     for facet in body.chunks_exact(FACET).take(count) {
@@ -109,7 +109,8 @@ fn vertices(facet: &[u8]) -> impl Iterator<Item = [f32; 3]> {
         .map(|v| [0, 4, 8].map(|k| f32::from_le_bytes([v[k], v[k + 1], v[k + 2], v[k + 3]])))
 }
 
-/// Whether the bytes can be a facet that the header does not count: finite, and not zero padding.
+/// Returns whether the bytes can be a facet that the header does not count: finite, and not zero
+/// padding.
 fn is_plausible(facet: &[u8]) -> bool {
     facet.iter().any(|&b| b != 0) && vertices(facet).flatten().all(f32::is_finite)
 }
@@ -205,8 +206,8 @@ fn read_ascii(text: &[u8]) -> Result<MeshFile, FileError> {
                 let problem = match corners {
                     3 if facet_open => None,
                     0 if begins && !facet_open => None,
-                    _ if !begins && !facet_open => Some("endfacet ends no facet".to_string()),
-                    n => Some(format!("before this there are {n} vertices; a facet has three vertices")),
+                    _ if !begins && !facet_open => Some("endfacet without a facet; remove it".to_string()),
+                    n => Some(format!("a facet has {n} vertices before this; it needs exactly three")),
                 };
                 if let Some(problem) = problem {
                     return Err(words.fault(STL, problem));
@@ -221,7 +222,7 @@ fn read_ascii(text: &[u8]) -> Result<MeshFile, FileError> {
                 for coordinate in &mut position {
                     let word = words.word().unwrap_or_default();
                     *coordinate = number(word).ok_or_else(|| {
-                        place.fault(STL, format!("{} is not a number; vertex takes three", shown(word)))
+                        place.fault(STL, format!("{} is not a number; vertex expects three", shown(word)))
                     })?;
                 }
                 positions.push(position);
@@ -229,10 +230,8 @@ fn read_ascii(text: &[u8]) -> Result<MeshFile, FileError> {
             }
             Some(Keyword::Loop | Keyword::EndLoop) => {}
             None if first_on_line => {
-                let problem = format!(
-                    "{} is no word of ascii STL; the file is damaged or not an STL file",
-                    shown(word)
-                );
+                let problem =
+                    format!("unknown keyword {}; the file is damaged or not an STL file", shown(word));
                 return Err(words.fault(STL, problem));
             }
             None => {}
@@ -241,12 +240,13 @@ fn read_ascii(text: &[u8]) -> Result<MeshFile, FileError> {
     }
     let mut file = MeshFile::default();
     if corners != 0 && !(facet_open && corners == 3) || facet_open && corners == 0 {
-        let problem = format!("the file ends inside a facet, after {corners} of its vertices; it is cut off");
+        let problem =
+            format!("the file ends inside a facet, after {corners} of its vertices; it is truncated");
         return Err(words.fault(STL, problem));
     }
     if facet_open || solid_open {
         let missing = if facet_open { "endfacet" } else { "endsolid" };
-        file.warnings.push(format!("\"{missing}\" is missing at the end of the file; it may be cut off"));
+        file.warnings.push(format!("\"{missing}\" is missing at the end of the file; it may be truncated"));
     }
     file.mesh = unwelded(positions);
     Ok(file)
@@ -269,8 +269,8 @@ fn unwelded(positions: Vec<[f64; 3]>) -> PolygonMesh {
     PolygonMesh::from_triangles(positions, &faces)
 }
 
-/// Writes the triangles with unit normals; the normal of a triangle without area is zero.
-/// Coordinates are 32-bit floats in binary.
+/// Writes the triangles with unit normals; the normal of a degenerate triangle is zero. Binary
+/// coordinates are 32-bit floats.
 pub(super) fn write_stl(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     let corners = |face: &[u32]| {
         let p = mesh.positions();
@@ -289,7 +289,7 @@ pub(super) fn write_stl(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
         return writeln!(out, "endsolid eikona");
     }
     let mut header = [b' '; HEADER];
-    header[..6].copy_from_slice(b"eikona"); // not "solid", by which readers tell ascii
+    header[..6].copy_from_slice(b"eikona"); // not "solid", which would suggest ascii
     header[HEADER - 4..].copy_from_slice(&(mesh.face_count() as u32).to_le_bytes());
     out.write_all(&header)?;
     for p in mesh.faces().map(corners) {

@@ -41,7 +41,8 @@ pub fn decode_text(bytes: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(text.strip_prefix(MARK).map(str::to_owned).unwrap_or(text).into_bytes())
 }
 
-/// Whether the bytes are UTF-16 or UTF-32. Binary data does not survive conversion to either.
+/// Returns whether the bytes are UTF-16 or UTF-32. Binary data does not survive conversion to
+/// either.
 pub(super) fn is_wide(bytes: &[u8]) -> bool {
     !matches!(Encoding::of(bytes), Encoding::Bytes)
 }
@@ -52,7 +53,7 @@ enum Order {
     Big,
 }
 
-/// Encoding of a file.
+/// The encoding of a file.
 enum Encoding {
     /// UTF-8, another superset of ASCII, or binary.
     Bytes,

@@ -1,6 +1,6 @@
-//! VTK's PolyData as XML, read: ascii, base64 and appended arrays, plain or zlib.
+//! VTK XML PolyData reader: ascii, base64 and appended arrays, plain or zlib.
 //!
-//! Own reader: vtkio 0.6 refuses files with bit or string arrays or padded attributes, and drops
+//! Own reader: vtkio 0.6 rejects files with bit or string arrays or padded attributes, and drops
 //! the text of an array after a comment.
 
 use super::MeshFile;
@@ -12,14 +12,14 @@ use crate::error::FileError;
 use roxmltree::{Document, Node};
 use std::collections::BTreeSet;
 
-/// The mesh of a VTP file: all its pieces, one after the other. Polygons and strips become faces,
-/// lines lines; arrays of one component at points and cells become scalars, those of more
-/// components one scalar per component (`name_0`, ...). Vertex cells and arrays without numbers are
-/// left out with a warning.
+/// Reads the mesh of a VTP file: all its pieces, concatenated. Polygons and strips become faces,
+/// lines become lines; point and cell arrays with one component become scalars, and those with more
+/// components one scalar per component (`name_0`, ...). Vertex cells and non-numeric arrays are
+/// omitted with a warning.
 ///
 /// # Errors
-/// [`FileError::Syntax`] with the element, [`FileError::Mesh`] with every face that names a point
-/// that does not exist, [`FileError::Unsupported`] for LZ4 and LZMA.
+/// [`FileError::Syntax`] with the element, [`FileError::Mesh`] with every face that refers to a
+/// point that does not exist, [`FileError::Unsupported`] for LZ4 and LZMA.
 pub fn read_vtp(bytes: &[u8]) -> Result<MeshFile, FileError> {
     let text = decode_text(bytes);
     let (xml, appended) = split_appended(&text)?;
@@ -29,13 +29,13 @@ pub fn read_vtp(bytes: &[u8]) -> Result<MeshFile, FileError> {
     if attribute(file, "type") != Some("PolyData") {
         let found = attribute(file, "type").unwrap_or(file.tag_name().name());
         return Err(FileError::Unsupported(format!(
-            "the file holds {found}, expected a VTKFile of type PolyData"
+            "the file contains {found}, expected a VTKFile of type PolyData"
         )));
     }
     let arrays = Arrays::new(file, appended)?;
     if is_wide(bytes) && arrays.has_raw_data() {
         return Err(FileError::Unsupported(
-            "a program has converted this VTP file to UTF-16, which spoils its raw data; copy it once more from its source".into(),
+            "this VTP file was converted to UTF-16, which corrupts its raw data; copy it again from its source".into(),
         ));
     }
     let mut collected = Collected::default();
@@ -55,7 +55,8 @@ struct Collected {
     vertex_scalars: Columns,
     face_scalars: Columns,
     vertex_cells: usize,
-    /// Warnings, once for all pieces: arrays left out or renamed, counts other than announced.
+    /// Warnings, once for all pieces: arrays omitted or renamed, counts that differ from the
+    /// declared ones.
     odd: BTreeSet<String>,
 }
 
@@ -63,7 +64,7 @@ fn child<'a, 'i>(piece: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
     piece.children().find(|n| n.has_tag_name(tag))
 }
 
-/// The cells of one kind: connectivity and where each cell ends in it.
+/// Returns the cells of one kind: connectivity and the end of each cell in it.
 fn cells(arrays: &Arrays, piece: Node, tag: &str) -> Result<(Vec<i64>, Vec<usize>), FileError> {
     let Some(node) = child(piece, tag) else { return Ok(Default::default()) };
     let named = |name: &str| {
@@ -79,7 +80,7 @@ fn cells(arrays: &Arrays, piece: Node, tag: &str) -> Result<(Vec<i64>, Vec<usize
             Ok(end) if end >= before && end <= connectivity.len() => ends.push(end),
             _ => {
                 let problem = format!(
-                    "offset {end} follows {before}; offsets must not decrease nor exceed {}, the length of connectivity",
+                    "offset {end} follows {before}; offsets must not decrease or exceed {}, the length of connectivity",
                     connectivity.len()
                 );
                 return Err(FileError::syntax(VTP, format!("{tag}, cell {}", ends.len()), problem));
@@ -101,7 +102,7 @@ impl Collected {
         let points = child(piece, "Points").and_then(|p| child(p, "DataArray"));
         let coordinates = points.map_or(Ok(Vec::new()), |array| arrays.floats(array))?;
         if !coordinates.len().is_multiple_of(3) {
-            let problem = format!("{} coordinates are not three a point", coordinates.len());
+            let problem = format!("{} coordinates are not a multiple of three", coordinates.len());
             return Err(FileError::syntax(VTP, "Points", problem));
         }
         self.positions.extend(coordinates.chunks_exact(3).map(|p| [p[0], p[1], p[2]]));
@@ -113,12 +114,12 @@ impl Collected {
         let (connectivity, line_ends) = cells(arrays, piece, "Lines")?;
         for (i, line) in slices(&connectivity, &line_ends).enumerate() {
             if let Some(v) = line.iter().find(|v| !(0..vertices as i64).contains(v)) {
-                let problem = format!("it names point {v}, but there are {vertices}, numbered from 0");
+                let problem = format!("point {v} does not exist: there are {vertices}, numbered from 0");
                 return Err(FileError::syntax(VTP, format!("line {i}"), problem));
             }
             self.lines.push(shifted(line).into_iter().map(|v| v as u32).collect());
         }
-        // For each face, its cell among the polygons and strips, which follow vertices and lines.
+        // The cell of each face among the polygons and strips, which follow vertices and lines.
         let mut cell_of_face = Vec::new();
         let before = vertex_cells.len() + line_ends.len();
         let (connectivity, poly_ends) = cells(arrays, piece, "Polys")?;
@@ -139,11 +140,11 @@ impl Collected {
             ("Strips", strip_ends.len()),
             ("Polys", poly_ends.len()),
         ] {
-            let announced = attribute(piece, &format!("NumberOf{what}"));
-            if announced.and_then(|n| n.parse::<usize>().ok()).is_some_and(|n| n != found) {
-                let announced = announced.unwrap_or_default();
+            let declared = attribute(piece, &format!("NumberOf{what}"));
+            if declared.and_then(|n| n.parse::<usize>().ok()).is_some_and(|n| n != found) {
+                let declared = declared.unwrap_or_default();
                 self.odd.insert(format!(
-                    "NumberOf{what} is {announced}, but {found} are in the file; these were read"
+                    "NumberOf{what} is {declared}, but the file contains {found}; these were read"
                 ));
             }
         }
@@ -166,7 +167,7 @@ impl Collected {
         let mut warnings = Vec::new();
         if self.vertex_cells > 0 {
             let count = self.vertex_cells;
-            warnings.push(format!("{count} vertex cells were left out; their points were kept"));
+            warnings.push(format!("{count} vertex cells were ignored; their points were kept"));
         }
         warnings.extend(self.odd);
         Ok(MeshFile {
@@ -181,7 +182,7 @@ impl Collected {
     }
 }
 
-/// Appends the values of one piece; pieces before it that have none get NaN.
+/// Appends the values of one piece; earlier pieces without them get NaN.
 fn append(scalars: &mut Columns, name: String, before: usize, values: Vec<f64>) {
     let known = scalars.iter().position(|(n, _)| *n == name);
     let column = known.unwrap_or_else(|| {
@@ -193,8 +194,8 @@ fn append(scalars: &mut Columns, name: String, before: usize, values: Vec<f64>) 
     column.extend(values);
 }
 
-/// The arrays of a piece at its points or cells, one column per component. Arrays that cannot be
-/// read are left out with a warning; repeated names are numbered.
+/// Returns the arrays of a piece at its points or cells, one column per component. Arrays that can
+/// not be read are omitted with a warning; repeated names are numbered.
 fn columns(
     arrays: &Arrays,
     piece: Node,
@@ -209,16 +210,16 @@ fn columns(
     for (i, array) in data.children().filter(is_array).enumerate() {
         let name = array.attribute("Name").map_or_else(|| format!("array{i}"), str::to_string);
         let mut left_out =
-            |why: String| odd.insert(format!("the array \"{name}\" of {tag} {why}; it was left out"));
+            |why: String| odd.insert(format!("the array \"{name}\" of {tag} {why}; it was ignored"));
         if !Arrays::is_numeric(array) {
             left_out(format!("is of type {}", attribute(array, "type").unwrap_or("unknown")));
             continue;
         }
         let mut values = arrays.floats(array)?;
-        let announced: Option<usize> = attribute(array, "NumberOfComponents").and_then(|n| n.parse().ok());
+        let declared: Option<usize> = attribute(array, "NumberOfComponents").and_then(|n| n.parse().ok());
         if attribute(array, "type") == Some("Bit") {
-            // what fills up the last byte
-            values.truncate(announced.unwrap_or(1).saturating_mul(count));
+            // Drop the padding of the last byte.
+            values.truncate(declared.unwrap_or(1).saturating_mul(count));
         }
         let components = values.len().checked_div(count).unwrap_or(0);
         if components * count != values.len() {
@@ -230,7 +231,7 @@ fn columns(
             let free = names.claim(wanted.clone());
             if free != wanted {
                 odd.insert(format!(
-                    "several arrays of {tag} are named \"{wanted}\"; a later one is read as \"{free}\""
+                    "several arrays of {tag} are named \"{wanted}\"; a later one was renamed to \"{free}\""
                 ));
             }
             columns.push((free, values.iter().skip(k).step_by(components).copied().collect()));

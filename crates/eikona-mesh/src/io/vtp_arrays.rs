@@ -1,4 +1,4 @@
-//! The numbers of a VTK XML file: ascii, base64 or raw; in place or appended; plain or in zlib
+//! The data arrays of a VTK XML file: ascii, base64 or raw; inline or appended; plain or in zlib
 //! blocks.
 
 use super::base64::Decoder;
@@ -10,19 +10,20 @@ use std::io::Read;
 
 pub(super) const VTP: &str = "VTP";
 
-/// An attribute without surrounding blanks, with which some programs reserve space for numbers.
+/// Returns an attribute without surrounding blanks, with which some programs reserve space for
+/// numbers.
 pub(super) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
     node.attribute(name).map(str::trim)
 }
 
-/// All text of an element, including that after comments and child elements.
+/// Returns all text of an element, including that after comments and child elements.
 fn text<'a>(array: Node<'a, '_>) -> Cow<'a, str> {
     let mut parts = array.children().filter(Node::is_text).filter_map(|n| n.text());
     let first = parts.next().unwrap_or_default();
     parts.fold(Cow::Borrowed(first), |text, part| Cow::Owned(text.into_owned() + " " + part))
 }
 
-/// The XML without the appended data, which need not be text, and those data from behind their
+/// Separates the XML from the appended data, which need not be text and begins after the
 /// underscore.
 pub(super) fn split_appended(bytes: &[u8]) -> Result<(String, &[u8]), FileError> {
     const TAG: &[u8] = b"<AppendedData";
@@ -34,7 +35,7 @@ pub(super) fn split_appended(bytes: &[u8]) -> Result<(String, &[u8]), FileError>
             let rest = &bytes[tag..];
             let body = rest.iter().position(|&b| b == b'>').map(|end| end + 1).unwrap_or(rest.len());
             let data = rest[body..].iter().position(|&b| b == b'_').map(|u| body + u + 1);
-            // The opening tag stays for its encoding.
+            // The opening tag stays, for its encoding.
             let mut xml = bytes[..tag + body].to_vec();
             xml.extend_from_slice(b"</AppendedData></VTKFile>");
             (xml, data.and_then(|start| rest.get(start..)).unwrap_or_default())
@@ -45,10 +46,14 @@ pub(super) fn split_appended(bytes: &[u8]) -> Result<(String, &[u8]), FileError>
         let xml = fault.into_bytes();
         let declaration = xml.split(|&b| b == b'>').next().unwrap_or_default();
         if declaration.windows(LATIN.len()).any(|w| w.eq_ignore_ascii_case(LATIN)) {
-            // Latin-1 is the beginning of Unicode
+            // Latin-1 coincides with the first 256 code points of Unicode.
             return Ok(xml.into_iter().map(char::from).collect());
         }
-        Err(FileError::syntax(VTP, format!("byte {place}"), "the XML is not UTF-8; is this a VTP file?"))
+        Err(FileError::syntax(
+            VTP,
+            format!("byte {place}"),
+            "the XML is not UTF-8; check that this is a VTP file",
+        ))
     })?;
     Ok((xml, appended))
 }
@@ -64,12 +69,12 @@ pub(super) struct Arrays<'a> {
     appended: &'a [u8],
     appended_storage: Storage,
     big_endian: bool,
-    /// Bytes of a number in the headers of arrays.
+    /// Bytes per number in the headers of arrays.
     header: usize,
     compressed: bool,
 }
 
-/// Bytes that are handed out piece by piece.
+/// Bytes that are returned piece by piece.
 enum Source<'a> {
     Base64(Decoder<'a>),
     Raw(&'a [u8]),
@@ -95,7 +100,7 @@ impl<'a> Arrays<'a> {
             Some("vtkZLibDataCompressor") => true,
             Some(other) => {
                 return Err(FileError::Unsupported(format!(
-                    "{other} is not read; save the file uncompressed or with zlib"
+                    "the compressor {other} is not supported; save the file uncompressed or with zlib"
                 )));
             }
         };
@@ -110,7 +115,7 @@ impl<'a> Arrays<'a> {
         })
     }
 
-    /// Whether the appended data is raw bytes.
+    /// Returns whether the appended data is raw bytes.
     pub fn has_raw_data(&self) -> bool {
         self.appended_storage == Storage::Raw
     }
@@ -124,7 +129,7 @@ impl<'a> Arrays<'a> {
         Ok(integers)
     }
 
-    /// Whether an array holds numbers of a known type.
+    /// Returns whether an array contains numbers of a known type.
     pub fn is_numeric(array: Node) -> bool {
         const TYPES: [&str; 11] = [
             "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64", "Float32", "Float64",
@@ -134,7 +139,7 @@ impl<'a> Arrays<'a> {
         attribute(array, "type").map_or(is_ascii, |kind| TYPES.contains(&kind))
     }
 
-    /// The numbers of an array. Bits are padded to whole bytes.
+    /// Returns the numbers of an array. Bits are padded to whole bytes.
     pub fn floats(&self, array: Node) -> Result<Vec<f64>, FileError> {
         match attribute(array, "format").unwrap_or("ascii") {
             "ascii" => {
@@ -153,13 +158,13 @@ impl<'a> Arrays<'a> {
             "appended" => {
                 let given = attribute(array, "offset").unwrap_or_default();
                 let offset: usize = given.parse().map_err(|_| {
-                    fault(array, format!("its offset is \"{given}\", expected a whole number"))
+                    fault(array, format!("its offset is \"{given}\", expected an integer of 0 or more"))
                 })?;
                 let start = self.appended.get(offset..).ok_or_else(|| {
                     let length = self.appended.len();
                     fault(
                         array,
-                        format!("its offset {offset} lies past the appended data, which have {length} bytes"),
+                        format!("its offset {offset} is past the end of the appended data, which has {length} bytes"),
                     )
                 })?;
                 let source = match self.appended_storage {
@@ -169,14 +174,14 @@ impl<'a> Arrays<'a> {
                 self.decode(array, source)
             }
             other => {
-                Err(fault(array, format!("format \"{other}\" is not known; ascii, binary and appended are")))
+                Err(fault(array, format!("unknown format \"{other}\"; expected ascii, binary or appended")))
             }
         }
     }
 
     fn decode(&self, array: Node, mut source: Source) -> Result<Vec<f64>, FileError> {
         let cut_off =
-            || fault(array, "its data end early or are not base64; the file is cut off or damaged".into());
+            || fault(array, "its data ends early or is not base64; the file is truncated or damaged".into());
         let mut length = || {
             let bytes = source.read(self.header)?;
             let value = bytes.iter().enumerate().fold(0u64, |n, (i, &b)| {
@@ -188,7 +193,7 @@ impl<'a> Arrays<'a> {
         let bytes = if self.compressed {
             let blocks = length().ok_or_else(cut_off)?;
             if blocks == 0 {
-                return Ok(Vec::new()); // what else stands in the header differs between writers
+                return Ok(Vec::new()); // the rest of the header differs between writers
             }
             let (size, last) = (length().ok_or_else(cut_off)?, length().ok_or_else(cut_off)?);
             let mut compressed = Vec::new();
@@ -200,7 +205,7 @@ impl<'a> Arrays<'a> {
                 let block = source.read(stored).ok_or_else(cut_off)?;
                 let expected = if i + 1 == blocks && last > 0 { last } else { size };
                 let before = bytes.len();
-                // One byte more shows a block that is too long.
+                // One extra byte detects a block that is too long.
                 let read = flate2::read::ZlibDecoder::new(block.as_slice())
                     .take((expected as u64).saturating_add(1))
                     .read_to_end(&mut bytes);
@@ -233,7 +238,7 @@ impl<'a> Arrays<'a> {
             "Float64" => self.each(array, bytes, f64::from_le_bytes),
             other => Err(fault(
                 array,
-                format!("type \"{other}\" is not known; Int8 to UInt64, Float32 and Float64 are"),
+                format!("unknown type \"{other}\"; expected Int8 to UInt64, Float32 or Float64"),
             )),
         }
     }
@@ -246,7 +251,7 @@ impl<'a> Arrays<'a> {
     ) -> Result<Vec<f64>, FileError> {
         let (numbers, rest) = bytes.as_chunks::<N>();
         if !rest.is_empty() {
-            return Err(fault(array, format!("{} bytes are not whole numbers of {N} bytes", bytes.len())));
+            return Err(fault(array, format!("{} bytes are not a multiple of {N} bytes", bytes.len())));
         }
         let turned = |mut b: [u8; N]| {
             if self.big_endian {

@@ -1,12 +1,12 @@
-//! VTK's PolyData as XML, written.
+//! VTK XML PolyData writer.
 
 use super::MeshOut;
 use super::base64;
 use std::io::{self, Write};
 
-/// Writes points, lines and polygons with point and cell data, each array as base64 in place:
-/// unlike appended raw bytes, that is XML which any XML reader takes. VTK numbers the cells lines
-/// first, then polygons, so every cell array begins with a NaN for each line.
+/// Writes points, lines and polygons with point and cell data, each array inline as base64: unlike
+/// appended raw bytes, that is XML which any XML reader accepts. VTK numbers lines before polygons,
+/// so every cell array begins with one NaN per line.
 pub(super) fn write_vtp(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
     let (points, lines, polys) = (mesh.positions().len(), mesh.lines.len(), mesh.face_count());
     writeln!(
@@ -85,7 +85,7 @@ fn escaped(name: &str) -> String {
             '>' => text.push_str("&gt;"),
             '"' => text.push_str("&quot;"),
             '\'' => text.push_str("&apos;"),
-            // XML 1.0 cannot represent most of them.
+            // XML 1.0 can not represent most of them.
             c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => text.push('_'),
             c => text.push(c),
         }

@@ -1,9 +1,9 @@
-//! Words, lines and numbers of text formats, read straight from the bytes.
+//! Words, lines and numbers of text formats, parsed directly from the bytes.
 
 use crate::error::FileError;
 
-/// Walks over a text word by word. Lines end with LF, CR LF or CR; all other bytes up to the blank
-/// separate words.
+/// Iterates over a text word by word. Lines end with LF, CR LF or CR; all other bytes up to the
+/// blank separate words.
 #[derive(Clone)]
 pub(super) struct Words<'a> {
     bytes: &'a [u8],
@@ -11,7 +11,7 @@ pub(super) struct Words<'a> {
     line: usize,
     /// A byte that starts a comment up to the end of the line.
     comment: Option<u8>,
-    /// Set if a backslash joins a line with the next. Tells whether the text after it begins a
+    /// Set if a backslash joins a line with the next. Returns whether the text after it begins a
     /// statement of its own, in which case the lines are not joined.
     continuation: Option<fn(&[u8]) -> bool>,
     /// The first line that was not joined for that reason.
@@ -22,31 +22,32 @@ impl<'a> Words<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
         Words { bytes, at: 0, line: 1, comment: None, continuation: None, not_joined: None }
     }
-    /// With comments from `#` to the end of the line.
+    /// Enables comments from `#` to the end of the line.
     pub fn with_comments(mut self) -> Self {
         self.comment = Some(b'#');
         self
     }
-    /// With lines that a backslash continues, unless the next line begins a statement of its own.
+    /// Enables line continuation by a backslash, unless the next line begins a statement of its
+    /// own.
     pub fn with_continuation(mut self, begins_statement: fn(&[u8]) -> bool) -> Self {
         self.continuation = Some(begins_statement);
         self
     }
-    /// The first line ending in a backslash that was not joined with the next, a statement of its
-    /// own.
+    /// Returns the first line with a final backslash that was not joined with the next one, a
+    /// statement of its own.
     pub fn not_joined(&self) -> Option<usize> {
         self.not_joined
     }
-    /// The line that the next word is looked for in, from 1.
+    /// Returns the line of the next word, from 1.
     pub fn line(&self) -> usize {
         self.line
     }
-    /// How many bytes are left.
+    /// Returns the number of remaining bytes.
     pub fn remaining(&self) -> usize {
         self.bytes.len() - self.at
     }
 
-    /// The next word of this line, or `None` at its end.
+    /// Returns the next word of this line, or `None` at its end.
     #[inline]
     pub fn word_on_line(&mut self) -> Option<&'a [u8]> {
         self.skip_blanks();
@@ -58,7 +59,7 @@ impl<'a> Words<'a> {
         (length > 0).then(|| &rest[..length])
     }
 
-    /// The next word of this or a later line, or `None` at the end of the text.
+    /// Returns the next word of this or a later line, or `None` at the end of the text.
     #[inline]
     pub fn word(&mut self) -> Option<&'a [u8]> {
         loop {
@@ -71,7 +72,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Leaves this line; false when there is no other.
+    /// Advances to the next line; returns false if there is none.
     pub fn next_line(&mut self) -> bool {
         loop {
             self.skip_blanks();
@@ -91,7 +92,7 @@ impl<'a> Words<'a> {
         self.at < self.bytes.len()
     }
 
-    /// A fault on the current line.
+    /// Creates an error on the current line.
     pub fn fault(&self, format: &'static str, problem: impl Into<String>) -> FileError {
         FileError::syntax(format, format!("line {}", self.line), problem)
     }
@@ -142,7 +143,7 @@ impl<'a> Words<'a> {
     }
 }
 
-/// The number a word stands for; NaN and infinities as they are.
+/// Parses a number; accepts NaN and infinities.
 #[inline]
 pub(super) fn number(word: &[u8]) -> Option<f64> {
     let unsigned = word.strip_prefix(b"+").unwrap_or(word);
@@ -163,7 +164,7 @@ pub(super) fn number(word: &[u8]) -> Option<f64> {
     }
 }
 
-/// The integer a word stands for; "3.0" is one too.
+/// Parses an integer; accepts "3.0".
 #[inline]
 pub(super) fn integer(word: &[u8]) -> Option<i64> {
     let (negative, digits) = match word {
@@ -179,22 +180,21 @@ pub(super) fn integer(word: &[u8]) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
-/// The integer that a float is, if it is one.
+/// Converts a float to the integer that it represents, if any.
 #[inline]
 pub(super) fn whole(value: f64) -> Option<i64> {
-    // Beyond 2^53 a float no longer names one integer.
+    // Beyond 2^53 a float no longer represents a unique integer.
     (value.fract() == 0.0 && value.abs() <= 9_007_199_254_740_992.0).then_some(value as i64)
 }
 
-/// A word as an error message shows it.
+/// Formats a word for an error message.
 pub(super) fn shown(word: &[u8]) -> String {
     const LONGEST: usize = 40;
     let text: String = String::from_utf8_lossy(word).chars().take(LONGEST).collect();
     format!("\"{}\"", text.escape_debug())
 }
 
-/// Writes a float so that it reads back bit for bit, short, and with `nan` and `inf` as C writes
-/// them.
+/// A float formatted so that it reads back bit for bit, short, and with `nan` and `inf` as in C.
 pub(super) struct Number(pub f64);
 
 impl std::fmt::Display for Number {

@@ -1,5 +1,5 @@
-//! Every surface in the developers' data folder, against the counts of its manifest; 0 files where
-//! there is no such folder.
+//! Every surface in the developers' data folder, checked against the counts in its manifest; 0
+//! files if the folder does not exist.
 
 use crate::io::{MeshFormat, read_mesh};
 use std::collections::HashSet;
@@ -8,14 +8,14 @@ use std::time::Instant;
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
 
-/// Path, V and F of the rows of the manifest that name a surface.
+/// Returns path, V and F of the manifest rows that describe a surface.
 fn surfaces() -> Vec<(String, usize, usize)> {
     let manifest = std::fs::read_to_string(PathBuf::from(DATA).join("MANIFEST.md")).unwrap_or_default();
     let row = |line: &str| {
         let cells: Vec<&str> = line.split('|').map(str::trim).collect();
         let name = *cells.get(1)?;
         MeshFormat::from_path(name)?;
-        let faces = cells.get(5)?.split(' ').next()?; // may go on: "1034 (sides 3..11)"
+        let faces = cells.get(5)?.split(' ').next()?; // may continue: "1034 (sides 3..11)"
         Some((name.to_string(), cells.get(4)?.parse().ok()?, faces.parse().ok()?))
     };
     manifest.lines().filter_map(row).collect()
@@ -41,7 +41,7 @@ fn every_surface_has_the_counts_of_the_manifest() {
         let mut found = file.mesh.vertex_count();
         if MeshFormat::from_path(name) == Some(MeshFormat::Stl) {
             assert_eq!(found, 3 * faces, "{name}");
-            // The manifest counts positions, where 0 and -0 are one.
+            // The manifest counts positions, where 0 and -0 are equal.
             let distinct: HashSet<[u64; 3]> =
                 file.mesh.positions.iter().map(|p| p.map(|x| (x + 0.0).to_bits())).collect();
             found = distinct.len();

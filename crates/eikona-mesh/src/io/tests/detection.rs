@@ -1,11 +1,11 @@
-//! The content of a file is consulted before its name is believed.
+//! The content of a file takes precedence over its name.
 
 use super::{Folder, triangle_cube, written};
 use crate::io::*;
 
 // reports.md, wrong extension
 #[test]
-fn the_content_decides_where_the_name_is_wrong() {
+fn content_decides_over_a_wrong_name() {
     use MeshFormat::{Glb, Gltf, Obj, Off, Ply, Stl, Vtp};
     let folder = Folder::new("names");
     let cube = triangle_cube();
@@ -25,7 +25,7 @@ fn the_content_decides_where_the_name_is_wrong() {
                 let fits = named.is_none_or(|n| n == content || is_gltf(n) && is_gltf(content));
                 let expected = named.filter(|_| !fits).map(|n| {
                     format!(
-                        "the name says {}, but the content is {1}; it was read as {1}",
+                        "the file name suggests {}, but the content is {1}; it was read as {1}",
                         n.name(),
                         content.name()
                     )
@@ -34,7 +34,7 @@ fn the_content_decides_where_the_name_is_wrong() {
             }
         }
     }
-    // What is given counts more than both.
+    // A given format takes precedence over both.
     let path = folder.0.join("mesh.obj");
     std::fs::write(&path, written(Ply, &MeshOut::from(&cube))).unwrap();
     assert!(read_mesh_as(&path, Some(Obj)).is_err());
@@ -58,14 +58,14 @@ fn binary_files_may_begin_like_other_formats() {
         assert_eq!(MeshFormat::sniff(&bytes), Some(MeshFormat::Stl), "{head:?}");
         assert_eq!(read_stl(&bytes).unwrap().mesh.face_count(), 12);
     }
-    bytes[80] = 0; // no facets announced: now the name has to help
+    bytes[80] = 0; // a facet count of 0: now the name decides
     bytes[..8].copy_from_slice(b"g part  ");
     assert_eq!(MeshFormat::sniff(&bytes), None);
     assert_eq!(MeshFormat::detect("part.stl", &bytes), Some(MeshFormat::Stl));
 }
 
 #[test]
-fn files_of_other_kinds_are_called_what_they_are() {
+fn foreign_files_are_identified() {
     let folder = Folder::new("foreign");
     let refusal = |name: &str, content: &[u8]| {
         std::fs::write(folder.0.join(name), content).unwrap();
@@ -80,7 +80,7 @@ fn files_of_other_kinds_are_called_what_they_are() {
         ("a.stp", b"ISO-10303-21;\n", "a STEP file"),
         ("empty.obj", b"", "the file is empty"),
         ("empty.stl", b"", "the file is empty"),
-        ("noise.xyz", b"1 2 3\n", "name it .obj"),
+        ("noise.xyz", b"1 2 3\n", "end in .obj"),
         ("a.vtu", b"<VTKFile type=\"UnstructuredGrid\"></VTKFile>", "UnstructuredGrid"),
     ] {
         let refusal = refusal(name, content);

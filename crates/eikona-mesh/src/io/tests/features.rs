@@ -1,4 +1,4 @@
-//! What each format allows and its readers therefore understand.
+//! Optional features of each format that its reader supports.
 
 use super::triangle_cube;
 use crate::io::*;
@@ -8,7 +8,7 @@ fn floats(values: &[f32]) -> Vec<u8> {
 }
 
 #[test]
-fn obj_in_all_its_spellings() {
+fn obj_syntax_variants() {
     let text = "\u{feff}# comment \\\nmtllib a\\b.mtl\r\nv\t0 0 0\r\nv 1 0 0 1.0\r\nv 1 1 0 # trailing\r\nvn 0 0 1\r\n\
         v +0 1e0 \\\r\n -0.5\r\nvt 0 0\r\ng side \\\r\nstill the group\r\ncurv2 0 1\r\n\
         f 1/2/3 2//5 3/7 -1\r\nf 1 \\\r\n  2\\\n 5\r\nl 1 2 -1 -4\r\np 1\r\nv nan 1 2\r\nf -1 -2 -3";
@@ -35,14 +35,14 @@ const PLY_HEADER: &str = "comment made by hand\r\nobj_info none\r\nelement verte
     property list short char names\r\nelement face 2\r\nproperty uchar flags\r\nproperty list int16 float64 vertex_index\r\n\
     element tristrips 1\r\nproperty list int int vertex_indices\r\nend_header\r\n";
 
-/// The body of `PLY_HEADER`, in either byte order.
+/// Returns the body of `PLY_HEADER`, in either byte order.
 fn ply_body(big_endian: bool) -> Vec<u8> {
     let mut body = Vec::new();
     let mut put = |bytes: &[u8]| {
         if big_endian { body.extend(bytes.iter().rev()) } else { body.extend(bytes) }
     };
     for i in 0..4i16 {
-        // The first byte is a line end: the header must not eat it.
+        // The first byte is a line end: the header must not consume it.
         put(&(10 - i).to_le_bytes());
         put(&(0.1 * f64::from(i)).to_le_bytes());
         put(&0.5f32.to_le_bytes());
@@ -83,7 +83,7 @@ fn obj_texture_coordinates_are_kept_if_every_corner_has_them() {
 }
 
 #[test]
-fn ply_of_any_byte_order_with_lists_strips_and_other_elements() {
+fn ply_in_both_byte_orders_with_lists_strips_and_other_elements() {
     let ascii_body = "10 0 .5 0 40000  9 0.1 .5 1 7 40001\n8 0.2 .5 2 7 7 40002\n7 0.30000000000000004 .5 3 7 7 7 40003\n\
         1 2 1 2\n1 2 1 2\n200 3 0 1 2\n200 3 3.0 2 1\n9 0 1 2 3 -1 3 3 1 0";
     let whole = |format: &str, body: &[u8]| {
@@ -96,8 +96,8 @@ fn ply_of_any_byte_order_with_lists_strips_and_other_elements() {
     assert_eq!(big.mesh, little.mesh);
     assert_eq!(little.mesh.positions[3], [7.0, 0.1 * 3.0, 0.5]);
     let faces: Vec<&[u32]> = little.mesh.faces().collect();
-    // Strip 0 1 2 3 makes (0 1 2) and, turned, (2 1 3); strip 3 3 1 0 a stitch and, turned, (1 3
-    // 0).
+    // Strip 0 1 2 3 gives (0 1 2) and, reversed, (2 1 3); strip 3 3 1 0 gives a stitch and,
+    // reversed, (1 3 0).
     assert_eq!(faces, [[0, 1, 2], [3, 2, 1], [0, 1, 2], [2, 1, 3], [1, 3, 0]]);
     assert_eq!(little.vertex_scalars, [("label".to_string(), vec![40000.0, 40001.0, 40002.0, 40003.0])]);
     assert_eq!(little.face_scalars[0].1[..2], [200.0, 200.0]);
@@ -152,7 +152,7 @@ fn off_with_every_keyword() {
     }
 }
 
-/// A glTF of four points on a 2 by 1 rectangle, with these primitives and nodes.
+/// Returns a glTF file of four points on a 2 by 1 rectangle, with these primitives and nodes.
 fn gltf(primitives: &str, nodes: &str) -> String {
     let mut bytes = floats(&[0., 0., 0., 2., 0., 0., 0., 1., 0., 2., 1., 0.]);
     bytes.extend([0u8, 1, 2, 3]);
@@ -189,7 +189,7 @@ fn gltf_strips_fans_lines_and_shared_vertices() {
 #[test]
 fn gltf_nodes_place_their_meshes() {
     let half = std::f64::consts::FRAC_1_SQRT_2;
-    // A quarter turn about z with scale 3, inside a shift; and a copy by a matrix.
+    // A quarter turn about z with scale 3, inside a translation; and a copy by a matrix.
     let nodes = format!(
         r#"{{"children":[1],"translation":[10,0,0]}},{{"mesh":0,"rotation":[0,0,{half},{half}],"scale":[3,3,3]}},
         {{"mesh":0,"matrix":[1,0,0,0, 0,2,0,0, 0,0,1,0, 0,0,5,1]}}"#
@@ -257,7 +257,7 @@ fn vtp_ascii_raw_base64_and_zlib() {
     check(&appended(arrays.each_ref().map(raw), "raw", ""), "raw");
     let base64 = |bytes: &Vec<u8>| super::super::base64::encode(&raw(bytes)).into_bytes();
     check(&appended(arrays.each_ref().map(base64), "base64", ""), "base64");
-    // Two blocks where there is enough; the header is encoded by itself.
+    // Two blocks if there is enough data; the header is encoded separately.
     let zlib = |bytes: &Vec<u8>| {
         let size = bytes.len().div_ceil(2) / 4 * 4 + 4;
         let blocks: Vec<Vec<u8>> = bytes

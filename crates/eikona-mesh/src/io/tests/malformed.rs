@@ -1,4 +1,4 @@
-//! Damaged files: each gives an error that says where and why, none a panic, a hang or a huge
+//! Damaged files: each gives an error with place and cause; none causes a panic, a hang or a huge
 //! allocation.
 
 use super::{polygon_cube, triangle_cube, written};
@@ -12,7 +12,7 @@ fn ply(format: &str, elements: &str, body: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn faults_are_named_with_place_value_and_remedy() {
+fn errors_give_place_value_and_remedy() {
     use MeshFormat::*;
     let points = "0 0 0 1 0 0 0 1 0\n";
     let ascii = |body: &str| ply("ascii", &format!("{PLY3}{FACE}"), format!("{points}{body}").as_bytes());
@@ -33,7 +33,7 @@ fn faults_are_named_with_place_value_and_remedy() {
     };
     let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     let table: Vec<(&str, MeshFormat, Vec<u8>, &[&str])> = vec![
-        ("empty", Obj, b"".to_vec(), &["no vertex"]),
+        ("empty", Obj, b"".to_vec(), &["no vertices"]),
         ("zero index", Obj, format!("{triangle}f 0 1 2").into(), &["line 4", "vertex 0", "from 1"]),
         (
             "index past the end",
@@ -45,7 +45,7 @@ fn faults_are_named_with_place_value_and_remedy() {
             "index of 20 digits",
             Obj,
             format!("{triangle}f 1 2 99999999999999999999\n").into(),
-            &["line 4", "no vertex number"],
+            &["line 4", "not a vertex number"],
         ),
         (
             "index past 32 bits",
@@ -60,7 +60,7 @@ fn faults_are_named_with_place_value_and_remedy() {
             &["line 4", "-4", "only 3 vertices"],
         ),
         ("line index", Obj, format!("{triangle}\\\n\nl 1 x").into(), &["line 6", "\"x\""]),
-        ("two coordinates", Obj, b"v 1 2\n".to_vec(), &["line 1", "2 coordinates", "3 are needed"]),
+        ("two coordinates", Obj, b"v 1 2\n".to_vec(), &["line 1", "2 coordinates", "needs 3"]),
         ("no number", Obj, b"v 1 2 3,5\n".to_vec(), &["line 1", "3,5"]),
         ("binary noise", Obj, (0..=255).collect(), &["OBJ"]),
         ("no magic", Ply, b"plx\n".to_vec(), &["line 1", "ply"]),
@@ -103,10 +103,10 @@ fn faults_are_named_with_place_value_and_remedy() {
         ),
         ("no vertices", Ply, ply("ascii", "end_header\n", b""), &["no element \"vertex\""]),
         (
-            "ascii cut off",
+            "ascii truncated",
             Ply,
             ply("ascii", &format!("{PLY3}{FACE}"), b"0 0 0\n1 0 0 0 0 "),
-            &["vertex 2", "property z", "cut off"],
+            &["vertex 2", "property z", "truncated"],
         ),
         (
             "ascii word",
@@ -119,10 +119,10 @@ fn faults_are_named_with_place_value_and_remedy() {
             "index past the end",
             Ply,
             ascii("3 0 3 4294967295\n"),
-            &["face 0 names vertex 3", "vertex 4294967295"],
+            &["face 0 refers to vertex 3", "vertex 4294967295"],
         ),
         ("index with a fraction", Ply, ascii("3 0 1 1.5\n"), &["face 0", "1.5"]),
-        ("list past the end", Ply, ascii("2000000000 0 1 2\n"), &["face 0", "cut off"]),
+        ("list past the end", Ply, ascii("2000000000 0 1 2\n"), &["face 0", "truncated"]),
         (
             "negative list",
             Ply,
@@ -137,18 +137,23 @@ fn faults_are_named_with_place_value_and_remedy() {
             "binary list past the end",
             Ply,
             ply("binary_little_endian", &format!("{PLY3}{}", FACE.replace("uchar", "uint")), &[255; 44]),
-            &["face 0", "cut off"],
+            &["face 0", "truncated"],
         ),
         ("short binary STL", Stl, vec![b'x'; 50], &["50 bytes"]),
         (
-            "cut off binary STL",
+            "truncated binary STL",
             Stl,
             written(Stl, &MeshOut::from(&triangle_cube()))[..600].to_vec(),
-            &["12 facets", "holds 10", "cut off"],
+            &["12 facets", "contains 10", "truncated"],
         ),
-        ("huge STL count", Stl, [vec![b'x'; 80], vec![255; 104]].concat(), &["4294967295 facets", "holds 2"]),
         (
-            "ascii STL cut off",
+            "huge STL count",
+            Stl,
+            [vec![b'x'; 80], vec![255; 104]].concat(),
+            &["4294967295 facets", "contains 2"],
+        ),
+        (
+            "ascii STL truncated",
             Stl,
             b"solid\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\n".to_vec(),
             &["inside a facet"],
@@ -157,24 +162,29 @@ fn faults_are_named_with_place_value_and_remedy() {
             "ascii STL quad",
             Stl,
             b"solid\nfacet\nvertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\nendfacet\n".to_vec(),
-            &["line 7", "three vertices"],
+            &["line 7", "exactly three"],
         ),
         ("ascii STL word", Stl, b"solid\nfacet\nvertex 0 0\n".to_vec(), &["line 3", "number"]),
         ("ascii STL noise", Stl, b"solid\nfacet\nwhat\n".to_vec(), &["line 3", "what"]),
         ("empty OFF", Off, b"# nothing\n".to_vec(), &["empty"]),
-        ("OFF of noise", Off, b"hello\n".to_vec(), &["hello", "is this an OFF file"]),
+        ("OFF of noise", Off, b"hello\n".to_vec(), &["hello", "this is an OFF file"]),
         (
-            "OFF cut off",
+            "OFF truncated",
             Off,
             b"OFF\n900000000000 1 0\n0 0 0\n1 1 1\n".to_vec(),
-            &["2 of 900000000000", "cut off"],
+            &["2 of 900000000000", "truncated"],
         ),
-        ("OFF face cut off", Off, b"OFF\n1 1 0\n0 0 0\n999999999 0\n".to_vec(), &["0 of 1", "faces"]),
-        ("OFF index", Off, b"OFF\n1 1 0\n0 0 0\n3 0 0 1\n".to_vec(), &["face 0 names vertex 1", "0 to 0"]),
+        ("OFF face truncated", Off, b"OFF\n1 1 0\n0 0 0\n999999999 0\n".to_vec(), &["0 of 1", "faces"]),
+        (
+            "OFF index",
+            Off,
+            b"OFF\n1 1 0\n0 0 0\n3 0 0 1\n".to_vec(),
+            &["face 0 refers to vertex 1", "0 to 0"],
+        ),
         ("OFF negative count", Off, b"OFF\n1 1 0\n0 0 0\n-3 0 0 1\n".to_vec(), &["face 0", "-3 corners"]),
         ("COFF without colours", Off, b"COFF\n1 0 0\n0 0 0\n".to_vec(), &["line 3", "red"]),
         ("GLB 1", Glb, glb(|b| b[4] = 1), &["version 1", "convert"]),
-        ("GLB cut off", Glb, glb(|b| b.truncate(b.len() - 5)), &["byte", "cut off"]),
+        ("GLB truncated", Glb, glb(|b| b.truncate(b.len() - 5)), &["byte", "truncated"]),
         ("GLB without chunks", Glb, glb(|b| b.truncate(12)), &["no JSON chunk"]),
         ("glTF noise", Gltf, b"{\"asset\":[".to_vec(), &["JSON line 1"]),
         (
@@ -195,7 +205,7 @@ fn faults_are_named_with_place_value_and_remedy() {
             gltf("\"byteOffset\":0", "\"byteOffset\":18446744073709551615"),
             &["past the end"],
         ),
-        ("glTF stride 0", Gltf, gltf("\"byteOffset\":0", "\"byteStride\":0"), &["0 bytes apart"]),
+        ("glTF stride 0", Gltf, gltf("\"byteOffset\":0", "\"byteStride\":0"), &["stride of 0"]),
         (
             "glTF index",
             Gltf,
@@ -230,7 +240,7 @@ fn faults_are_named_with_place_value_and_remedy() {
             "VTP with false data",
             Vtp,
             vtp("\"binary\">\n", "\"binary\">\n////////////"),
-            &["Points", "end early"],
+            &["Points", "ends early"],
         ),
         ("VTP type", Vtp, vtp("Float64", "Float16"), &["Float16"]),
         ("VTP offset", Vtp, vtp("format=\"binary\"", "format=\"appended\" offset=\"99\""), &["offset"]),
@@ -242,13 +252,13 @@ fn faults_are_named_with_place_value_and_remedy() {
             Ok(file) => panic!("{format:?} {name}: read as {file:?}"),
         };
         for word in words {
-            assert!(message.contains(word), "{format:?} {name}: \"{message}\" does not say \"{word}\"");
+            assert!(message.contains(word), "{format:?} {name}: \"{message}\" does not contain \"{word}\"");
         }
     }
 }
 
 #[test]
-fn elements_of_nothing_take_no_time() {
+fn elements_without_properties_take_no_time() {
     let header = format!("{PLY3}element nothing 18446744073709551\nend_header\n");
     let file = read_ply(&ply("ascii", &header, b"0 0 0 0 0 0 0 0 0")).unwrap();
     assert_eq!(file.mesh.vertex_count(), 3);
@@ -278,8 +288,8 @@ impl Random {
     }
 }
 
-/// Cuts files off and overwrites, repeats and drops parts of them; whatever is still read has no
-/// index out of range.
+/// Truncates files and overwrites, repeats and drops parts of them; whatever can still be read has
+/// no index out of range.
 #[test]
 fn no_damage_makes_a_reader_panic() {
     use MeshFormat::*;

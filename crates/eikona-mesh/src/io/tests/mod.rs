@@ -1,4 +1,4 @@
-//! Tests of the file formats, and the shapes they use.
+//! Tests of the file formats, and their helper shapes.
 
 mod data_folder;
 mod detection;
@@ -16,7 +16,7 @@ use super::{MeshFormat, MeshOut, write_mesh_bytes};
 use crate::mesh::TriangleMesh;
 use crate::polygon::PolygonMesh;
 
-/// A cube with awkward coordinates: none of them is exact in 32 bits.
+/// Returns the positions of a cube with awkward coordinates: none of them is exact in 32 bits.
 fn cube_positions() -> Vec<[f64; 3]> {
     (0..8).map(|i| [0, 1, 2].map(|k| if i >> k & 1 == 1 { 0.1 + k as f64 } else { -1.0 / 3.0 })).collect()
 }
@@ -29,8 +29,8 @@ fn triangle_cube() -> TriangleMesh {
     TriangleMesh::new(cube_positions(), faces).unwrap()
 }
 
-/// The cube with one side a quad cut in two triangles and one corner cut off: triangles, quads and
-/// a pentagon.
+/// Returns the cube with one quad cut into two triangles and one corner cut off: triangles, quads
+/// and a pentagon.
 fn polygon_cube() -> PolygonMesh {
     let mut mesh = PolygonMesh::new(cube_positions());
     mesh.positions.push([0.5, 0.25, -0.125]);
@@ -49,7 +49,7 @@ fn written(format: MeshFormat, mesh: &MeshOut) -> Vec<u8> {
     bytes
 }
 
-/// A folder of its own under the system's, removed at the end.
+/// A separate folder in the system's temporary folder, removed at the end.
 struct Folder(std::path::PathBuf);
 
 impl Folder {

@@ -1,4 +1,4 @@
-//! Parts of glTF that meshes seldom use, and files as exporters write them.
+//! Rarely used parts of glTF, and files as exporters write them.
 
 use crate::io::*;
 use serde_json::{Value, json};
@@ -13,7 +13,7 @@ fn binary() -> Vec<u8> {
     bytes
 }
 
-/// A unit square of two triangles, edited.
+/// Returns a unit square of two triangles, edited.
 fn square(edit: impl Fn(&mut Value)) -> Value {
     let mut root = json!({
         "asset": { "version": "2.0" }, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
@@ -36,7 +36,8 @@ fn chunk(kind: &[u8; 4], content: &[u8]) -> Vec<u8> {
     [&(content.len() as u32).to_le_bytes()[..], kind, content].concat()
 }
 
-/// A `.glb` whose JSON is filled up with `padding`, and the length that its header should have.
+/// Returns a `.glb` whose JSON is padded with `padding`, and the length that its header should
+/// have.
 fn glb(root: &Value, padding: u8) -> (Vec<u8>, u32) {
     let mut json = serde_json::to_vec(root).unwrap();
     json.push(padding);
@@ -58,7 +59,7 @@ const SQUARE: [[f64; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1.
 
 // reports.md F7
 #[test]
-fn the_transform_of_a_skinned_meshs_node_does_not_count() {
+fn the_transform_of_a_skinned_mesh_node_is_ignored() {
     for skinned in [true, false] {
         let file = read(|root| {
             root["nodes"] =
@@ -79,7 +80,7 @@ fn the_transform_of_a_skinned_meshs_node_does_not_count() {
 }
 
 #[test]
-fn morph_targets_and_instances_are_passed_over_with_a_warning() {
+fn morph_targets_and_instances_are_ignored_with_a_warning() {
     let file = read(|root| {
         root["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }]);
         root["meshes"][0]["weights"] = json!([1.0]);
@@ -107,8 +108,8 @@ fn sparse_accessors_replace_elements_of_their_view_or_of_zeros() {
         root["accessors"][0].as_object_mut().unwrap().remove("bufferView");
     });
     assert_eq!(file.mesh.positions, [[0.; 3], [0.; 3], [5., 6., 7.], [0.; 3]]);
-    // The last corner of the second triangle becomes 1: the first two bytes of view 1 from offset
-    // 2.
+    // The last corner of the second triangle becomes 1: the first two bytes of view 1 from
+    // offset 2.
     let file = read(|root| {
         root["accessors"][1]["sparse"] = json!({
             "count": 1, "indices": { "bufferView": 2, "componentType": 5121 }, "values": { "bufferView": 1, "byteOffset": 2 }
@@ -117,7 +118,7 @@ fn sparse_accessors_replace_elements_of_their_view_or_of_zeros() {
     assert!(file.mesh.faces().eq([[0, 1, 1], [0, 2, 3]]));
     for (edit, words) in [
         (json!({ "count": 9 }), "9 elements of 2 bytes"),
-        (json!({ "indices": { "bufferView": 1, "componentType": 5126 } }), "none of sparse indices"),
+        (json!({ "indices": { "bufferView": 1, "componentType": 5126 } }), "not valid for sparse indices"),
         (
             json!({ "indices": { "bufferView": 3, "componentType": 5125 } }),
             "out of range: there are 4 elements",
@@ -151,7 +152,7 @@ fn accessors_without_a_buffer_view_are_zeros() {
     assert!(wrong.contains("_W has 18446744073709551615 values for 4 vertices"), "{wrong}");
     let huge = refusal(|root| root["accessors"][0] = zeros(1 << 40, "VEC3"));
     assert!(huge.contains("accessor 0") && huge.contains("1099511627776 zeros"), "{huge}");
-    // The same without data since it is compressed.
+    // The same accessor without data, because it is compressed.
     let draco = refusal(|root| {
         root["accessors"][0] = zeros(4, "VEC3");
         root["meshes"][0]["primitives"][0]["extensions"] = json!({ "KHR_draco_mesh_compression": {} });
@@ -161,7 +162,7 @@ fn accessors_without_a_buffer_view_are_zeros() {
 
 // reports.md F16, F17
 #[test]
-fn chunks_may_be_filled_up_and_files_go_on_behind_their_end() {
+fn padded_chunks_and_trailing_bytes_are_accepted() {
     let whole = read(|_| {});
     let (nul, _) = glb(&square(|_| {}), 0);
     assert_eq!(read_gltf(&nul).unwrap(), whole);
@@ -170,22 +171,22 @@ fn chunks_may_be_filled_up_and_files_go_on_behind_their_end() {
         assert_eq!(read_gltf(&[&plain, tail].concat()).unwrap(), whole, "{tail:?}");
     }
     let junk = read_gltf(&[&plain[..], b"appendix"].concat()).unwrap();
-    assert_eq!(junk.warnings, ["8 bytes after the announced end of the file were left out"]);
+    assert_eq!(junk.warnings, ["8 bytes after the end given in the header were ignored"]);
     assert_eq!(junk.mesh, whole.mesh);
-    for announced in [0, 12, 13, length - 1, length + 1, u32::MAX] {
+    for declared in [0, 12, 13, length - 1, length + 1, u32::MAX] {
         let mut bytes = plain.clone();
-        bytes[8..12].copy_from_slice(&announced.to_le_bytes());
-        assert_eq!(read_gltf(&bytes).unwrap(), whole, "{announced}");
+        bytes[8..12].copy_from_slice(&declared.to_le_bytes());
+        assert_eq!(read_gltf(&bytes).unwrap(), whole, "{declared}");
     }
     for cut in 1..binary().len() {
         let refusal = read_gltf(&plain[..plain.len() - cut]).unwrap_err().to_string();
-        assert!(refusal.contains("cut off"), "{refusal}");
+        assert!(refusal.contains("truncated"), "{refusal}");
     }
 }
 
 // reports.md F11
 #[test]
-fn a_missing_buffer_is_named_and_only_missed_where_it_is_needed() {
+fn a_missing_buffer_is_an_error_only_if_it_is_needed() {
     let folder = super::Folder::new("gltf-buffers");
     let path = folder.0.join("k.gltf");
     let external = |uri: &str| square(|root| root["buffers"][0]["uri"] = json!(uri));
@@ -194,13 +195,13 @@ fn a_missing_buffer_is_named_and_only_missed_where_it_is_needed() {
         read_mesh(&path).unwrap_err().to_string()
     };
     let missing = refusal("missing%20one.bin");
-    assert!(missing.contains("k.gltf: glTF, buffer 0: its file missing one.bin is not there"), "{missing}");
+    assert!(missing.contains("k.gltf: glTF, buffer 0: its file missing one.bin does not exist"), "{missing}");
     std::fs::create_dir(folder.0.join("folder.bin")).unwrap();
     let unreadable = refusal("folder.bin");
     assert!(unreadable.contains("folder.bin can not be read"), "{unreadable}");
     std::fs::write(folder.0.join("short.bin"), [0; 9]).unwrap();
     let short = refusal("short.bin");
-    assert!(short.contains("76 bytes are announced, but it has 9"), "{short}");
+    assert!(short.contains("it has 9 bytes instead of 76"), "{short}");
     assert!(refusal("data:;base64,!!").contains("not base64"));
     let file = read(|root| {
         root["buffers"].as_array_mut().unwrap().push(json!({ "byteLength": 1, "uri": "sound.bin" }))
@@ -210,21 +211,21 @@ fn a_missing_buffer_is_named_and_only_missed_where_it_is_needed() {
 
 // reports.md, "expected usize"
 #[test]
-fn wrong_json_is_told_with_its_place_and_without_rust_types() {
+fn json_errors_give_the_place_without_rust_types() {
     let cases: [(fn(&mut Value), &[&str]); 8] = [
         (
             |r| r["accessors"][0]["count"] = json!("four"),
-            &["accessors[0].count", "string \"four\" stands where a whole number"],
+            &["accessors[0].count", "expected an integer", "string \"four\""],
         ),
         (
             |r| r["accessors"][1]["bufferView"] = json!(-1),
-            &["accessors[1].bufferView", "`-1` stands where a whole number"],
+            &["accessors[1].bufferView", "expected an integer", "`-1`"],
         ),
-        (|r| r["nodes"][0]["mesh"] = json!(0.5), &["nodes[0].mesh", "`0.5`", "a whole number"]),
-        (|r| r["nodes"] = json!({}), &["nodes", "an object stands where an array is expected"]),
-        (|r| r["buffers"][0] = json!("x"), &["buffers[0]", "stands where an object is expected"]),
+        (|r| r["nodes"][0]["mesh"] = json!(0.5), &["nodes[0].mesh", "`0.5`", "expected an integer"]),
+        (|r| r["nodes"] = json!({}), &["nodes", "expected an array, found an object"]),
+        (|r| r["buffers"][0] = json!("x"), &["buffers[0]", "expected an object"]),
         (|r| r["nodes"][0]["translation"] = json!([1, 2]), &["nodes[0].translation", "length 2", "length 3"]),
-        (|r| r["nodes"][0]["scale"] = json!([1, 2, "3"]), &["nodes[0].scale[2]", "a number is expected"]),
+        (|r| r["nodes"][0]["scale"] = json!([1, 2, "3"]), &["nodes[0].scale[2]", "expected a number"]),
         (|r| r["accessors"][0] = json!({}), &["accessors[0]", "the member \"componentType\" is missing"]),
     ];
     for (edit, words) in cases {

@@ -5,14 +5,14 @@ use crate::io::*;
 const VERTICES: [&str; 4] = ["10 20 30", "11 20 30", "11 21.5 30", "10 21.5 30"];
 const FACES: [&str; 2] = ["3 0 1 2", "3 0 2 3"];
 
-/// A header, the vertices with something behind each, the faces with something behind each.
+/// Returns a header, the vertices and the faces, with the given text after each vertex and face.
 fn off(header: &str, behind_vertex: &str, behind_face: &str) -> String {
     let vertices: String = VERTICES.iter().map(|v| format!("{v}{behind_vertex}\n")).collect();
     let faces: String = FACES.iter().map(|f| format!("{f}{behind_face}\n")).collect();
     format!("{header}{vertices}{faces}")
 }
 
-/// The rectangle 1 by 1.5 at (10, 20, 30).
+/// Checks that the text is the rectangle 1 by 1.5 at (10, 20, 30).
 fn check(text: &str) -> MeshFile {
     let file = read_off(text.as_bytes()).unwrap_or_else(|fault| panic!("{fault}\n{text}"));
     let expected = [[10., 20., 30.], [11., 20., 30.], [11., 21.5, 30.], [10., 21.5, 30.]];
@@ -24,7 +24,7 @@ fn check(text: &str) -> MeshFile {
 
 // reports.md F3
 #[test]
-fn the_number_of_edges_may_stand_anywhere_or_nowhere() {
+fn the_number_of_edges_may_be_anywhere_or_missing() {
     for header in [
         "OFF\n4 2 5\n",
         "OFF\n4 2\n5\n",
@@ -63,7 +63,7 @@ fn the_number_of_edges_may_stand_anywhere_or_nowhere() {
 
 // reports.md F10
 #[test]
-fn the_keyword_may_be_in_any_case_and_touch_the_count() {
+fn the_keyword_may_be_in_any_case_and_adjoin_the_count() {
     for header in ["OFF4 2 5\n", "OFF4 2\n5\n", "off4 2 5\n", "off\n4 2 5\n", "Off 4 2\n"] {
         check(&off(header, "", ""));
         assert_eq!(MeshFormat::sniff(off(header, "", "").as_bytes()), Some(MeshFormat::Off), "{header}");
@@ -82,16 +82,16 @@ fn the_keyword_may_be_in_any_case_and_touch_the_count() {
         ("4off\n1 0 0\n0 0 0 1\n", "three coordinates"),
         ("4nOFF 3\n1 0 0\n0 0 0 1\n", "three coordinates"),
         ("off binary\n", "binary OFF"),
-        ("OFFICE\n1 0 0\n", "is this an OFF file"),
+        ("OFFICE\n1 0 0\n", "this is an OFF file"),
     ] {
         let refusal = read_off(text.as_bytes()).unwrap_err().to_string();
         assert!(refusal.contains(words), "{refusal}");
     }
 }
 
-// reports.md F3: layouts that were refused as "cut off"
+// reports.md F3: layouts that were rejected as truncated
 #[test]
-fn lines_may_hold_several_vertices_or_faces() {
+fn lines_may_contain_several_vertices_or_faces() {
     let [a, b, c, d] = VERTICES;
     let [f, g] = FACES;
     for text in [
@@ -115,9 +115,9 @@ fn lines_may_hold_several_vertices_or_faces() {
     assert_eq!(file.vertex_scalars[1], ("green".to_string(), vec![0.25; 4]));
 }
 
-/// Whatever is cut off, no coordinate may come from another place of the file.
+/// Wherever the file is truncated, no coordinate may come from another place in it.
 #[test]
-fn a_cut_off_file_is_refused_or_keeps_its_vertices() {
+fn a_truncated_file_is_an_error_or_keeps_its_vertices() {
     let whole = [
         off("OFF\n4 2\n5\n", "", ""),
         off("OFF\n4 2\n", "", "  1 0 0"),
@@ -135,7 +135,7 @@ fn a_cut_off_file_is_refused_or_keeps_its_vertices() {
         }
     }
     println!("{refused} refused");
-    // Two coordinates per vertex are no OFF file either.
+    // Two coordinates per vertex are not valid OFF either.
     let refusal = read_off(b"OFF\n4 1 0\n0 0\n1 0\n1 1\n0 1\n4 0 1 2 3\n").unwrap_err().to_string();
     assert!(refusal.contains("line 4") && refusal.contains("vertex 0"), "{refusal}");
     let refusal = read_off(b"OFF\n4 2 0\n0 0 0\n1 0 0\n").unwrap_err().to_string();

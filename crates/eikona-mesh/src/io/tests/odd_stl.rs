@@ -1,8 +1,8 @@
-//! STL files as programs write them, against the letter of the format.
+//! STL files as programs write them, in violation of the format.
 
 use crate::io::*;
 
-/// Two facets of a triangle, with these ends of lines.
+/// Returns two facets of a triangle, with this text between statements.
 fn ascii(end: &str) -> String {
     let corners = ["vertex 0 0 0", "vertex 1 0 0", "vertex 0 1 0.5"].join(end);
     let facet = ["facet normal 0 0 1", "outer loop", &corners, "endloop", "endfacet", ""].join(end);
@@ -21,7 +21,7 @@ fn check(bytes: &[u8], facets: usize) -> Vec<String> {
 
 // reports.md F18, F19
 #[test]
-fn words_of_ascii_stl_decide_and_not_its_lines() {
+fn ascii_stl_is_read_by_words_not_lines() {
     let plain = ascii("\n");
     let facet_per_line =
         plain.replace("loop\n", "loop ").replace("1\nouter", "1 outer").replace("\nendloop", " endloop");
@@ -65,14 +65,14 @@ fn words_of_ascii_stl_decide_and_not_its_lines() {
 }
 
 #[test]
-fn faults_of_ascii_stl_are_named_with_their_line() {
+fn errors_in_ascii_stl_give_the_line() {
     let plain = ascii("\n");
     for (text, words) in [
         (plain.replacen("vertex 1 0 0\n", "", 1), &["line 7", "2 vertices"][..]),
         (plain.replacen("endloop", "vertex 9 9 9\nendloop", 1), &["line 9", "4 vertices"]),
         (plain.replace("1 0 0", "1 x 0"), &["line 5", "\"x\" is not a number"]),
         (plain.replacen("endloop", "end of loop", 1), &["line 7", "\"end\""]),
-        (plain.replacen("facet normal 0 0 1\n", "", 1), &["line 7", "no facet"]),
+        (plain.replacen("facet normal 0 0 1\n", "", 1), &["line 7", "without a facet"]),
     ] {
         let refusal = read_stl(text.as_bytes()).unwrap_err().to_string();
         assert!(words.iter().all(|w| refusal.contains(w)), "{refusal}");
@@ -95,7 +95,7 @@ fn binary(count: u32, facets: usize, head: &[u8], tail: &[u8]) -> Vec<u8> {
 
 // reports.md F20
 #[test]
-fn whole_facets_that_a_binary_header_does_not_count_are_read_with_a_warning() {
+fn facets_beyond_the_header_count_are_read_with_a_warning() {
     for (count, head) in [
         (0, &b""[..]),
         (u32::MAX, b""),
@@ -106,16 +106,16 @@ fn whole_facets_that_a_binary_header_does_not_count_are_read_with_a_warning() {
     ] {
         let warnings = check(&binary(count, 2, head, b""), 2);
         assert_eq!(warnings.len(), 1);
-        let words = [format!("announces {count} facets"), "2 are in the file".to_string()];
+        let words = [format!("declares {count} facets"), "file contains 2".to_string()];
         assert!(words.iter().all(|w| warnings[0].contains(w)), "{warnings:?}");
     }
     assert_eq!(check(&binary(0, 2, b"", b"odd"), 2).len(), 2, "count and left-over bytes");
-    // A file that is filled up, or goes on with text, has no more facets than it says.
+    // A file that is padded, or followed by text, has no more facets than its header declares.
     for tail in [&[0; 50][..], b"MATERIAL=1", &[0xff; 100]] {
         let warnings = check(&binary(2, 2, b"", tail), 2);
-        assert_eq!(warnings, [format!("{} bytes after the last facet were left out", tail.len())]);
+        assert_eq!(warnings, [format!("{} bytes after the last facet were ignored", tail.len())]);
     }
     assert_eq!(check(&binary(0, 0, b"", b""), 0).len(), 0);
     let refusal = read_stl(&binary(3, 2, b"", b"")).unwrap_err().to_string();
-    assert!(refusal.contains("announces 3 facets") && refusal.contains("its count is wrong"), "{refusal}");
+    assert!(refusal.contains("declares 3 facets") && refusal.contains("its count is wrong"), "{refusal}");
 }

@@ -1,9 +1,9 @@
-//! Text encodings, PLY whose header and body disagree, OBJ lines that end in a backslash.
+//! Text encodings, PLY files whose header and body disagree, OBJ lines that end in a backslash.
 
 use super::{polygon_cube, triangle_cube, written};
 use crate::io::*;
 
-/// A text in the encodings of Windows, with and without a byte-order mark.
+/// Returns a text in the encodings of Windows, with and without a byte-order mark.
 fn encodings(text: &str) -> Vec<(&'static str, Vec<u8>)> {
     let units: Vec<u16> = text.encode_utf16().collect();
     let little: Vec<u8> = units.iter().flat_map(|u| u.to_le_bytes()).collect();
@@ -47,12 +47,12 @@ fn every_text_format_is_read_in_utf_16() {
 }
 
 #[test]
-fn binary_data_in_utf_16_are_refused_by_name() {
+fn binary_data_in_utf_16_is_an_error() {
     let ply = written(MeshFormat::Ply, &MeshOut::from(&polygon_cube()));
     let as_text: String = ply.iter().map(|&b| char::from(b)).collect();
     for (name, bytes) in encodings(&as_text).into_iter().skip(1) {
         let refusal = read_ply(&bytes).unwrap_err().to_string();
-        assert!(refusal.contains("UTF-16") && refusal.contains("copy it once more"), "{name}: {refusal}");
+        assert!(refusal.contains("UTF-16") && refusal.contains("copy it again"), "{name}: {refusal}");
     }
     let vtp =
         "<VTKFile type=\"PolyData\"><PolyData/><AppendedData encoding=\"raw\">_abc</AppendedData></VTKFile>";
@@ -80,12 +80,12 @@ fn binary_ply(tail: &[u8]) -> MeshFile {
 
 // reports.md F21
 #[test]
-fn what_a_ply_header_does_not_announce_is_left_out_with_a_warning() {
+fn content_beyond_the_ply_header_is_ignored_with_a_warning() {
     let more = ascii_ply(PLY, &format!("{BODY}3 0 2 3\n")).unwrap();
     assert_eq!(more.mesh.face_count(), 1);
     assert_eq!(
         more.warnings,
-        ["there is more from line 15 on than the header announces (4 vertex, 1 face); it was left out"]
+        ["there is more content from line 15 on than the header declares (4 vertex, 1 face); it was ignored"]
     );
     assert_eq!(ascii_ply(PLY, &format!("{BODY}\n  \n")).unwrap().warnings.len(), 0);
     let second_face: Vec<u8> =
@@ -93,7 +93,7 @@ fn what_a_ply_header_does_not_announce_is_left_out_with_a_warning() {
     let more = binary_ply(&second_face);
     assert_eq!(more.mesh.face_count(), 1);
     assert!(
-        more.warnings[0].starts_with("there are 13 bytes more than the header announces"),
+        more.warnings[0].starts_with("there are 13 bytes more than the header declares"),
         "{:?}",
         more.warnings
     );
@@ -102,24 +102,27 @@ fn what_a_ply_header_does_not_announce_is_left_out_with_a_warning() {
     }
     let less = ascii_ply(&PLY.replace("face 1", "face 2"), BODY).unwrap_err().to_string();
     assert!(
-        less.contains("face 1") && less.contains("announces 2") && less.contains("or its header wrong"),
+        less.contains("face 1") && less.contains("declares 2") && less.contains("or its header is wrong"),
         "{less}"
     );
 }
 
 #[test]
-fn ply_lines_with_other_values_than_the_header_announces_are_refused() {
+fn ply_lines_that_do_not_match_the_header_are_errors() {
     let with_normals = BODY.replace("0\n1", "0 0 0 1\n1").replace("1 1 0\n", "1 1 0 0 0 1\n");
     let refusal = ascii_ply(PLY, &with_normals).unwrap_err().to_string();
-    assert!(refusal.contains("line 10: there are 6 values") && refusal.contains("3 properties"), "{refusal}");
+    assert!(
+        refusal.contains("line 10: the line has 6 values") && refusal.contains("3 properties"),
+        "{refusal}"
+    );
     let refusal = ascii_ply(PLY, &BODY.replace("1 1 0", "1 1")).unwrap_err().to_string();
-    assert!(refusal.contains("line 12: there are 2 values"), "{refusal}");
+    assert!(refusal.contains("line 12: the line has 2 values"), "{refusal}");
     // Without a line per element, the words decide.
     assert_eq!(ascii_ply(PLY, &BODY.replace('\n', " ")).unwrap().mesh.positions[2], [1., 1., 0.]);
 }
 
 #[test]
-fn ply_properties_of_one_name_are_told_apart() {
+fn ply_properties_with_the_same_name_are_renamed() {
     let header =
         PLY.replace("float z\n", "float z\nproperty float a\nproperty float a_2\nproperty float a\n");
     let file = ascii_ply(&header, "0 0 0 1 2 3\n0 0 0 1 2 3\n0 0 0 1 2 3\n0 0 0 1 2 3\n3 0 1 2\n").unwrap();
@@ -149,7 +152,7 @@ fn a_backslash_does_not_swallow_the_next_obj_statement() {
     }
     let faces = read_obj(square("f 1 2 4 \\\n").as_bytes()).unwrap();
     assert_eq!((faces.mesh.face_count(), faces.warnings.len()), (3, 1));
-    // What goes on does so in names and numbers.
+    // Continued lines may contain names and numbers.
     for joined in ["g part \\\n one\n", "g a \\\nv\n", "g \\\nf alpha\n", "# comment \\\n", "curv2 0 \\\n1\n"]
     {
         let file = read_obj(square(joined).as_bytes()).unwrap();

@@ -1,9 +1,9 @@
-//! VTP files as VTK and others write them, and names that VTK reads.
+//! VTP files as VTK and other programs write them, and names that VTK can read.
 
 use super::{triangle_cube, written};
 use crate::io::*;
 
-/// Two triangles, with these arrays at points and cells.
+/// Returns two triangles, with these arrays at points and cells.
 fn vtp(points: &str, cells: &str) -> String {
     format!(
         r#"<?xml version="1.0"?><VTKFile type="PolyData" version="0.1" byte_order="LittleEndian"><PolyData>
@@ -54,7 +54,7 @@ fn attributes_may_be_padded_with_blanks() {
         assert_eq!(file.mesh.positions[2], [1., 1., 0.], "\"{offset}\" \"{encoding}\"");
     }
     for (offset, words) in
-        [("x", "its offset is \"x\""), ("", "its offset is \"\""), ("500", "offset 500 lies past")]
+        [("x", "its offset is \"x\""), ("", "its offset is \"\""), ("500", "offset 500 is past")]
     {
         let refusal = read_vtp(&appended(offset, "raw")).unwrap_err().to_string();
         assert!(refusal.contains(words), "{refusal}");
@@ -62,7 +62,7 @@ fn attributes_may_be_padded_with_blanks() {
 }
 
 #[test]
-fn comments_and_keys_inside_arrays_are_passed_over() {
+fn comments_and_keys_inside_arrays_are_ignored() {
     for comment in [
         "<!-- a 9 -->",
         "<?note 9?>",
@@ -80,7 +80,7 @@ fn comments_and_keys_inside_arrays_are_passed_over() {
 }
 
 #[test]
-fn arrays_of_one_name_are_all_read() {
+fn arrays_with_the_same_name_are_all_read() {
     let twice = array("h", "1 2 3 4") + &array("h", "5 6 7 8") + &array("h_2", "0 0 0 0");
     let file = check(&vtp(&twice, &(array("h", "1 2") + &array("h", "3 4"))));
     let names: Vec<(&str, f64)> = file.vertex_scalars.iter().map(|(n, v)| (n.as_str(), v[0])).collect();
@@ -94,7 +94,7 @@ fn arrays_of_one_name_are_all_read() {
 
 // reports.md F24
 #[test]
-fn bit_arrays_are_read_and_other_unread_arrays_left_out() {
+fn bit_arrays_are_read_and_unsupported_arrays_are_ignored() {
     // As VTK 9.7 writes the bits 0 1 0 1: the highest bit of a byte comes first.
     let bits = r#"<DataArray type="Bit" Name="mask" format="binary">AQAAAFQ=</DataArray>"#;
     let expected = [("mask".to_string(), vec![0., 1., 0., 1.])];
@@ -130,7 +130,7 @@ fn bit_arrays_are_read_and_other_unread_arrays_left_out() {
         assert_eq!(file.vertex_scalars, [("h".to_string(), vec![1., 2., 3., 4.])], "{unread}");
         assert!(file.warnings.len() == 1 && file.warnings[0].contains(words), "{:?}", file.warnings);
     }
-    // Points are no such array: without them there is no mesh.
+    // Points are required: without them there is no mesh.
     let refusal = read_vtp(
         vtp("", "")
             .replace("Float64\" NumberOf", "Float16\" NumberOf")
@@ -141,21 +141,21 @@ fn bit_arrays_are_read_and_other_unread_arrays_left_out() {
 }
 
 #[test]
-fn counts_of_a_piece_that_its_arrays_do_not_have_are_told() {
+fn counts_that_differ_from_the_arrays_give_a_warning() {
     let file = check(&vtp("", "").replace("NumberOfPolys=\"2\"", "NumberOfPolys=\"3\" NumberOfLines=\"1\""));
     assert_eq!(
         file.warnings,
         [
-            "NumberOfLines is 1, but 0 are in the file; these were read",
-            "NumberOfPolys is 3, but 2 are in the file; these were read"
+            "NumberOfLines is 1, but the file contains 0; these were read",
+            "NumberOfPolys is 3, but the file contains 2; these were read"
         ]
     );
 }
 
-/// VTK numbers cells by vertices, lines, polygons, strips: VTK 9.7 wrote this file with `id` the
-/// number of the cell.
+/// VTK numbers cells by vertices, lines, polygons, strips: VTK 9.7 wrote this file with `id` as the
+/// cell number.
 #[test]
-fn values_of_cells_go_to_polygons_before_strips() {
+fn cell_values_belong_to_polygons_before_strips() {
     let cells = |tag: &str, connectivity: &str, end: usize| {
         format!(
             r#"<{tag}><DataArray type="Int64" Name="connectivity" format="ascii">{connectivity}</DataArray>
@@ -179,7 +179,7 @@ fn values_of_cells_go_to_polygons_before_strips() {
 
 // reports.md F13
 #[test]
-fn names_are_written_so_that_xml_and_vtk_read_them() {
+fn names_are_written_so_that_xml_and_vtk_can_read_them() {
     let cube = triangle_cube();
     let values = [0.5; 8];
     for (name, in_file) in [
@@ -205,7 +205,7 @@ fn names_are_written_so_that_xml_and_vtk_read_them() {
 }
 
 #[test]
-fn xml_in_latin_1_is_read_if_it_says_so() {
+fn xml_in_latin_1_is_read_if_declared() {
     let text = vtp(&array("gr\u{f6}\u{df}e", "1 2 3 4"), "");
     let latin = |text: &str| text.chars().map(|c| c as u8).collect::<Vec<u8>>();
     let declared = text.replace("version=\"1.0\"?", "version=\"1.0\" encoding=\"iso-8859-1\"?");

@@ -1,4 +1,4 @@
-//! Write, read, compare.
+//! Round trips: write, read, compare.
 
 use super::{Folder, cube_positions, polygon_cube, triangle_cube, written};
 use crate::error::{FileError, MeshError};
@@ -25,7 +25,7 @@ fn faces(mesh: &PolygonMesh) -> Vec<Vec<u32>> {
 }
 
 #[test]
-fn a_triangle_mesh_comes_back_in_order_from_every_format() {
+fn triangle_meshes_survive_every_format_in_order() {
     let cube = triangle_cube();
     for format in ALL {
         for encoding in [Encoding::Binary, Encoding::Ascii] {
@@ -50,7 +50,7 @@ fn a_triangle_mesh_comes_back_in_order_from_every_format() {
 }
 
 #[test]
-fn polygons_scalars_lines_come_back() {
+fn polygons_scalars_and_lines_survive() {
     let mesh = polygon_cube();
     let heights: Vec<f64> = (0..9).map(|i| (i as f64).sin() * 1e-7).collect();
     let mut broken = heights.clone();
@@ -101,7 +101,7 @@ fn polygons_scalars_lines_come_back() {
 }
 
 #[test]
-fn gltf_keeps_scalars_and_lines_over_the_same_vertices() {
+fn gltf_keeps_scalars_and_lines_on_shared_vertices() {
     let cube = triangle_cube();
     let values: Vec<f64> = (0..8).map(|i| i as f64 / 8.0).collect();
     let lines = [vec![0, 1, 3]];
@@ -119,8 +119,8 @@ fn gltf_keeps_scalars_and_lines_over_the_same_vertices() {
 }
 
 #[test]
-fn gltf_keeps_vertices_beside_lines_that_join_nothing() {
-    // Found by fuzzing: a line of no or one node counted as something to hang the vertices on.
+fn gltf_keeps_vertices_with_degenerate_lines() {
+    // Found by fuzzing: a line of no or one node counted as a user of the vertices.
     let points = PolygonMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0]]);
     for lines in [vec![], vec![vec![]], vec![vec![1]]] {
         let mut out = MeshOut::from(&points);
@@ -131,7 +131,7 @@ fn gltf_keeps_vertices_beside_lines_that_join_nothing() {
 }
 
 #[test]
-fn colours_are_written_as_each_format_has_them() {
+fn colours_are_written_as_each_format_defines_them() {
     let mesh = polygon_cube();
     let colours: Vec<[u8; 3]> = (0..9).map(|i| [i * 28, 255 - i, 7]).collect();
     let mut out = MeshOut::from(&mesh);
@@ -149,7 +149,7 @@ fn colours_are_written_as_each_format_has_them() {
 }
 
 #[test]
-fn obj_carries_texture_coordinates_of_corners_or_a_scalar() {
+fn obj_stores_texture_coordinates_or_a_scalar() {
     let mesh = TriangleMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], vec![[0, 1, 2]]).unwrap();
     let values = [0.5, 0.25, -1.0];
     let mut out = MeshOut::from(&mesh);
@@ -166,11 +166,11 @@ fn obj_carries_texture_coordinates_of_corners_or_a_scalar() {
     assert_eq!(read_mesh_bytes(text.as_bytes(), MeshFormat::Obj).unwrap().corner_uvs, Some(uvs.to_vec()));
     let ply = read_mesh_bytes(&written(MeshFormat::Ply, &out), MeshFormat::Ply).unwrap();
     assert_eq!(ply.mesh.face(0), [0, 1, 2]);
-    assert_eq!(ply.warnings, ["properties of element \"face\" were left out: texcoord"]);
+    assert_eq!(ply.warnings, ["properties of element \"face\" were ignored: texcoord"]);
 }
 
 #[test]
-fn what_was_read_can_be_written_again_without_change() {
+fn a_read_file_is_written_back_unchanged() {
     let text = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
         property uchar red\nproperty float quality\nelement face 1\nproperty list uchar int vertex_index\nproperty int label\n\
         element edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n\
@@ -183,7 +183,7 @@ fn what_was_read_can_be_written_again_without_change() {
 }
 
 #[test]
-fn extreme_numbers_come_back_bit_for_bit_from_text() {
+fn extreme_numbers_survive_text_bit_for_bit() {
     let positions = vec![
         [f64::MAX, f64::MIN_POSITIVE, -0.0],
         [5e-324, 1e16, 123456789.12345679],
@@ -207,7 +207,7 @@ fn extreme_numbers_come_back_bit_for_bit_from_text() {
 }
 
 #[test]
-fn arrays_of_wrong_length_and_wrong_indices_are_refused() {
+fn wrong_lengths_and_indices_are_errors() {
     let cube = triangle_cube();
     let mut out = MeshOut::from(&cube);
     out.vertex_scalars = vec![("a", &[1.0])];
@@ -222,11 +222,11 @@ fn arrays_of_wrong_length_and_wrong_indices_are_refused() {
     let wrong = PolygonMesh::from_triangles(cube_positions(), &[[0, 1, 8]]);
     let refusal =
         write_mesh_bytes(&mut Vec::new(), MeshFormat::Obj, &MeshOut::from(&wrong)).unwrap_err().to_string();
-    assert!(refusal.contains("face 0 names vertex 8"), "{refusal}");
+    assert!(refusal.contains("face 0 refers to vertex 8"), "{refusal}");
 }
 
 #[test]
-fn files_are_written_whole_or_not_at_all() {
+fn files_are_written_atomically() {
     let folder = Folder::new("atomic");
     let cube = triangle_cube();
     let path = folder.0.join("cube.ply");
@@ -244,7 +244,10 @@ fn files_are_written_whole_or_not_at_all() {
     let mut out = MeshOut::from(&cube);
     out.vertex_scalars = vec![("short", &[])];
     assert!(
-        write_mesh(folder.0.join("other.ply"), &out).unwrap_err().to_string().contains("other.ply: 0 values")
+        write_mesh(folder.0.join("other.ply"), &out)
+            .unwrap_err()
+            .to_string()
+            .contains("other.ply: found 0 values")
     );
     assert!(write_mesh(folder.0.join("missing/cube.ply"), &MeshOut::from(&cube)).is_err());
     assert!(write_mesh(folder.0.join("cube.xyz"), &MeshOut::from(&cube)).is_err());
@@ -252,7 +255,7 @@ fn files_are_written_whole_or_not_at_all() {
 }
 
 #[test]
-fn paths_tell_format_and_compression() {
+fn paths_determine_format_and_compression() {
     let folder = Folder::new("paths");
     let cube = triangle_cube();
     for name in ["a.OBJ", "a.ply.gz", "a.off", "a.vtp", "a.obj.gz"] {
@@ -264,14 +267,14 @@ fn paths_tell_format_and_compression() {
         );
     }
     assert!(std::fs::read(folder.0.join("a.ply.gz")).unwrap().starts_with(&[0x1f, 0x8b]));
-    // Neither name nor extension, only content.
+    // No extension, only content.
     std::fs::copy(folder.0.join("a.ply.gz"), folder.0.join("unnamed")).unwrap();
     assert_eq!(read_mesh(folder.0.join("unnamed")).unwrap().mesh.face_count(), 12);
     std::fs::write(folder.0.join("noise"), "what is this").unwrap();
     let refusal = read_mesh(folder.0.join("noise")).unwrap_err().to_string();
-    assert!(refusal.contains("noise") && refusal.contains("name it .obj"), "{refusal}");
+    assert!(refusal.contains("noise") && refusal.contains("end in .obj"), "{refusal}");
     assert!(matches!(read_mesh(folder.0.join("absent.obj")), Err(FileError::Io { .. })));
-    // A glTF file with its buffer beside it.
+    // A glTF file with its buffer next to it.
     let text = String::from_utf8(written(MeshFormat::Gltf, &MeshOut::from(&cube))).unwrap();
     let start = text.find("data:").unwrap();
     let uri_end = start + text[start..].find('"').unwrap();
@@ -286,5 +289,5 @@ fn paths_tell_format_and_compression() {
     let refusal = std::fs::write(folder.0.join("b.gltf"), external.replace("the%20data", "../the%20data"))
         .map(|()| read_mesh(folder.0.join("b.gltf")).unwrap_err().to_string())
         .unwrap();
-    assert!(refusal.contains("does not lie in the folder"), "{refusal}");
+    assert!(refusal.contains("is not in the folder"), "{refusal}");
 }

@@ -1,9 +1,9 @@
-//! Coordinates in formats of 32-bit floats.
+//! Coordinates in formats with 32-bit floats.
 
 use crate::io::*;
 use crate::mesh::TriangleMesh;
 
-/// A square of 20 by 20 cells of 5 cm whose first corner is here.
+/// Returns a square of 20 by 20 cells of 5 cm with this first corner.
 fn patch(corner: [f64; 3]) -> TriangleMesh {
     const N: u32 = 20;
     let at = |v: u32| {
@@ -47,7 +47,7 @@ fn gltf_keeps_an_offset_so_that_utm_coordinates_survive() {
             assert!(String::from_utf8_lossy(&bytes).contains("\"translation\":["));
         }
     }
-    // A mesh near the origin is not moved: its coordinates stay the floats that they were.
+    // A mesh near the origin gets no offset: its coordinates are simply rounded.
     for corner in [[0.0; 3], [-0.5, 7.0, 7.0], [f64::from(7.4f32), 0.0, 0.0]] {
         let mesh = patch(corner);
         let (file, _, bytes) = round_trip(&mesh, MeshFormat::Glb);
@@ -55,7 +55,7 @@ fn gltf_keeps_an_offset_so_that_utm_coordinates_survive() {
         let rounded: Vec<_> = mesh.positions().iter().map(|p| p.map(|x| f64::from(x as f32))).collect();
         assert_eq!(file.mesh.positions, rounded);
     }
-    // What other programs see without the offset lies around the origin.
+    // Without the offset, other programs see the mesh near the origin.
     let (file, _, bytes) = round_trip(&patch(UTM), MeshFormat::Gltf);
     let local = String::from_utf8(bytes).unwrap().replace("\"translation\"", "\"unused\"");
     let local = read_gltf(local.as_bytes()).unwrap().mesh.positions;
@@ -70,7 +70,7 @@ fn gltf_keeps_an_offset_so_that_utm_coordinates_survive() {
 
 // reports.md F4
 #[test]
-fn binary_stl_warns_of_vertices_that_its_floats_move() {
+fn binary_stl_warns_of_rounded_vertices() {
     let mesh = patch(UTM);
     let (file, warnings, _) = round_trip(&mesh, MeshFormat::Stl);
     // Floats near 4.6e6 are 0.5 apart, so y from .125 to 1.125 in steps of .05 has 3 values; x
@@ -79,16 +79,12 @@ fn binary_stl_warns_of_vertices_that_its_floats_move() {
     for part in [
         "of STL change coordinates by up to 2.",
         "shortest edge is 5.0e-2",
-        "378 of 441 positions coincide",
+        "378 of 441 positions then coincide",
         "write .ply",
     ] {
         assert!(warnings[0].contains(part), "{part}: {}", warnings[0]);
     }
-    assert!(
-        file.warnings[0].starts_with("720 of 800 faces have corners at one place"),
-        "{:?}",
-        file.warnings
-    );
+    assert!(file.warnings[0].starts_with("720 of 800 faces have coincident corners"), "{:?}", file.warnings);
     let mut ascii = MeshOut::from(&mesh);
     ascii.encoding = Encoding::Ascii;
     assert_eq!(write_mesh_bytes(&mut Vec::new(), MeshFormat::Stl, &ascii).unwrap(), Vec::<String>::new());
@@ -125,8 +121,8 @@ fn points_without_edges_and_single_points_are_kept_too() {
 }
 
 #[test]
-fn degenerate_faces_alone_are_no_lost_digits() {
-    // Exact doubles, or 32-bit floats of a mesh that is large for its place.
+fn degenerate_faces_alone_do_not_indicate_lost_digits() {
+    // Exact doubles, or 32-bit floats of a mesh that is large for its position.
     let text = "v 0 0 0\nv 0 0 0\nv 1 0 0\nv 0.1 1 0\nf 1 2 3\nf 1 3 4\n";
     assert_eq!(read_mesh_bytes(text.as_bytes(), MeshFormat::Obj).unwrap().warnings.len(), 0);
     let far = "v 4649776.1 0 0\nv 4649776.1 0 0\nv 4649777.1 0 0\nf 1 2 3\n";
