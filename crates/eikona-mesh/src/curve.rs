@@ -1,5 +1,5 @@
-//! Curves and isolated points on a surface: the one form in which every method takes them and gives
-//! them back.
+//! Curves and isolated points on a surface, in the one representation that all methods take and
+//! return.
 
 use crate::error::CurveError;
 use crate::id::{Edge, Face};
@@ -7,7 +7,7 @@ use crate::mesh::TriangleMesh;
 use crate::point::{Located, SurfacePoint};
 use serde::{Deserialize, Serialize};
 
-/// Whether the sides of a curve are told apart.
+/// Whether the two sides of a curve are distinguished.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CurveKind {
@@ -18,38 +18,38 @@ pub enum CurveKind {
     Unsigned,
 }
 
-/// A polyline on a surface. It is closed if its last node is its first.
+/// A polyline on a surface. It is closed if its last node equals its first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Curve {
-    /// Oriented or not.
+    /// Whether the curve is oriented.
     #[serde(default)]
     pub kind: CurveKind,
-    /// The corners of the polyline. Methods want consecutive nodes in one (closed) face; tracing
-    /// makes them so.
+    /// The vertices of the polyline. Methods require consecutive nodes to share a (closed) face;
+    /// tracing ensures this.
     pub nodes: Vec<SurfacePoint>,
-    /// A surface normal at the first segment, from whose side "left" is seen. Without it, the
-    /// winding of the faces tells. On a surface without a consistent orientation the choice is
-    /// carried along the curve from its first segment.
+    /// A surface normal at the first segment; "left" is as seen from its side. Without it, left is
+    /// taken from the orientation of the faces. On a surface without a consistent orientation the
+    /// side is transported along the curve from its first segment.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<[f64; 3]>,
 }
 
 impl Curve {
-    /// An oriented curve through these points.
+    /// Creates an oriented curve through these points.
     pub fn signed(nodes: impl IntoIterator<Item = impl Into<SurfacePoint>>) -> Curve {
         Curve { kind: CurveKind::Signed, nodes: nodes.into_iter().map(Into::into).collect(), up: None }
     }
-    /// A curve without sides through these points.
+    /// Creates an unoriented curve through these points.
     pub fn unsigned(nodes: impl IntoIterator<Item = impl Into<SurfacePoint>>) -> Curve {
         Curve { kind: CurveKind::Unsigned, ..Curve::signed(nodes) }
     }
-    /// The same curve in the opposite direction.
+    /// Reverses the direction of the curve.
     pub fn reversed(mut self) -> Curve {
         self.nodes.reverse();
         self
     }
-    /// Whether the last node is the first.
+    /// Returns whether the last node equals the first.
     pub fn is_closed(&self) -> bool {
         self.nodes.len() > 2 && self.nodes.first() == self.nodes.last()
     }
@@ -64,51 +64,51 @@ pub struct SurfaceCurves {
     pub points: Vec<SurfacePoint>,
 }
 
-/// The element that a segment lies in.
+/// The element that contains a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SegmentHost {
-    /// Along an edge, from parameter `t[0]` to `t[1]` in the edge's own direction.
+    /// On an edge, from parameter `t[0]` to `t[1]` in the edge's own direction.
     Edge(Edge, [f64; 2]),
-    /// Through a face, between these weights of its corners.
+    /// In a face, between these barycentric weights.
     Face(Face, [[f64; 3]; 2]),
 }
 
-/// A piece of a curve inside one edge or one face.
+/// A straight piece of a curve, inside one edge or one face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
-    /// 0-based index of its curve.
+    /// 0-based index of the curve.
     pub curve: usize,
-    /// 0-based index of its first node in the curve.
+    /// 0-based index of the segment's first node in the curve.
     pub node: usize,
-    /// Its two ends.
+    /// The two ends.
     pub ends: [Located; 2],
-    /// Where it lies.
+    /// The element that contains the segment.
     pub host: SegmentHost,
 }
 
 impl SurfaceCurves {
-    /// One curve, no points.
+    /// Creates a set of one curve and no points.
     pub fn from_curve(curve: Curve) -> Self {
         SurfaceCurves { curves: vec![curve], points: Vec::new() }
     }
-    /// One isolated point.
+    /// Creates a set of one isolated point.
     pub fn from_point(point: impl Into<SurfacePoint>) -> Self {
         SurfaceCurves { curves: Vec::new(), points: vec![point.into()] }
     }
-    /// Whether there is neither a curve nor a point.
+    /// Returns whether there is neither a curve nor a point.
     pub fn is_empty(&self) -> bool {
         self.curves.is_empty() && self.points.is_empty()
     }
-    /// Number of segments of all curves.
+    /// Returns the number of segments of all curves.
     pub fn segment_count(&self) -> usize {
         self.curves.iter().map(|c| c.nodes.len().saturating_sub(1)).sum()
     }
 
-    /// All curves cut into their segments, each with the edge or face that it lies in; zero-length
-    /// segments are left out.
+    /// Splits all curves into segments, each with the edge or face that contains it. Omits
+    /// zero-length segments.
     ///
     /// # Errors
-    /// The first fault with curve and node: fewer than two nodes, an element that does not exist,
+    /// The first fault, with curve and node: fewer than two nodes, an element that does not exist,
     /// weights out of range, or [`CurveError::SegmentAcrossFaces`] where a segment leaves its face.
     pub fn segments(&self, mesh: &TriangleMesh) -> Result<Vec<Segment>, CurveError> {
         let mut segments = Vec::with_capacity(self.segment_count());
@@ -136,16 +136,16 @@ impl SurfaceCurves {
         Ok(segments)
     }
 
-    /// The isolated points, looked up.
+    /// Locates the isolated points.
     ///
     /// # Errors
-    /// The first fault with the index of the point.
+    /// The first fault, with the index of the point.
     pub fn located_points(&self, mesh: &TriangleMesh) -> Result<Vec<Located>, CurveError> {
         self.points.iter().enumerate().map(|(i, p)| p.locate(mesh).map_err(|e| e.at_point(i))).collect()
     }
 }
 
-/// The edge, or else the first face, that holds both points.
+/// Returns the edge, or else the first face, that contains both points.
 pub fn segment_host(mesh: &TriangleMesh, from: Located, to: Located) -> Option<SegmentHost> {
     if let Some(edge) = common_edge(mesh, from, to) {
         let t = |p: Located| match p {

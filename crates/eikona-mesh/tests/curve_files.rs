@@ -1,4 +1,4 @@
-//! Curve files: round trips, refusals, and the real files of signed-heat-demo and SWN on their
+//! Curve files: round trips, errors, and the published files of signed-heat-demo and SWN on their
 //! meshes.
 
 use eikona_mesh::{
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
 
-/// Two triangles over the unit square: edges 01, 12, 20, 23, 30.
+/// Two triangles on the unit square: edges 01, 12, 20, 23, 30.
 fn square() -> TriangleMesh {
     let positions = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
     TriangleMesh::new(positions, vec![[0, 1, 2], [0, 2, 3]]).unwrap()
@@ -40,7 +40,7 @@ fn syntax_error(text: &str, format: CurveFormat) -> String {
 }
 
 #[test]
-fn json_keeps_everything() {
+fn json_is_lossless() {
     let mut file = sample();
     file.curves.curves[0].up = Some([0.0, 0.0, -1.0]);
     file.curves.curves[1].kind = CurveKind::Unsigned;
@@ -52,7 +52,7 @@ fn json_keeps_everything() {
 }
 
 #[test]
-fn files_are_written_whole_and_found_by_content() {
+fn files_are_written_completely_and_detected_by_content() {
     let folder = std::env::temp_dir().join(format!("eikona-curves-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let (mesh, file) = (square(), sample());
@@ -62,7 +62,8 @@ fn files_are_written_whole_and_found_by_content() {
         let bytes = std::fs::read(&path).unwrap();
         assert_eq!(CurveFormat::detect(&path, &bytes), format);
         let back = read_curves(&path, &mesh).unwrap();
-        // The formats name an edge by its number, so its ends come back in the edge's own order.
+        // The formats identify an edge by its number, so its endpoints come back in the edge's own
+        // order.
         let located = |c: &SurfaceCurves| c.segments(&mesh).unwrap();
         for (a, b) in located(&back.curves).iter().zip(located(&file.curves)) {
             for k in 0..2 {
@@ -76,12 +77,12 @@ fn files_are_written_whole_and_found_by_content() {
     let path = folder.join("c.json");
     write_curves_json(&path, &file, &mesh).unwrap();
     assert_eq!(read_curves(&path, &mesh).unwrap(), file);
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3, "no temporary file stays behind");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3, "no temporary file remains");
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
-fn obj_lines_are_polylines_in_space_or_curves_of_the_mesh_itself() {
+fn obj_lines_are_polylines_in_space_or_curves_on_the_mesh() {
     let mesh = square();
     let text = format_curves(&sample(), CurveFormat::Obj, &mesh).unwrap();
     let back = read_curves_bytes(text.as_bytes(), CurveFormat::Obj, &mesh).unwrap();
@@ -92,13 +93,13 @@ fn obj_lines_are_polylines_in_space_or_curves_of_the_mesh_itself() {
     let own = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\nl 1/1 2/2\nl -2 -3\nl 3 4\n";
     let file = read_curves_bytes(own.as_bytes(), CurveFormat::Obj, &mesh).unwrap();
     assert_eq!(file.curves.curves, [Curve::signed([0, 1, 2, 3].map(vertex))]);
-    assert_eq!(file.warnings.len(), 1, "one line was turned: {:?}", file.warnings);
+    assert_eq!(file.warnings.len(), 1, "one line was reversed: {:?}", file.warnings);
     assert_eq!(curves_from_lines(&[vec![0, 1, 2], vec![3]], &mesh).unwrap().curves.points, [vertex(3)]);
     assert!(curves_from_lines(&[vec![0, 9]], &mesh).unwrap_err().to_string().contains("vertex 9"));
 }
 
 #[test]
-fn a_file_without_curves_is_read_back_from_obj() {
+fn a_file_without_curves_survives_obj() {
     // Found by fuzzing.
     let text = format_curves(&CurveFile::default(), CurveFormat::Obj, &square()).unwrap();
     let back = read_curves_bytes(text.as_bytes(), CurveFormat::Obj, &square()).unwrap();
@@ -107,7 +108,7 @@ fn a_file_without_curves_is_read_back_from_obj() {
 }
 
 #[test]
-fn obj_curves_are_read_as_obj_meshes_are() {
+fn obj_curves_and_meshes_share_their_syntax() {
     // reports.md F23
     let expected = [SpacePolyline {
         kind: CurveKind::Signed,
@@ -132,8 +133,8 @@ fn obj_curves_are_read_as_obj_meshes_are() {
 }
 
 #[test]
-fn lines_over_vertices_of_no_face_are_polylines_in_space() {
-    // reports.md F9: vertices 4 to 7 are those of a curve object in the mesh's own file.
+fn lines_on_unreferenced_vertices_are_polylines_in_space() {
+    // reports.md F9: vertices 4 to 7 belong to a curve object in the mesh's own file.
     let mut positions = square().positions().to_vec();
     let own = [[0.5, 0., 0.], [0.5, 1., 0.], [0.2, 0.2, 0.], [0.4, 0.2, 0.]];
     positions.extend(own);
@@ -154,8 +155,8 @@ fn lines_over_vertices_of_no_face_are_polylines_in_space() {
 }
 
 #[test]
-fn a_closing_point_given_several_times_is_dropped_at_once() {
-    // Found by fuzzing: each writing and reading took one more point away.
+fn repeated_closing_points_are_all_dropped_at_once() {
+    // Found by fuzzing: each write and read removed one more point.
     let loop_of_obj = b"v 0 0 9\nv 2 1 9\nv 1 1 9\nl 1 2 3 1 1\nl 2 2 2\n";
     let read = read_curves_bytes(loop_of_obj, CurveFormat::Obj, &square()).unwrap();
     assert_eq!(read.polylines[0].points, [[0., 0., 9.], [2., 1., 9.], [1., 1., 9.]]);
@@ -168,7 +169,7 @@ fn a_closing_point_given_several_times_is_dropped_at_once() {
 }
 
 #[test]
-fn swn_segments_are_joined_by_place_and_commented_ones_are_gaps() {
+fn swn_segments_are_joined_by_position_and_comments_leave_gaps() {
     let text = "#offset 0\nv 0\nv 1\nv 1\nv 2\nl 0 1\n#l 9 9\nn\nl 2 3\nv 3\nl 4 0\n";
     let file = read_curves_bytes(text.as_bytes(), CurveFormat::SurfaceWinding, &square()).unwrap();
     let nodes: Vec<_> = file.curves.curves.iter().map(|c| c.nodes.clone()).collect();
@@ -178,7 +179,7 @@ fn swn_segments_are_joined_by_place_and_commented_ones_are_gaps() {
 }
 
 #[test]
-fn a_leading_one_reverses_a_curve_of_signed_heat_demo() {
+fn flag_1_reverses_a_curve_of_signed_heat_demo() {
     let text = "# comment\nsigned_curve 1\nl 1 2 3\nunsigned_curve\nv 0\nf 0 0.25 0.25\nunsigned_point\nv 3\nsigned_curve\n";
     let file = read_curves_bytes(text.as_bytes(), CurveFormat::SignedHeatDemo, &square()).unwrap();
     assert_eq!(file.curves.curves[0].nodes, [vertex(2), vertex(1), vertex(0)]);
@@ -186,23 +187,23 @@ fn a_leading_one_reverses_a_curve_of_signed_heat_demo() {
     assert_eq!(file.curves.points, [vertex(3)]);
     let inside = file.curves.curves[1].nodes[1].locate(&square()).unwrap();
     assert_eq!(inside.position(&square()), [0.75, 0.5, 0.0]);
-    assert_eq!(file.warnings.len(), 1, "the empty block is left out: {:?}", file.warnings);
+    assert_eq!(file.warnings.len(), 1, "the empty block is skipped: {:?}", file.warnings);
 }
 
 #[test]
-fn errors_name_line_and_value_and_say_what_to_do() {
+fn errors_give_line_value_and_remedy() {
     use CurveFormat::*;
     for (format, text, parts) in [
         (SignedHeatDemo, "signed_curve\nv 4\n", ["line 2", "vertex 4", "numbered from 0"]),
         (SignedHeatDemo, "signed_curve\nl 1 0\n", ["line 2", "vertex 0", "numbered from 1"]),
         (SignedHeatDemo, "signed_curve\ne 1 1.5\n", ["line 2", "1.5", "[0, 1]"]),
         (SignedHeatDemo, "signed_curve\nf 0 NaN 0\n", ["line 2", "NaN", "finite"]),
-        (SignedHeatDemo, "v 0\n", ["line 1", "before the first block", "signed_curve"]),
+        (SignedHeatDemo, "v 0\n", ["line 1", "precedes the first block", "signed_curve"]),
         (SignedHeatDemo, "signed_curve 2\n", ["line 1", "\"2\"", "expected 1"]),
         (SurfaceWinding, "v 0\n", ["line 1", "vertex 0", "numbered from 1"]),
         (SurfaceWinding, "#offset 0\nv 0\nl 0 1\n", ["line 3", "node 1", "#offset"]),
         (SurfaceWinding, "v 1\nl 1\n", ["line 2", "node index", "add it"]),
-        (SurfaceWinding, "v 99999999999999999999\n", ["line 1", "99999999999999999999", "whole number"]),
+        (SurfaceWinding, "v 99999999999999999999\n", ["line 1", "99999999999999999999", "integer"]),
         (SurfaceWinding, "v -9223372036854775808\n", ["line 1", "-9223372036854775808", "does not exist"]),
         (Obj, "v 0 0 0\nl 1 2\n", ["line 2", "vertex 2", "(1 to 1)"]),
         (Json, "{\"eikona\":\"curves\",\"version\":1,\n\"curvs\":[]}", ["line 2", "curvs", "polylines"]),
@@ -230,13 +231,13 @@ fn errors_name_line_and_value_and_say_what_to_do() {
     ] {
         let message = syntax_error(text, format);
         for part in parts {
-            assert!(message.contains(part), "{text:?}: {message:?} does not say {part:?}");
+            assert!(message.contains(part), "{text:?}: {message:?} does not contain {part:?}");
         }
     }
 }
 
 #[test]
-fn a_format_refuses_what_it_can_not_hold() {
+fn formats_reject_what_they_can_not_hold() {
     let mesh = square();
     let mut file = sample();
     file.curves.points.push(vertex(0));
@@ -247,9 +248,10 @@ fn a_format_refuses_what_it_can_not_hold() {
     }
 }
 
-/// Every prefix and every single damaged byte of valid files is read or refused, never a panic.
+/// Every prefix of valid files, and every single damaged byte, is read or gives an error, never a
+/// panic.
 #[test]
-fn damaged_files_are_refused_in_words() {
+fn damaged_files_give_errors() {
     let mesh = square();
     let mut tried = 0;
     for format in
@@ -269,7 +271,7 @@ fn damaged_files_are_refused_in_words() {
     assert!(tried > 1000);
 }
 
-/// Vertices and faces of an OBJ file, just enough for the host meshes.
+/// Reads vertices and faces of an OBJ file, just enough for the host meshes.
 fn host_mesh(path: &Path) -> TriangleMesh {
     let text = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
     let (mut positions, mut faces) = (Vec::new(), Vec::new());
@@ -290,7 +292,7 @@ fn host_mesh(path: &Path) -> TriangleMesh {
 
 #[test]
 fn the_published_curve_files_lie_on_their_meshes() {
-    // File, mesh, signed and unsigned curves, points, segments (of data/MANIFEST.md), closed
+    // File, mesh, signed and unsigned curves, points, segments (from data/MANIFEST.md), closed
     // curves.
     let files = [
         ("shm/block-points", "badquality/block", 0, 0, 9, 0),

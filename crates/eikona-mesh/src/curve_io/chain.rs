@@ -1,18 +1,19 @@
-//! Joins loose segments to polylines.
+//! Joins loose segments into polylines.
 
-/// One polyline of point numbers, made from these segments.
+/// A polyline of point numbers, joined from segments.
 pub(super) struct Chain {
-    /// Point numbers; closed if the last is the first.
+    /// Point numbers; closed if the last equals the first.
     pub points: Vec<usize>,
-    /// Lowest segment in it: chains are given in the order of the file.
+    /// The lowest segment in it: chains are sorted in the order of the file.
     first_segment: usize,
-    /// How many segments run against the chain's direction.
-    pub turned: usize,
+    /// Number of segments opposite to the chain's direction.
+    pub reversed: usize,
 }
 
 /// Joins oriented segments head to tail: first those that follow each other in the list, then, at
-/// each point, the one that still ends there with the one that still starts there. Where several
-/// do, the chains end: nothing tells how they go on. Zero-length segments must have been removed.
+/// each point, the one remaining segment that ends there with the one that starts there. Where
+/// several do, the chains end, since the continuation is ambiguous. Zero-length segments must have
+/// been removed.
 pub(super) fn oriented(points: usize, segments: &[[usize; 2]]) -> Vec<Chain> {
     const NONE: usize = usize::MAX;
     let mut next = vec![NONE; segments.len()];
@@ -40,13 +41,13 @@ pub(super) fn oriented(points: usize, segments: &[[usize; 2]]) -> Vec<Chain> {
     }
     let mut used = vec![false; segments.len()];
     let mut chains = Vec::new();
-    // Open chains first; what is left are loops, which may start anywhere.
+    // Open chains first; the rest are loops, which may start anywhere.
     let order = (0..segments.len()).filter(|&s| !has_previous[s]).chain(0..segments.len());
     for start in order {
         if used[start] {
             continue;
         }
-        let mut chain = Chain { points: vec![segments[start][0]], first_segment: start, turned: 0 };
+        let mut chain = Chain { points: vec![segments[start][0]], first_segment: start, reversed: 0 };
         let mut s = start;
         while s != NONE && !used[s] {
             used[s] = true;
@@ -60,8 +61,8 @@ pub(super) fn oriented(points: usize, segments: &[[usize; 2]]) -> Vec<Chain> {
     chains
 }
 
-/// Joins segments whose direction may be arbitrary (modelling programs write edges so). Each chain
-/// runs the way of most of its segments, with a tie that of its first one.
+/// Joins segments with arbitrary directions (as modelling programs write edges). Each chain takes
+/// the direction of most of its segments, or of its first one on a tie.
 pub(super) fn unoriented(points: usize, segments: &[[usize; 2]]) -> Vec<Chain> {
     let mut degree = vec![0u32; points];
     let mut at: Vec<[usize; 2]> = vec![[usize::MAX; 2]; points];
@@ -83,16 +84,16 @@ pub(super) fn unoriented(points: usize, segments: &[[usize; 2]]) -> Vec<Chain> {
         if used[start] {
             continue;
         }
-        let mut chain = Chain { points: vec![from], first_segment: start, turned: 0 };
-        let mut first_turned = false;
+        let mut chain = Chain { points: vec![from], first_segment: start, reversed: 0 };
+        let mut first_reversed = false;
         let (mut s, mut p) = (start, from);
         while !used[s] {
             used[s] = true;
-            let turned = segments[s][0] != p;
-            p = segments[s][usize::from(!turned)];
-            chain.turned += usize::from(turned);
+            let reversed = segments[s][0] != p;
+            p = segments[s][usize::from(!reversed)];
+            chain.reversed += usize::from(reversed);
             if s <= chain.first_segment {
-                (chain.first_segment, first_turned) = (s, turned);
+                (chain.first_segment, first_reversed) = (s, reversed);
             }
             chain.points.push(p);
             if degree[p] == 2 {
@@ -100,9 +101,9 @@ pub(super) fn unoriented(points: usize, segments: &[[usize; 2]]) -> Vec<Chain> {
             }
         }
         let count = chain.points.len() - 1;
-        if 2 * chain.turned > count || (2 * chain.turned == count && first_turned) {
+        if 2 * chain.reversed > count || (2 * chain.reversed == count && first_reversed) {
             chain.points.reverse();
-            chain.turned = count - chain.turned;
+            chain.reversed = count - chain.reversed;
         }
         chains.push(chain);
     }
@@ -129,12 +130,12 @@ mod tests {
         assert_eq!(points, [vec![0, 1], vec![2, 1], vec![2, 3, 4]]);
         let joined = unoriented(5, &segments);
         assert_eq!(joined.len(), 1);
-        assert_eq!((joined[0].points.clone(), joined[0].turned), (vec![0, 1, 2, 3, 4], 1));
+        assert_eq!((joined[0].points.clone(), joined[0].reversed), (vec![0, 1, 2, 3, 4], 1));
     }
 
     #[test]
     fn an_unoriented_loop_follows_the_majority() {
         let chains = unoriented(3, &[[0, 1], [0, 2], [2, 1]]);
-        assert_eq!((chains[0].points.clone(), chains[0].turned), (vec![0, 2, 1, 0], 1));
+        assert_eq!((chains[0].points.clone(), chains[0].reversed), (vec![0, 2, 1, 0], 1));
     }
 }

@@ -1,4 +1,4 @@
-//! Our own curve format, which names vertices only and keeps everything.
+//! The native curve format (JSON), which identifies elements by vertices and is lossless.
 
 use super::{CurveFile, SpacePolyline};
 use crate::curve::{Curve, CurveKind, SurfaceCurves};
@@ -32,8 +32,8 @@ struct CurveEntry {
     up: Option<[f64; 3]>,
 }
 
-/// A [`SurfacePoint`] read key by key, so that a wrong key is named in the error (an untagged enum
-/// only says "no match").
+/// A [`SurfacePoint`] read key by key, so that the error names a wrong key (an untagged enum only
+/// reports "no match").
 #[derive(Deserialize)]
 #[serde(try_from = "NodeKeys")]
 struct Node(SurfacePoint);
@@ -63,7 +63,7 @@ impl TryFrom<NodeKeys> for Node {
             }
             _ => {
                 return Err("a node is {\"vertex\": i}, or {\"edge\": [i, j], \"t\": t}, or \
-                            {\"face\": [i, j, k], \"bary\": [a, b, c]}, with just these keys");
+                            {\"face\": [i, j, k], \"bary\": [a, b, c]}, with exactly these keys");
             }
         }))
     }
@@ -72,7 +72,7 @@ impl TryFrom<NodeKeys> for Node {
 pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileError> {
     let document: Document = serde_json::from_str(text).map_err(|e| {
         let message = e.to_string();
-        // The place is said once, before the problem.
+        // The place is given once, before the problem.
         let problem = message.rsplit_once(" at line ").map_or(message.as_str(), |(problem, _)| problem);
         FileError::syntax(FORMAT, format!("line {} column {}", e.line(), e.column()), problem)
     })?;
@@ -88,8 +88,9 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
         if entry.nodes.len() < 2 {
             let place = format!("curve {c}");
             let count = entry.nodes.len();
-            let problem =
-                format!("{count} node(s), a curve needs at least 2; put isolated places under \"points\"");
+            let problem = format!(
+                "{count} node(s), but a curve needs at least 2; put isolated points under \"points\""
+            );
             return Err(FileError::syntax(FORMAT, place, problem));
         }
         for (n, node) in entry.nodes.iter().enumerate() {
@@ -107,7 +108,8 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
     for (i, line) in file.polylines.iter_mut().enumerate() {
         line.drop_repeated_end();
         if line.points.len() < 2 {
-            let problem = format!("{} different point(s), at least 2 are needed", line.points.len());
+            let problem =
+                format!("{} different point(s), but a polyline needs at least 2", line.points.len());
             return Err(FileError::syntax(FORMAT, format!("polyline {i}"), problem));
         }
     }
@@ -129,7 +131,7 @@ fn check(
         Some(line) => format!("line {line} ({})", name()),
         None => name(),
     };
-    let problem = format!("{fault}; correct it, or check that this is the mesh the curve was made for");
+    let problem = format!("{fault}; correct it, or check that this is the mesh that the curve belongs to");
     Err(FileError::syntax(FORMAT, place, problem))
 }
 
@@ -139,7 +141,7 @@ enum Step<'a> {
     Index(usize),
 }
 
-/// The line on which the object at this path begins, in JSON text that is known to be well formed.
+/// Returns the line on which the object at this path begins, in well-formed JSON.
 fn line_of_object(text: &str, path: &[Step]) -> Option<usize> {
     let mut here: Vec<Step> = Vec::new();
     let mut line = 1;

@@ -1,10 +1,10 @@
-//! Curve files: our JSON, lines of OBJ files, and the text formats of signed-heat-demo and of SWN
-//! (surface winding numbers).
+//! Curve files: the native JSON format, `l` lines of OBJ files, and the text formats of
+//! signed-heat-demo and of SWN (surface winding numbers).
 //!
-//! The two text formats number the edges of the mesh. Their rule is that of our
-//! [`Edge`](crate::Edge) ids: edge `i` is the `i`-th one met when the faces are walked in order,
+//! The two text formats refer to edges of the mesh by number. Their numbering is that of the
+//! [`Edge`](crate::Edge) ids: edge `i` is the `i`-th one met when the faces are visited in order,
 //! and `t` runs in the direction in which the edge was first met. A curve made for a polygon mesh
-//! numbers the edges of the polygons, which a triangulation does not keep.
+//! numbers the edges of the polygons, which a triangulation does not preserve.
 
 mod chain;
 mod json;
@@ -22,22 +22,22 @@ pub use obj::curves_from_lines;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// A polyline in space, to be projected to a surface and traced over its faces.
+/// A polyline in space, to be projected onto a surface and traced across its faces.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SpacePolyline {
-    /// Oriented or not.
+    /// Whether the curve is oriented.
     #[serde(default)]
     pub kind: CurveKind,
     /// Whether the last point is joined to the first. The first point is not repeated at the end.
     #[serde(default)]
     pub closed: bool,
-    /// The corners.
+    /// The vertices of the polyline.
     pub points: Vec<[f64; 3]>,
 }
 
 impl SpacePolyline {
-    /// A polyline whose last point may repeat the first, which closes it.
+    /// Creates a polyline whose last point may repeat the first, which closes it.
     pub(crate) fn from_points(kind: CurveKind, points: Vec<[f64; 3]>) -> Self {
         let closed = points.len() > 2 && points.first() == points.last();
         let mut polyline = SpacePolyline { kind, closed, points };
@@ -45,8 +45,8 @@ impl SpacePolyline {
         polyline
     }
 
-    /// Takes from the end of a closed polyline all points that repeat the first, so that reading
-    /// what was written takes no more.
+    /// Removes all points at the end of a closed polyline that repeat the first, so that reading
+    /// back what was written removes no more.
     fn drop_repeated_end(&mut self) {
         while self.closed && self.points.len() > 2 && self.points.first() == self.points.last() {
             self.points.pop();
@@ -54,24 +54,25 @@ impl SpacePolyline {
     }
 }
 
-/// What a curve file holds.
+/// The contents of a curve file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurveFile {
-    /// Curves and points on the surface. Every node has been looked up in the mesh; segments may
-    /// still span several faces.
+    /// Curves and points on the surface. Every node exists in the mesh; segments may still span
+    /// several faces.
     pub curves: SurfaceCurves,
     /// Polylines in space.
     pub polylines: Vec<SpacePolyline>,
-    /// What was passed over or changed, with the line.
+    /// Warnings about what was skipped or changed, with the line.
     pub warnings: Vec<String>,
 }
 
-/// The curve formats.
+/// A curve file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CurveFormat {
-    /// Our own: `{"eikona":"curves","version":1,"curves":[..],"points":[..],"polylines":[..]}`.
+    /// The native format:
+    /// `{"eikona":"curves","version":1,"curves":[..],"points":[..],"polylines":[..]}`.
     Json,
-    /// `l` lines over the file's own `v` lines. Where these are the vertices of the mesh, the lines
+    /// `l` lines over the file's own `v` lines. If these are the vertices of the mesh, the lines
     /// are curves through vertices; otherwise they are polylines in space.
     Obj,
     /// Blocks `signed_curve [0|1]`, `unsigned_curve`, `unsigned_point` of `v i`, `e i t`, `f i a b
@@ -82,9 +83,10 @@ pub enum CurveFormat {
 }
 
 impl CurveFormat {
-    /// The format of a file, by what is in it; the extension decides where the content does not.
+    /// Detects the format of a file by its content, or by its extension if the content does not
+    /// decide.
     pub fn detect(path: &Path, bytes: &[u8]) -> CurveFormat {
-        // A `v` line of OBJ may go on in the next one.
+        // A `v` line of OBJ may continue on the next line.
         let text = curve_text(bytes).replace("\\\n", " ");
         let text = text.trim_start();
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
@@ -109,7 +111,7 @@ impl CurveFormat {
         }
     }
 
-    /// The format that a file of this name is written in: `.json`, `.obj`, and `.txt` for
+    /// Returns the format in which a file of this name is written: `.json`, `.obj`, and `.txt` for
     /// signed-heat-demo.
     pub fn from_extension(path: &Path) -> Option<CurveFormat> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
@@ -121,14 +123,14 @@ impl CurveFormat {
     }
 }
 
-/// Reads a curve file for this mesh; the format is found by [`CurveFormat::detect`].
+/// Reads a curve file for this mesh, in the format found by [`CurveFormat::detect`].
 ///
 /// # Errors
-/// [`FileError::Io`], [`FileError::Syntax`] with the line, the value and what is expected: also for
+/// [`FileError::Io`]; [`FileError::Syntax`] with the line, the value and what is expected, also for
 /// a vertex, edge or face that the mesh does not have.
 ///
 /// # Cost
-/// Linear in the file (n log n for the joining of SWN segments).
+/// Linear in the file size (n log n to join SWN segments).
 pub fn read_curves(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<CurveFile, FileError> {
     let path = path.as_ref();
     let name = path.display().to_string();
@@ -137,13 +139,12 @@ pub fn read_curves(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<CurveF
     read_curves_bytes(&bytes, CurveFormat::detect(path, &bytes), mesh)
 }
 
-/// The text of a curve file in UTF-8 with `\n` at the ends of lines, whatever its encoding and line
-/// ends.
+/// Decodes a curve file to UTF-8 with `\n` line ends, whatever its encoding and line ends.
 pub fn curve_text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(&decode_text(bytes)).replace("\r\n", "\n").replace('\r', "\n")
 }
 
-/// The curves in the bytes of a file.
+/// Reads curves from the bytes of a file.
 ///
 /// ```
 /// use eikona_mesh::{CurveFormat, TriangleMesh, read_curves_bytes};
@@ -155,7 +156,7 @@ pub fn curve_text(bytes: &[u8]) -> String {
 /// ```
 ///
 /// # Errors
-/// As [`read_curves`].
+/// As for [`read_curves`].
 pub fn read_curves_bytes(
     bytes: &[u8],
     format: CurveFormat,
@@ -170,12 +171,12 @@ pub fn read_curves_bytes(
     }
 }
 
-/// The text of a curve file.
+/// Returns the text of a curve file.
 ///
 /// # Errors
-/// [`FileError::Unsupported`] when the format can not hold something: polylines in space and `up`
-/// go into JSON only (the polylines also into OBJ), unsigned curves and points not into
-/// [`CurveFormat::SurfaceWinding`]. [`FileError::Curve`] when a node is not on the mesh.
+/// [`FileError::Unsupported`] if the format can not hold something: only JSON holds `up`, only JSON
+/// and OBJ hold polylines in space, and [`CurveFormat::SurfaceWinding`] holds neither unsigned
+/// curves nor points. [`FileError::Curve`] if a node is not on the mesh.
 pub fn format_curves(
     file: &CurveFile,
     format: CurveFormat,
@@ -195,10 +196,10 @@ pub fn format_curves(
     }
 }
 
-/// Writes a curve file whole or not at all.
+/// Writes a curve file atomically.
 ///
 /// # Errors
-/// Those of [`format_curves`], and [`FileError::Io`].
+/// As for [`format_curves`], and [`FileError::Io`].
 pub fn write_curves(
     path: impl AsRef<Path>,
     file: &CurveFile,
@@ -210,10 +211,10 @@ pub fn write_curves(
     write_atomically(path, |out| out.write_all(text.as_bytes()))
 }
 
-/// Writes curves on a surface as JSON, which keeps everything.
+/// Writes curves on a surface as JSON, which is lossless.
 ///
 /// # Errors
-/// As [`write_curves`].
+/// As for [`write_curves`].
 pub fn write_curves_json(
     path: impl AsRef<Path>,
     file: &CurveFile,
@@ -234,7 +235,7 @@ fn check_nodes(curves: &SurfaceCurves, mesh: &TriangleMesh) -> Result<(), CurveE
     Ok(())
 }
 
-/// One line of a text format: its words, and where it stands.
+/// One line of a text format: its words and its number.
 struct Line<'a> {
     format: &'static str,
     number: usize,
@@ -242,57 +243,57 @@ struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// The line at this place, counted from 0. A comment behind other words is passed over.
+    /// Splits the line at this 0-based index into words. A comment after other words is ignored.
     fn new(format: &'static str, index: usize, text: &'a str) -> Self {
         let words = text.split_whitespace().enumerate();
         let words = words.take_while(|(i, word)| *i == 0 || !word.starts_with('#')).map(|(_, word)| word);
         Line { format, number: index + 1, words: words.collect() }
     }
-    /// A [`FileError::Syntax`] at this line.
+    /// Creates a [`FileError::Syntax`] at this line.
     fn error(&self, problem: impl std::fmt::Display) -> FileError {
         FileError::syntax(self.format, format!("line {}", self.number), problem.to_string())
     }
-    /// The word at this place.
+    /// Returns the word at this position.
     fn word(&self, place: usize, what: &str) -> Result<&'a str, FileError> {
         self.words
             .get(place)
             .copied()
             .ok_or_else(|| self.error(format!("\"{}\" ends before its {what}; add it", self.words.join(" "))))
     }
-    /// A whole number.
+    /// Parses an integer.
     fn integer(&self, place: usize, what: &str) -> Result<i64, FileError> {
         let word = self.word(place, what)?;
-        word.parse().map_err(|_| self.error(format!("\"{word}\" is not a whole number; expected the {what}")))
+        word.parse().map_err(|_| self.error(format!("\"{word}\" is not an integer; expected the {what}")))
     }
-    /// A finite number.
+    /// Parses a finite number.
     fn number(&self, place: usize, what: &str) -> Result<f64, FileError> {
         let word = self.word(place, what)?;
         let fault = || self.error(format!("\"{word}\" is not a finite number; expected the {what}"));
         let value: f64 = word.parse().map_err(|_| fault())?;
         if value.is_finite() { Ok(value) } else { Err(fault()) }
     }
-    /// Refuses more words than this.
+    /// Fails if there are more words than this.
     fn at_most(&self, words: usize) -> Result<(), FileError> {
         match self.words.get(words) {
-            Some(extra) => Err(self.error(format!("\"{extra}\" is one word too many; remove it"))),
+            Some(extra) => Err(self.error(format!("unexpected word \"{extra}\"; remove it"))),
             None => Ok(()),
         }
     }
 
-    /// The index of an element that the mesh has `count` of; in the file they are numbered from
-    /// `base`.
+    /// Parses the index of one of `count` elements, which the file numbers from `base`.
     fn element(&self, place: usize, kind: &'static str, count: usize, base: i64) -> Result<u32, FileError> {
         let given = self.integer(place, &format!("{kind} index"))?;
         let index = given.checked_sub(base).filter(|i| (0..count as i64).contains(i));
         index.map(|i| i as u32).ok_or_else(|| {
             self.error(format!(
                 "{kind} {given} does not exist: the mesh has {count}, numbered from {base} here; correct the index, or check \
-                 that this is the mesh the curve was made for"
+                 that this is the mesh that the curve belongs to"
             ))
         })
     }
 
-    /// A node `v i`, `e i t`, `f i a b` or `f i a b c`, or `None` if the line is something else.
+    /// Parses a node `v i`, `e i t`, `f i a b` or `f i a b c`; `None` if the line is something
+    /// else.
     fn node(&self, mesh: &TriangleMesh, base: i64) -> Result<Option<SurfacePoint>, FileError> {
         let point = match self.words.first() {
             Some(&"v") => {
@@ -321,8 +322,8 @@ impl<'a> Line<'a> {
     }
 }
 
-/// A node as both text formats write it, with indices from 0. `None` for a node that is not on the
-/// mesh.
+/// Formats a node as both text formats do, with indices from 0. `None` for a node that is not on
+/// the mesh.
 fn node_line(point: &SurfacePoint, mesh: &TriangleMesh) -> Option<String> {
     use crate::id::Vertex;
     Some(match *point {
@@ -341,7 +342,7 @@ fn node_line(point: &SurfacePoint, mesh: &TriangleMesh) -> Option<String> {
     })
 }
 
-/// Refuses what only JSON can hold.
+/// Fails if the file contains what only JSON can hold.
 fn refuse_polylines_and_normals(file: &CurveFile, format: &str) -> Result<(), FileError> {
     if !file.polylines.is_empty() {
         return Err(FileError::Unsupported(format!(

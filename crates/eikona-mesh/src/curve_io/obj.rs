@@ -1,5 +1,5 @@
-//! Lines of OBJ files: curves through the vertices of the mesh, or polylines in space. The file
-//! itself is read by the mesh reader.
+//! `l` lines of OBJ files: curves through the vertices of the mesh, or polylines in space. The mesh
+//! reader parses the file itself.
 
 use super::{CurveFile, SpacePolyline, chain};
 use crate::curve::{Curve, CurveKind, SurfaceCurves};
@@ -9,19 +9,19 @@ use crate::io::{MeshFormat, read_mesh_bytes};
 use crate::mesh::TriangleMesh;
 use crate::point::SurfacePoint;
 
-/// The curves that the `l` lines (0-based vertices) of a mesh's own file describe.
+/// Converts the `l` lines (0-based vertices) of a mesh's own file to curves.
 ///
 /// A line of three or more vertices is a curve. Lines of two vertices are joined where exactly two
-/// of them meet, whichever way they run, since modelling programs write single edges in any
-/// direction; the curve runs the way most of them do. Lines of one vertex become points.
+/// of them meet, regardless of direction, since modelling programs write single edges in any
+/// direction; the curve takes the direction of most of them. Lines of one vertex become points.
 ///
-/// A curve through vertices of faces is a curve on the mesh; where no edge joins them its segments
-/// run across faces, which tracing resolves. A curve with a vertex that no face uses, as of a
-/// separate object in the same file, is a polyline in space. Points that no face uses are left out
-/// with a warning.
+/// A curve through vertices used by faces is a curve on the mesh; where no edge joins them its
+/// segments cross faces, which tracing resolves. A curve with an unreferenced vertex, as from a
+/// separate object in the same file, is a polyline in space. Points at unreferenced vertices are
+/// skipped with a warning.
 ///
 /// # Errors
-/// [`CurveError::VertexOutOfRange`] with the index of the line and the place in it.
+/// [`CurveError::VertexOutOfRange`] with the index of the line and the position in it.
 pub fn curves_from_lines(lines: &[Vec<u32>], mesh: &TriangleMesh) -> Result<CurveFile, CurveError> {
     for (c, line) in lines.iter().enumerate() {
         for (n, &vertex) in line.iter().enumerate() {
@@ -32,13 +32,14 @@ pub fn curves_from_lines(lines: &[Vec<u32>], mesh: &TriangleMesh) -> Result<Curv
     Ok(curve_file(lines, mesh.positions(), is_on_mesh))
 }
 
-/// Indices are in range. `is_on_mesh`: whether a vertex is one of the mesh.
+/// Converts lines whose indices are in range. `is_on_mesh` tells whether a vertex belongs to the
+/// mesh.
 fn curve_file(lines: &[Vec<u32>], positions: &[[f64; 3]], is_on_mesh: impl Fn(u32) -> bool) -> CurveFile {
     let mut file = CurveFile::default();
-    let (joined, points, turned) = join_lines(lines, positions.len());
-    if turned > 0 {
+    let (joined, points, reversed) = join_lines(lines, positions.len());
+    if reversed > 0 {
         file.warnings.push(format!(
-            "{turned} two-vertex l lines ran against the others of their curve and were turned; check the direction"
+            "{reversed} two-vertex l lines were opposite to the direction of their curve and were reversed; check the direction"
         ));
     }
     let (on_mesh, in_space): (Vec<_>, Vec<_>) =
@@ -51,7 +52,7 @@ fn curve_file(lines: &[Vec<u32>], positions: &[[f64; 3]], is_on_mesh: impl Fn(u3
     }
     if !loose.is_empty() {
         file.warnings.push(format!(
-            "{} single points in space were left out: give points on the mesh by vertex, edge or face",
+            "{} single points in space were skipped; give points on the mesh by vertex, edge or face",
             loose.len()
         ));
     }
@@ -65,8 +66,8 @@ fn surface_curves(lines: Vec<Vec<u32>>, points: Vec<u32>) -> SurfaceCurves {
     }
 }
 
-/// Polylines (loose segments joined), single points, and the number of segments that were turned.
-/// Indices are in range.
+/// Returns polylines (loose segments joined), single points, and the number of segments that were
+/// reversed. Indices are in range.
 fn join_lines(lines: &[Vec<u32>], vertices: usize) -> (Vec<Vec<u32>>, Vec<u32>, usize) {
     let (mut joined, mut points, mut loose) = (Vec::new(), Vec::new(), Vec::new());
     for line in lines {
@@ -79,17 +80,17 @@ fn join_lines(lines: &[Vec<u32>], vertices: usize) -> (Vec<Vec<u32>>, Vec<u32>, 
             _ => joined.push(line),
         }
     }
-    let mut turned = 0;
+    let mut reversed = 0;
     for chain in chain::unoriented(vertices, &loose) {
-        turned += chain.turned;
+        reversed += chain.reversed;
         joined.push(chain.points.into_iter().map(|p| p as u32).collect());
     }
-    (joined, points, turned)
+    (joined, points, reversed)
 }
 
 pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileError> {
     if !text.lines().any(|line| line.split_whitespace().next() == Some("v")) {
-        let warning = "the file has no v lines, so there is no curve in it".to_string();
+        let warning = "the file has no v lines, so it contains no curve".to_string();
         return Ok(CurveFile { warnings: vec![warning], ..CurveFile::default() });
     }
     let read = read_mesh_bytes(text.as_bytes(), MeshFormat::Obj)?;
@@ -104,13 +105,13 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
     let is_on_mesh = |v: u32| is_own && !mesh.vertex_corners(Vertex(v)).is_empty();
     let mut file = curve_file(&lines, positions, is_on_mesh);
     if lines.is_empty() {
-        file.warnings.push("the file has no l lines, so there is no curve in it".into());
+        file.warnings.push("the file has no l lines, so it contains no curve".into());
     }
     Ok(file)
 }
 
-/// Positions and `l` lines. The kind of the curves and the isolated points are not kept (points
-/// become `p` lines).
+/// Formats positions and `l` lines. The kind of the curves is lost, and isolated points become `p`
+/// lines.
 pub(super) fn write(file: &CurveFile, mesh: &TriangleMesh) -> Result<String, FileError> {
     let mut text = String::new();
     let mut count = 0;

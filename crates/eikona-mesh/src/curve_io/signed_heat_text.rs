@@ -1,4 +1,4 @@
-//! The curve files of signed-heat-demo: blocks of nodes under `signed_curve`, `unsigned_curve` or
+//! Curve files of signed-heat-demo: blocks of nodes under `signed_curve`, `unsigned_curve` or
 //! `unsigned_point`.
 
 use super::{CurveFile, Line, node_line, refuse_polylines_and_normals};
@@ -9,7 +9,7 @@ use crate::point::SurfacePoint;
 
 const FORMAT: &str = "signed-heat-demo curves";
 
-/// What the lines after a keyword add to.
+/// The block that the lines after a keyword belong to.
 enum Block {
     Curve { kind: CurveKind, reversed: bool, nodes: Vec<SurfacePoint>, line: usize },
     Points,
@@ -56,7 +56,7 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
             Some(Block::Points) => file.curves.points.extend(nodes),
             None => {
                 return Err(line.error(
-                    "a node before the first block; begin with signed_curve, unsigned_curve or unsigned_point",
+                    "a node precedes the first block; begin with signed_curve, unsigned_curve or unsigned_point",
                 ));
             }
         }
@@ -76,7 +76,7 @@ fn read_nodes(line: &Line, mesh: &TriangleMesh) -> Result<Vec<SurfacePoint>, Fil
     match line.node(mesh, 0)? {
         Some(node) => Ok(vec![node]),
         None => Err(line.error(format!(
-            "\"{}\" is not known; expected signed_curve, unsigned_curve, unsigned_point, v, e, f or l",
+            "unknown keyword \"{}\"; expected signed_curve, unsigned_curve, unsigned_point, v, e, f or l",
             line.words.first().unwrap_or(&"")
         ))),
     }
@@ -87,7 +87,7 @@ fn finish(block: Block, file: &mut CurveFile) {
     if nodes.len() < 2 {
         let count = nodes.len();
         file.warnings.push(format!(
-            "line {line}: a curve needs 2 nodes, this one has {count}; it is left out (unsigned_point names isolated places)"
+            "line {line}: a curve with {count} node(s) was skipped, since it needs at least 2; use unsigned_point for isolated points"
         ));
         return;
     }

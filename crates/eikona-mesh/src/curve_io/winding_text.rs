@@ -1,5 +1,5 @@
-//! The curve files of SWN (surface winding numbers): a list of nodes and a list of oriented
-//! segments between them.
+//! Curve files of SWN (surface winding numbers): a list of nodes and a list of oriented segments
+//! between them.
 
 use super::{CurveFile, Line, chain, node_line, refuse_polylines_and_normals};
 use crate::curve::{Curve, CurveKind};
@@ -14,7 +14,7 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
     let mut file = CurveFile::default();
     let mut base = 1;
     let mut nodes = Vec::new();
-    // Segments may name nodes that come later in the file, so they are resolved at the end.
+    // Segments may refer to nodes later in the file, so they are resolved at the end.
     let mut segment_lines: Vec<(Line, i64)> = Vec::new();
     for (i, line) in text.lines().enumerate() {
         let line = Line::new(FORMAT, i, line);
@@ -35,14 +35,14 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
             Some(word) if word.starts_with('#') => {}
             Some(&"l") => segment_lines.push((line, base)),
             Some(&"c") => {
-                return Err(line.error(
-                    "\"c\" names a chain of faces, which is no curve; give the curve by nodes and l lines",
-                ));
+                return Err(
+                    line.error("\"c\" is a chain of faces, not a curve; give the curve by nodes and l lines")
+                );
             }
             Some(word) => match line.node(mesh, base)? {
                 Some(node) => nodes.push(node),
                 None => {
-                    let problem = format!("\"{word}\" is not known; expected v, e, f, l, n or #offset");
+                    let problem = format!("unknown keyword \"{word}\"; expected v, e, f, l, n or #offset");
                     return Err(line.error(problem));
                 }
             },
@@ -63,7 +63,7 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
             };
             match previous {
                 Some(p) if p == here => file.warnings.push(format!(
-                    "line {}: the segment to node {given} has length 0; it is left out",
+                    "line {}: the segment to node {given} was skipped, since it has length 0",
                     line.number
                 )),
                 Some(p) => segments.push([p, here]),
@@ -78,7 +78,8 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
     Ok(file)
 }
 
-/// For each node the first one at the same point: many files repeat the node for each segment.
+/// Returns, for each node, the first one at the same point: many files repeat the node for each
+/// segment.
 fn number_points(nodes: &[SurfacePoint]) -> Vec<usize> {
     let mut first: BTreeMap<([u32; 3], [u64; 3]), usize> = BTreeMap::new();
     let key = |p: &SurfacePoint| match *p {
