@@ -1,4 +1,4 @@
-//! Times of a million triangles, one thread: `cargo run -p eikona-mesh --example times`.
+//! Timings for a million triangles on one thread: `cargo run -p eikona-mesh --example times`.
 
 use eikona_mesh::io::{Encoding, MeshFormat, MeshOut, read_mesh_bytes, write_mesh_bytes};
 use eikona_mesh::{Orientation, Quality, Topology, damage, shapes, validate, weld};

@@ -1,7 +1,7 @@
-//! Damaged versions of a mesh, by seed, each with what was done: for tests of robustness and of
-//! what a repair brings back.
+//! Seeded damage to a mesh, with a record of what was done: for tests of robustness and repair.
 //!
-//! The same mesh, amount and seed give the same damage. A share says how many faces are hit:
+//! The same mesh, amount and seed give the same damage. `share` is the fraction of faces hit:
+//! `share` times the number of faces, rounded, drawn without repetition.
 //! `share` times the number of faces, rounded, drawn without repetition.
 
 use crate::error::MeshError;
@@ -12,34 +12,34 @@ use crate::random::Random;
 use crate::shapes::parameter::{require, require_share};
 use crate::shapes::vector::{add, distance, lerp, scale, sub};
 
-/// A damaged mesh and where its elements come from.
+/// A damaged mesh and the origin of its elements.
 #[derive(Clone, Debug)]
 pub struct Damaged {
-    /// The mesh with the damage.
+    /// The damaged mesh.
     pub mesh: TriangleMesh,
     /// The faces of the input that were hit (removed, flipped, copied, flattened), in increasing
-    /// order; empty when all faces are alike in this.
+    /// order; empty if the damage singles out no faces.
     pub hit: Vec<Face>,
-    /// The vertex of the input that each vertex comes from.
+    /// The input vertex of each vertex.
     pub source_vertex: VertexField<Vertex>,
-    /// The corner of the input that each corner comes from.
+    /// The input corner of each corner.
     pub source_corner: CornerField<Corner>,
 }
 
 impl Damaged {
-    /// The face of the input that a face comes from.
+    /// Returns the input face of a face.
     pub fn source_face(&self, face: Face) -> Face {
         self.source_corner[face.corner(0)].face()
     }
 }
 
-/// The mesh with each vertex moved at random by up to `amount` times its shortest edge.
+/// Moves each vertex at random by up to `amount` times its shortest edge.
 ///
 /// The displacement is uniform in a ball. Below `amount` = 0.5 two neighbours cannot meet;
-/// triangles may still turn over. Vertices without an edge stay.
+/// triangles may still flip. Isolated vertices stay.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `amount` is not in [0, 100].
+/// [`MeshError::Parameter`] if `amount` is not in [0, 100].
 ///
 /// ```
 /// use eikona_mesh::{damage::jitter, shapes::icosphere};
@@ -53,11 +53,10 @@ pub fn jitter(mesh: &TriangleMesh, amount: f64, seed: u64) -> Result<TriangleMes
     jitter_with(mesh, amount, seed, &|p| p)
 }
 
-/// As [`jitter`], and then each vertex, moved or not, is put where `project` says: back onto the
-/// sphere, say, for noise along it.
+/// Jitters like [`jitter`], then applies `project` to each vertex, moved or not: for example back
+/// onto the sphere, for noise along it.
 ///
-/// # Errors
-/// As [`jitter`]; [`MeshError::Invalid`] when `project` returns something that is not finite.
+/// As for [`jitter`]; [`MeshError::Invalid`] if `project` returns a position that is not finite.
 ///
 /// ```
 /// use eikona_mesh::{damage::jitter_with, shapes::icosphere};
@@ -83,17 +82,17 @@ pub fn jitter_with(
     }
     let mut random = Random::from_seed(seed);
     let moved = mesh.positions().iter().zip(&shortest).map(|(&p, &edge)| {
-        // drawn for every vertex, so that one vertex does not change the others' noise
+        // Drawn for every vertex, so that isolated vertices do not change the noise of the others.
         let step = random.in_unit_ball();
         project(if edge.is_finite() { add(p, scale(step, amount * edge)) } else { p })
     });
     mesh.with_positions(moved.collect())
 }
 
-/// The mesh without a share of its faces, and without the vertices that only those used.
+/// Removes a share of the faces, and the vertices that only those used.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `share` is not in [0, 1].
+/// [`MeshError::Parameter`] if `share` is not in [0, 1].
 ///
 /// ```
 /// use eikona_mesh::{damage::remove_faces, shapes::icosphere};
@@ -106,13 +105,13 @@ pub fn remove_faces(mesh: &TriangleMesh, share: f64, seed: u64) -> Result<Damage
     without_faces(mesh, hit)
 }
 
-/// The mesh without `count` round patches: each a face drawn at random with all faces within
-/// `rings` steps over shared vertices.
+/// Removes `count` round patches: each a random face with all faces within `rings` steps across
+/// shared vertices.
 ///
-/// Patches may touch or overlap, so the boundary has at most `count` more loops, or fewer.
+/// Patches may touch or overlap, so the boundary gains at most `count` loops.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when there are fewer faces than holes.
+/// [`MeshError::Parameter`] if there are fewer faces than holes.
 ///
 /// ```
 /// use eikona_mesh::{damage::holes, shapes::icosphere};
@@ -149,10 +148,10 @@ pub fn holes(mesh: &TriangleMesh, count: usize, rings: usize, seed: u64) -> Resu
     without_faces(mesh, mesh.faces().filter(|f| removed[f.index()]).collect())
 }
 
-/// The mesh with a share of its faces turned over: their second and third corners swapped.
+/// Flips a share of the faces: swaps their second and third corners.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `share` is not in [0, 1].
+/// [`MeshError::Parameter`] if `share` is not in [0, 1].
 ///
 /// ```
 /// use eikona_mesh::{damage::flip_faces, shapes::icosphere};
@@ -172,11 +171,11 @@ pub fn flip_faces(mesh: &TriangleMesh, share: f64, seed: u64) -> Result<Damaged,
     with_corners(mesh, corners, hit)
 }
 
-/// The mesh with a share of its faces twice: the copies come after all others, in the order of
-/// `hit`, and are oriented alike.
+/// Duplicates a share of the faces. The copies follow all other faces, in the order of `hit`, with
+/// the same orientation.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `share` is not in [0, 1].
+/// [`MeshError::Parameter`] if `share` is not in [0, 1].
 ///
 /// ```
 /// use eikona_mesh::{damage::duplicate_faces, shapes::icosphere};
@@ -191,8 +190,8 @@ pub fn duplicate_faces(mesh: &TriangleMesh, share: f64, seed: u64) -> Result<Dam
     with_corners(mesh, corners, hit)
 }
 
-/// The same surface with all numbers drawn anew: of vertices, of faces, and of the corners within
-/// each face (its winding stays).
+/// Renumbers the vertices, the faces, and the corners within each face at random. The surface and
+/// its orientation stay the same.
 ///
 /// # Errors
 /// None for a mesh that exists.
@@ -230,11 +229,11 @@ pub fn shuffle(mesh: &TriangleMesh, seed: u64) -> Result<Damaged, MeshError> {
     })
 }
 
-/// The mesh as a soup: corner k of face f has vertex 3 f + k for itself. Vertices that no face used
-/// are gone.
+/// Separates all faces into a triangle soup: corner k of face f gets its own vertex 3 f + k.
+/// Unreferenced vertices are dropped.
 ///
 /// # Errors
-/// [`MeshError::TooLarge`] when there are more corners than vertices can be named.
+/// [`MeshError::TooLarge`] if there are more corners than vertex indices.
 ///
 /// ```
 /// use eikona_mesh::{damage::unweld, shapes::icosphere};
@@ -255,15 +254,15 @@ pub fn unweld(mesh: &TriangleMesh) -> Result<Damaged, MeshError> {
     })
 }
 
-/// The mesh with slivers: in each face hit, a corner drawn at random is moved towards a point of
-/// the middle half of the opposite edge, so that its height shrinks to `height` times what it was
-/// (0.001, say; 0 makes faces without area).
+/// Makes slivers: in each face hit, moves a random corner towards a point in the middle half of the
+/// opposite edge, so that its height shrinks by the factor `height` (0.001, say; 0 makes faces of
+/// zero area).
 ///
-/// The other faces at the moved vertex grow. No face hit has a vertex in common with another one,
-/// so when the share is large fewer faces are hit than it says; `hit` has those that are.
+/// The other faces at the moved vertex grow. No two faces hit share a vertex, so fewer faces are
+/// hit than a large `share` asks for; `hit` lists them.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] when `share` or `height` is not in [0, 1].
+/// [`MeshError::Parameter`] if `share` or `height` is not in [0, 1].
 ///
 /// ```
 /// use eikona_mesh::{damage::sliver_faces, shapes::icosphere};
@@ -321,12 +320,12 @@ fn all_corners(mesh: &TriangleMesh) -> Vec<Corner> {
     (0..mesh.halfedge_count() as u32).map(Corner).collect()
 }
 
-/// The faces whose corners are these, three at a time.
+/// Groups corners three at a time into faces.
 fn triples(corners: &[Corner], number: impl Fn(Corner) -> u32) -> Vec<[u32; 3]> {
     corners.chunks_exact(3).map(|c| [number(c[0]), number(c[1]), number(c[2])]).collect()
 }
 
-/// The mesh with the same vertices, whose corners are these corners of the input.
+/// Builds the mesh with the same vertices whose corners are these corners of the input.
 fn with_corners(mesh: &TriangleMesh, corners: Vec<Corner>, hit: Vec<Face>) -> Result<Damaged, MeshError> {
     let faces = triples(&corners, |c| mesh.corner_vertex(c).0);
     Ok(Damaged {
@@ -337,7 +336,7 @@ fn with_corners(mesh: &TriangleMesh, corners: Vec<Corner>, hit: Vec<Face>) -> Re
     })
 }
 
-/// The mesh without these faces and without the vertices that only they used.
+/// Removes these faces and the vertices that only they used.
 fn without_faces(mesh: &TriangleMesh, hit: Vec<Face>) -> Result<Damaged, MeshError> {
     let mut removed = vec![false; mesh.face_count()];
     for f in &hit {
@@ -395,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn every_damage_is_by_seed_and_its_maps_lead_back() {
+    fn damage_depends_on_the_seed_and_its_maps_are_correct() {
         for d in check(|m, s| remove_faces(m, 0.4, s)) {
             assert_eq!((d.hit.len(), d.mesh.face_count()), (288, 432));
             assert!(d.mesh.vertices().all(|v| !d.mesh.vertex_corners(v).is_empty()));
@@ -419,7 +418,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shuffle_is_undone_by_its_maps() {
+    fn maps_undo_a_shuffle() {
         let mesh = torus(1.0, 0.4, 9, 7).unwrap();
         let d = shuffle(&mesh, 11).unwrap();
         let mut positions = vec![[f64::NAN; 3]; mesh.vertex_count()];
@@ -437,7 +436,7 @@ mod tests {
     }
 
     #[test]
-    fn jitter_moves_every_vertex_but_not_far() {
+    fn jitter_moves_every_vertex_within_its_bound() {
         let sphere = icosphere(3).unwrap();
         let noisy = jitter(&sphere, 0.2, 4).unwrap();
         for v in sphere.vertices() {
@@ -455,7 +454,7 @@ mod tests {
     }
 
     #[test]
-    fn slivers_are_as_thin_as_asked_for() {
+    fn slivers_have_the_requested_height() {
         let sphere = icosphere(3).unwrap();
         let d = sliver_faces(&sphere, 0.02, 1e-3, 9).unwrap();
         assert_eq!(d.hit.len(), 26);
@@ -467,7 +466,7 @@ mod tests {
     }
 
     #[test]
-    fn shares_outside_their_range_are_refused_and_empty_meshes_are_no_trouble() {
+    fn shares_out_of_range_are_errors_and_empty_meshes_are_not() {
         let empty = TriangleMesh::new(vec![], vec![]).unwrap();
         let sphere = icosphere(0).unwrap();
         for share in [-0.1, 1.1, f64::NAN] {

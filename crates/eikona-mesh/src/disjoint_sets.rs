@@ -1,6 +1,6 @@
 //! Union-find.
 
-/// Disjoint sets of the numbers 0, 1, ..., each known by its smallest number.
+/// Union-find on the numbers 0, 1, ...; the representative of a set is its smallest member.
 ///
 /// ```
 /// use eikona_mesh::DisjointSets;
@@ -16,18 +16,18 @@ pub struct DisjointSets {
 }
 
 impl DisjointSets {
-    /// So many sets of one number each.
+    /// Creates `count` singletons.
     pub fn new(count: usize) -> Self {
         DisjointSets { parent: (0..count as u32).collect() }
     }
 
-    /// The smallest number in the set of `x`.
+    /// Returns the smallest member of the set of `x`.
     ///
     /// # Cost
-    /// O(1) as a rule: the path is halved on the way, so that later searches are short.
+    /// Usually O(1): path halving shortens later searches.
     ///
     /// # Panics
-    /// If there is no such number; so does [`join`](DisjointSets::join).
+    /// If `x` is not below the count. [`join`](DisjointSets::join) panics likewise.
     pub fn find(&mut self, mut x: u32) -> u32 {
         while self.parent[x as usize] != x {
             let up = self.parent[self.parent[x as usize] as usize];
@@ -37,20 +37,20 @@ impl DisjointSets {
         x
     }
 
-    /// Makes the sets of two numbers one.
+    /// Merges the sets of two numbers.
     pub fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.find(a), self.find(b));
         self.parent[a.max(b) as usize] = a.min(b);
     }
 
-    /// For every number the number of its set, and how many sets there are, counted in the order of
-    /// their smallest numbers.
+    /// Returns the index of the set of each number, and the number of sets. Sets are indexed in the
+    /// order of their smallest members.
     pub fn numbers(&mut self) -> (Vec<u32>, usize) {
         self.number(0..self.parent.len() as u32)
     }
 
-    /// Numbers the sets in the order in which `members` first names them: the number of each
-    /// member, and how many there are.
+    /// Indexes the sets in the order in which `members` first refers to them. Returns the index for
+    /// each member, and the number of sets.
     pub(crate) fn number(&mut self, members: impl Iterator<Item = u32>) -> (Vec<u32>, usize) {
         let mut number_of_set: Vec<Option<u32>> = vec![None; self.parent.len()];
         let mut count = 0;

@@ -1,4 +1,4 @@
-//! Values on the elements of a mesh, addressed only by the id of that element.
+//! Values on the elements of a mesh, indexed by typed element ids.
 
 use crate::id::{Corner, Edge, ElementId, Face, Halfedge, Vertex};
 use std::marker::PhantomData;
@@ -17,50 +17,50 @@ pub struct Field<I, T> {
     kind: PhantomData<fn(I)>,
 }
 
-/// A value per vertex.
+/// One value per vertex.
 pub type VertexField<T> = Field<Vertex, T>;
-/// A value per edge.
+/// One value per edge.
 pub type EdgeField<T> = Field<Edge, T>;
-/// A value per halfedge.
+/// One value per halfedge.
 pub type HalfedgeField<T> = Field<Halfedge, T>;
-/// A value per face corner.
+/// One value per face corner.
 pub type CornerField<T> = Field<Corner, T>;
-/// A value per face.
+/// One value per face.
 pub type FaceField<T> = Field<Face, T>;
 
 impl<I: ElementId, T> Field<I, T> {
-    /// The number of elements.
+    /// Returns the number of elements.
     pub fn len(&self) -> usize {
         self.values.len()
     }
-    /// Whether there is no element at all.
+    /// Returns whether there are no elements.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
-    /// The values in the order of the elements.
+    /// Returns the values in the order of the elements.
     pub fn as_slice(&self) -> &[T] {
         &self.values
     }
-    /// The values in the order of the elements, to write.
+    /// Returns the values in the order of the elements, mutably.
     pub fn as_mut_slice(&mut self) -> &mut [T] {
         &mut self.values
     }
-    /// The values in the order of the elements, taken out.
+    /// Returns the values in the order of the elements, consuming the field.
     pub fn into_vec(self) -> Vec<T> {
         self.values
     }
-    /// Pairs of element and value.
+    /// Iterates over pairs of element and value.
     pub fn iter(&self) -> impl Iterator<Item = (I, &T)> {
         self.values.iter().enumerate().map(|(i, v)| (I::from_index(i), v))
     }
-    /// The value of an element, or `None` when the mesh has no such element.
+    /// Returns the value of an element, or `None` if the mesh has no such element.
     pub fn get(&self, element: I) -> Option<&T> {
         self.values.get(element.index())
     }
 }
 
 impl<I: ElementId, T: Clone> Field<I, T> {
-    /// The same value everywhere.
+    /// Creates a field with the same value everywhere.
     pub fn constant(count: usize, value: T) -> Self {
         vec![value; count].into()
     }

@@ -1,15 +1,15 @@
-//! Typed element ids: a vertex index can not be used where a face index is meant.
+//! Typed element ids: a vertex index can not be used where a face index is expected.
 
 use std::fmt;
 
-/// An element of a mesh, named by its index. Implemented by [`Vertex`], [`Edge`], [`Halfedge`],
-/// [`Corner`] and [`Face`].
+/// The id of a mesh element. Implemented by [`Vertex`], [`Edge`], [`Halfedge`], [`Corner`] and
+/// [`Face`].
 pub trait ElementId: Copy + Eq + Ord + std::hash::Hash + fmt::Debug {
-    /// The kind of element in words ("vertex").
+    /// The name of the element kind ("vertex").
     const KIND: &'static str;
-    /// The id of the element with this 0-based index. The index must be below `u32::MAX`.
+    /// Creates the id with this 0-based index. The index must be below `u32::MAX`.
     fn from_index(index: usize) -> Self;
-    /// The 0-based index of the element.
+    /// Returns the 0-based index of the element.
     fn index(self) -> usize;
 }
 
@@ -20,7 +20,7 @@ macro_rules! element_id {
         pub struct $name(pub u32);
 
         impl $name {
-            /// The 0-based index, ready to address a slice.
+            /// Returns the 0-based index.
             #[inline]
             pub const fn index(self) -> usize {
                 self.0 as usize
@@ -55,12 +55,12 @@ macro_rules! element_id {
 }
 
 element_id!(
-    /// A vertex, by its place in the input.
+    /// A vertex, numbered by its position in the input.
     Vertex,
     "vertex"
 );
 element_id!(
-    /// An undirected edge. Edge `i` is the `i`-th one met when the faces are walked in order, each
+    /// An undirected edge. Edge `i` is the `i`-th one met when the faces are visited in order, each
     /// by its corners 01, 12, 20.
     Edge,
     "edge"
@@ -76,33 +76,33 @@ element_id!(
     "corner"
 );
 element_id!(
-    /// A face, by its place in the input.
+    /// A face, numbered by its position in the input.
     Face,
     "face"
 );
 
 impl Halfedge {
-    /// The face that this halfedge is a side of.
+    /// Returns the face of this halfedge.
     #[inline]
     pub const fn face(self) -> Face {
         Face(self.0 / 3)
     }
-    /// Its place (0, 1, 2) among the sides of its face.
+    /// Returns its index (0, 1, 2) among the sides of its face.
     #[inline]
     pub const fn side(self) -> usize {
         (self.0 % 3) as usize
     }
-    /// The following side of the same face.
+    /// Returns the next halfedge of the same face.
     #[inline]
     pub const fn next(self) -> Halfedge {
         Halfedge(if self.0 % 3 == 2 { self.0 - 2 } else { self.0 + 1 })
     }
-    /// The preceding side of the same face.
+    /// Returns the previous halfedge of the same face.
     #[inline]
     pub const fn previous(self) -> Halfedge {
         Halfedge(if self.0.is_multiple_of(3) { self.0 + 2 } else { self.0 - 1 })
     }
-    /// The corner at which it starts.
+    /// Returns the corner at which it starts.
     #[inline]
     pub const fn corner(self) -> Corner {
         Corner(self.0)
@@ -110,12 +110,12 @@ impl Halfedge {
 }
 
 impl Corner {
-    /// The face that this corner belongs to.
+    /// Returns the face of this corner.
     #[inline]
     pub const fn face(self) -> Face {
         Face(self.0 / 3)
     }
-    /// The side of the face that starts here.
+    /// Returns the halfedge that starts at this corner.
     #[inline]
     pub const fn halfedge(self) -> Halfedge {
         Halfedge(self.0)
@@ -123,12 +123,12 @@ impl Corner {
 }
 
 impl Face {
-    /// Side `k` (0, 1 or 2), from corner `k` to corner `k + 1`.
+    /// Returns side `k` (0, 1 or 2), from corner `k` to corner `k + 1`.
     #[inline]
     pub const fn halfedge(self, k: usize) -> Halfedge {
         Halfedge(3 * self.0 + k as u32)
     }
-    /// Corner `k` (0, 1 or 2).
+    /// Returns corner `k` (0, 1 or 2).
     #[inline]
     pub const fn corner(self, k: usize) -> Corner {
         Corner(3 * self.0 + k as u32)

@@ -1,9 +1,10 @@
-//! What a domain *is*: triangle meshes with typed ids and fields over their elements, connectivity
-//! that is honest about nonmanifold edges, points and curves on surfaces, validation, procedural
-//! shapes, and file formats. No matrices here.
+//! Triangle meshes with typed ids and fields over their elements, connectivity that represents
+//! nonmanifold edges explicitly, points and curves on surfaces, validation and repair, procedural
+//! shapes, and file formats. This crate knows no matrices.
 //!
-//! Indices are 0-based everywhere but in OBJ files. Faces are counter-clockwise. Order and count of
-//! vertices and faces are those of the input; every repair is a named step that returns index maps.
+//! Indices are 0-based everywhere but in OBJ files. Faces are counter-clockwise. Vertices and faces
+//! keep the order and count of the input; every repair is an explicit function that returns index
+//! maps.
 
 mod curve;
 mod curve_io;

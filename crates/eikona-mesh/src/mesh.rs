@@ -1,20 +1,21 @@
-//! The triangle mesh: positions, faces, and connectivity that says honestly what lies at an edge.
+//! The triangle mesh: positions, faces, and connectivity that represents nonmanifold edges
+//! explicitly.
 
 use crate::error::{Fault, MeshError};
 use crate::id::{Corner, Edge, Face, Halfedge, Vertex};
 use crate::polygon::PolygonMesh;
 use std::sync::Arc;
 
-/// A triangle mesh of any kind: open or closed, in one or many pieces, manifold or not, oriented or
-/// not.
+/// A triangle mesh of any kind: open or closed, with one or many components, manifold or not,
+/// consistently oriented or not.
 ///
-/// Order and count of vertices and faces are those of the input. What is guaranteed: every index is
-/// in range, the three corners of a face are three different vertices, every coordinate is finite.
-/// What is not: everything else; ask [`Topology`](crate::Topology), [`Quality`](crate::Quality) or
+/// Vertices and faces keep the order and count of the input. Guaranteed: every index is in range,
+/// the three corners of a face are three different vertices, every coordinate is finite. Nothing
+/// else is; see [`Topology`](crate::Topology), [`Quality`](crate::Quality) and
 /// [`validate`](crate::validate).
 ///
 /// Halfedge `3 f + k` is side `k` of face `f`; edge `i` is the `i`-th one met when the faces are
-/// walked in order.
+/// visited in order.
 ///
 /// ```
 /// use eikona_mesh::{TriangleMesh, Neighbour, Face};
@@ -27,7 +28,7 @@ use std::sync::Arc;
 /// # Ok::<(), eikona_mesh::MeshError>(())
 /// ```
 ///
-/// A clone shares the data of the original: copying a mesh costs nothing.
+/// Clones share their data: copying a mesh costs nothing.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
     positions: Arc<Vec<[f64; 3]>>,
@@ -39,27 +40,27 @@ struct Connectivity {
     faces: Vec<[u32; 3]>,
     /// Edge of each halfedge.
     halfedge_edge: Vec<u32>,
-    /// The two ends of each edge, in the direction in which it was first met.
+    /// The two endpoints of each edge, in the direction in which it was first met.
     edge_vertices: Vec<[u32; 2]>,
-    /// Halfedges of edge `e`: `edge_halfedges[edge_start[e]..edge_start[e + 1]]`, in increasing
-    /// order.
+    /// The halfedges of edge `e` are `edge_halfedges[edge_start[e]..edge_start[e + 1]]`, in
+    /// increasing order.
     edge_start: Vec<u32>,
     edge_halfedges: Vec<Halfedge>,
-    /// Corners at vertex `v`: `vertex_corners[vertex_start[v]..vertex_start[v + 1]]`, in increasing
-    /// order.
+    /// The corners at vertex `v` are `vertex_corners[vertex_start[v]..vertex_start[v + 1]]`, in
+    /// increasing order.
     vertex_start: Vec<u32>,
     vertex_corners: Vec<Corner>,
 }
 
-/// What lies on the other side of a halfedge.
+/// The other side of a halfedge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Neighbour<'a> {
-    /// Nothing: the edge is on the boundary.
+    /// No face: the edge is on the boundary.
     Boundary,
-    /// Exactly one other face. (Its halfedge runs the opposite way only if both faces are oriented
-    /// alike.)
+    /// Exactly one other face. (Its halfedge runs the opposite way only if the two faces are
+    /// consistently oriented.)
     Twin(Halfedge),
-    /// Two or more other faces: all halfedges of the edge, this one included.
+    /// Two or more other faces: all halfedges of the edge, including this one.
     Nonmanifold(&'a [Halfedge]),
 }
 
@@ -67,11 +68,11 @@ impl TriangleMesh {
     /// Builds the mesh and its connectivity.
     ///
     /// # Errors
-    /// [`MeshError::Invalid`] with *every* vertex that is not finite and every face that names a
-    /// vertex twice or one that does not exist; [`MeshError::TooLarge`] past 2^32 / 3 faces.
+    /// [`MeshError::Invalid`] with *every* vertex that is not finite and every face that repeats a
+    /// vertex or refers to one that does not exist; [`MeshError::TooLarge`] past 2^32 / 3 faces.
     ///
     /// # Cost
-    /// O(V + F log d) for vertex degrees d; about 0.1 s a million faces.
+    /// O(V + F log d) for vertex degrees d; about 0.1 s per million faces.
     pub fn new(positions: Vec<[f64; 3]>, faces: Vec<[u32; 3]>) -> Result<Self, MeshError> {
         if faces.len() > (u32::MAX / 3) as usize || positions.len() >= u32::MAX as usize {
             return Err(MeshError::TooLarge { vertices: positions.len(), faces: faces.len() });
@@ -95,109 +96,110 @@ impl TriangleMesh {
         Ok(TriangleMesh { positions: Arc::new(positions), connectivity: Arc::new(connectivity) })
     }
 
-    /// Number of vertices, those that no face uses included.
+    /// Returns the number of vertices, including unreferenced ones.
     pub fn vertex_count(&self) -> usize {
         self.positions.len()
     }
-    /// Number of edges.
+    /// Returns the number of edges.
     pub fn edge_count(&self) -> usize {
         self.connectivity.edge_vertices.len()
     }
-    /// Number of faces.
+    /// Returns the number of faces.
     pub fn face_count(&self) -> usize {
         self.connectivity.faces.len()
     }
-    /// Number of halfedges (and of corners): three a face.
+    /// Returns the number of halfedges (and of corners): three per face.
     pub fn halfedge_count(&self) -> usize {
         self.connectivity.halfedge_edge.len()
     }
-    /// All vertices.
+    /// Iterates over all vertices.
     pub fn vertices(&self) -> impl ExactSizeIterator<Item = Vertex> + use<> {
         (0..self.positions.len() as u32).map(Vertex)
     }
-    /// All edges.
+    /// Iterates over all edges.
     pub fn edges(&self) -> impl ExactSizeIterator<Item = Edge> + use<> {
         (0..self.connectivity.edge_vertices.len() as u32).map(Edge)
     }
-    /// All faces.
+    /// Iterates over all faces.
     pub fn faces(&self) -> impl ExactSizeIterator<Item = Face> + use<> {
         (0..self.connectivity.faces.len() as u32).map(Face)
     }
-    /// Positions in the order of the vertices.
+    /// Returns the positions of the vertices, in order.
     pub fn positions(&self) -> &[[f64; 3]] {
         &self.positions
     }
-    /// Vertex indices of the faces, in the order of the faces.
+    /// Returns the vertex indices of the faces, in order.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.connectivity.faces
     }
-    /// The position of a vertex.
+    /// Returns the position of a vertex.
     #[inline]
     pub fn position(&self, v: Vertex) -> [f64; 3] {
         self.positions[v.index()]
     }
-    /// The three corners' positions of a face.
+    /// Returns the positions of the three corners of a face.
     #[inline]
     pub fn face_positions(&self, f: Face) -> [[f64; 3]; 3] {
         self.connectivity.faces[f.index()].map(|v| self.positions[v as usize])
     }
-    /// The three vertices of a face, in its winding.
+    /// Returns the three vertices of a face, in its orientation.
     #[inline]
     pub fn face_vertices(&self, f: Face) -> [Vertex; 3] {
         self.connectivity.faces[f.index()].map(Vertex)
     }
-    /// The three edges of a face; edge `k` joins corners `k` and `k + 1`.
+    /// Returns the three edges of a face; edge `k` joins corners `k` and `k + 1`.
     #[inline]
     pub fn face_edges(&self, f: Face) -> [Edge; 3] {
         let h = 3 * f.index();
         [0, 1, 2].map(|k| Edge(self.connectivity.halfedge_edge[h + k]))
     }
-    /// The edge that a halfedge lies on.
+    /// Returns the edge of a halfedge.
     #[inline]
     pub fn edge(&self, h: Halfedge) -> Edge {
         Edge(self.connectivity.halfedge_edge[h.index()])
     }
-    /// The vertex at which a halfedge starts.
+    /// Returns the vertex at which a halfedge starts.
     #[inline]
     pub fn origin(&self, h: Halfedge) -> Vertex {
         Vertex(self.connectivity.faces[h.face().index()][h.side()])
     }
-    /// The vertex at which a halfedge ends.
+    /// Returns the vertex at which a halfedge ends.
     #[inline]
     pub fn tip(&self, h: Halfedge) -> Vertex {
         self.origin(h.next())
     }
-    /// The vertex of a corner.
+    /// Returns the vertex of a corner.
     #[inline]
     pub fn corner_vertex(&self, c: Corner) -> Vertex {
         self.origin(c.halfedge())
     }
-    /// The two ends of an edge, in the edge's own direction: that of its first halfedge.
+    /// Returns the two endpoints of an edge, in the edge's own direction: that of its first
+    /// halfedge.
     #[inline]
     pub fn edge_vertices(&self, e: Edge) -> [Vertex; 2] {
         self.connectivity.edge_vertices[e.index()].map(Vertex)
     }
-    /// The halfedges of an edge, ascending: one on the boundary, two inside, more where the surface
-    /// is nonmanifold.
+    /// Returns the halfedges of an edge, in increasing order: one on the boundary, two in the
+    /// interior, more at a nonmanifold edge.
     #[inline]
     pub fn edge_halfedges(&self, e: Edge) -> &[Halfedge] {
         let e = e.index();
         &self.connectivity.edge_halfedges
             [self.connectivity.edge_start[e] as usize..self.connectivity.edge_start[e + 1] as usize]
     }
-    /// The corners that meet at a vertex, in the order of their faces (not around the vertex).
+    /// Returns the corners at a vertex, in the order of their faces (not around the vertex).
     #[inline]
     pub fn vertex_corners(&self, v: Vertex) -> &[Corner] {
         let v = v.index();
         &self.connectivity.vertex_corners
             [self.connectivity.vertex_start[v] as usize..self.connectivity.vertex_start[v + 1] as usize]
     }
-    /// Whether the halfedge runs in the direction of its edge.
+    /// Returns whether the halfedge runs in the direction of its edge.
     #[inline]
     pub fn follows_edge(&self, h: Halfedge) -> bool {
         self.connectivity.edge_vertices[self.edge(h).index()][0] == self.origin(h).0
     }
-    /// What lies across a halfedge.
+    /// Returns what lies across a halfedge.
     #[inline]
     pub fn neighbour(&self, h: Halfedge) -> Neighbour<'_> {
         match self.edge_halfedges(self.edge(h)) {
@@ -206,12 +208,12 @@ impl TriangleMesh {
             all => Neighbour::Nonmanifold(all),
         }
     }
-    /// Whether exactly one face has the edge.
+    /// Returns whether the edge has exactly one face.
     #[inline]
     pub fn is_boundary_edge(&self, e: Edge) -> bool {
         self.edge_halfedges(e).len() == 1
     }
-    /// Whether the vertex is an end of a boundary edge.
+    /// Returns whether the vertex is an endpoint of a boundary edge.
     ///
     /// # Cost
     /// O(degree).
@@ -219,7 +221,7 @@ impl TriangleMesh {
         let mut sides = self.vertex_corners(v).iter().flat_map(|c| [c.halfedge(), c.halfedge().previous()]);
         sides.any(|h| self.is_boundary_edge(self.edge(h)))
     }
-    /// The edge between two vertices, if there is one.
+    /// Returns the edge between two vertices, if there is one.
     ///
     /// # Cost
     /// O(the smaller of their degrees).
@@ -240,7 +242,7 @@ impl TriangleMesh {
             }
         })
     }
-    /// The first face whose corners are these three vertices, in any order.
+    /// Returns the first face with these three vertices, in any order.
     pub fn find_face(&self, vertices: [Vertex; 3]) -> Option<Face> {
         if vertices.iter().any(|v| v.index() >= self.vertex_count()) {
             return None;
@@ -251,8 +253,8 @@ impl TriangleMesh {
             vertices.iter().all(|v| corners.contains(v))
         })
     }
-    /// The mesh with the faces for which `flip` says so turned over. Numbers of vertices, edges and
-    /// faces stay the same, the direction of edges may not.
+    /// Flips the faces for which `flip` returns true. Vertices, edges and faces keep their ids;
+    /// edges may change direction.
     pub fn with_flipped_faces(&self, mut flip: impl FnMut(Face) -> bool) -> TriangleMesh {
         let faces = self
             .faces()
@@ -264,10 +266,10 @@ impl TriangleMesh {
         TriangleMesh::new(self.positions.to_vec(), faces)
             .expect("flipping faces of a valid mesh keeps it valid")
     }
-    /// The same connectivity with other positions.
+    /// Replaces the positions and keeps the connectivity.
     ///
     /// # Errors
-    /// [`MeshError::Invalid`] when a coordinate is not finite, [`MeshError::WrongLength`] when the
+    /// [`MeshError::Invalid`] if a coordinate is not finite, [`MeshError::WrongLength`] if the
     /// count differs.
     pub fn with_positions(&self, positions: Vec<[f64; 3]>) -> Result<TriangleMesh, MeshError> {
         if positions.len() != self.vertex_count() {
@@ -283,13 +285,13 @@ impl TriangleMesh {
         }
         Ok(TriangleMesh { positions: Arc::new(positions), connectivity: self.connectivity.clone() })
     }
-    /// The same surface as a polygon mesh.
+    /// Converts the mesh to a polygon mesh.
     pub fn to_polygon_mesh(&self) -> PolygonMesh {
         PolygonMesh::from_triangles(self.positions.to_vec(), &self.connectivity.faces)
     }
 }
 
-/// Faults without which the connectivity can not be built.
+/// Returns the faults that prevent the connectivity from being built.
 pub(crate) fn structural_faults(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Vec<Fault> {
     let mut faults = Vec::new();
     for (i, p) in positions.iter().enumerate() {
@@ -309,8 +311,8 @@ pub(crate) fn structural_faults(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> V
     faults
 }
 
-/// Turns a list of owners into "which items belong to owner i": starts and items, items in
-/// increasing order.
+/// Inverts a list of owners: returns the starts and the items of each owner, items in increasing
+/// order.
 pub(crate) fn group_by_owner(
     owners: usize,
     owner_of: impl Iterator<Item = u32> + Clone,
@@ -341,7 +343,7 @@ fn halfedges_by_edge(edges: usize, halfedge_edge: &[u32]) -> (Vec<u32>, Vec<Half
     (start, halfedges.into_iter().map(Halfedge).collect())
 }
 
-/// Numbers the edges in the order in which they are first met, corners 01, 12, 20 of each face in
+/// Numbers the edges in the order in which they are first met: corners 01, 12, 20 of each face in
 /// turn.
 fn number_edges(vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
     let ends = |h: usize| {
@@ -349,7 +351,8 @@ fn number_edges(vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>
         [face[h % 3], face[(h + 1) % 3]]
     };
     let halfedges = 3 * faces.len();
-    // Halfedges by their smaller end; among those the larger end tells the edge.
+    // Halfedges are grouped by their smaller endpoint; within a group the larger one identifies the
+    // edge.
     let (start, by_smaller) = group_by_owner(vertices, (0..halfedges).map(|h| ends(h)[0].min(ends(h)[1])));
     const UNNUMBERED: u32 = u32::MAX;
     let mut first_of = vec![UNNUMBERED; halfedges]; // first halfedge on the same edge

@@ -1,28 +1,28 @@
-//! Search for vertices near a point or a segment, each within a tolerance of its own.
+//! Spatial search for vertices near a point or a segment, with a tolerance per vertex.
 
 use crate::id::Vertex;
 
-/// A k-d tree of vertices, of which some are active. Its height is logarithmic for any positions,
-/// equal ones included.
+/// A k-d tree of vertices, some of which are active. Its height is logarithmic for any positions,
+/// including equal ones.
 ///
 /// Active vertices of tolerance `s` or more that are more than `s` apart are met a bounded number
-/// of times for each scale `s`, so a search costs O(log n) whatever the other vertices are.
+/// of times per scale `s`, so a search costs O(log n) whatever the other vertices are.
 pub(crate) struct NearVertices {
-    /// Position, vertex and tolerance; the children of a range are its halves.
+    /// Position, vertex and tolerance; the children of a node halve its range.
     points: Vec<([f64; 3], Vertex, f64)>,
-    /// For each node the box of its points.
+    /// The bounding box of each node's points.
     boxes: Vec<[[f64; 3]; 2]>,
-    /// For each node the largest tolerance of its active points; negative if there is none.
+    /// The largest tolerance of each node's active points; negative if there are none.
     reach: Vec<f64>,
     active: Vec<bool>,
-    /// The place in `points` of the vertices, by the order in which they were given.
+    /// The position of each vertex in `points`, by the order in which the vertices were given.
     place: Vec<u32>,
 }
 
 const LEAF: usize = 8;
 
 impl NearVertices {
-    /// A tree in which no vertex is active yet.
+    /// Builds the tree, with no vertex active yet.
     pub(crate) fn new(vertices: impl Iterator<Item = ([f64; 3], Vertex, f64)>) -> NearVertices {
         let mut points: Vec<_> = vertices.enumerate().map(|(i, p)| (p, i as u32)).collect();
         let nodes = 2 * points.len().div_ceil(LEAF).next_power_of_two();
@@ -39,7 +39,7 @@ impl NearVertices {
         }
     }
 
-    /// Makes a vertex active, named by its place in the order in which the vertices were given.
+    /// Activates the vertex that was given at this position.
     pub(crate) fn activate(&mut self, given: usize) {
         let at = self.place[given] as usize;
         self.active[at] = true;
@@ -56,8 +56,8 @@ impl NearVertices {
         }
     }
 
-    /// Visits the active vertices, with their tolerance, that may lie within `min(their tolerance,
-    /// within)` of a segment: those near its bounding box, cut to the leaves of the tree.
+    /// Visits the active vertices, with their tolerances, that may lie within `min(their tolerance,
+    /// within)` of a segment: those near its bounding box, clipped to the leaves of the tree.
     pub(crate) fn near_segment(
         &self,
         ends: [[f64; 3]; 2],
@@ -106,8 +106,8 @@ fn build(points: &mut [(([f64; 3], Vertex, f64), u32)], boxes: &mut [[[f64; 3]; 
     build(right, boxes, 2 * node + 1);
 }
 
-/// Whether a segment comes within `reach` of a box in each coordinate (a little more often than it
-/// does).
+/// Returns whether a segment comes within `reach` of a box in each coordinate. Errs slightly on the
+/// side of `true`.
 fn box_meets_segment(bounds: &[[f64; 3]; 2], [a, b]: [[f64; 3]; 2], reach: f64) -> bool {
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     for k in 0..3 {

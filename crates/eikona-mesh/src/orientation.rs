@@ -1,19 +1,20 @@
-//! Whether the faces of a mesh can be oriented alike, and which of them to turn over for it.
+//! Orientability of a mesh, and the faces to flip to orient it consistently.
 
 use crate::field::FaceField;
 use crate::id::{Edge, Face, Halfedge};
 use crate::mesh::TriangleMesh;
 use crate::quality::TriangleShape;
 
-/// Areas of the two windings of a patch that differ by less than this share count as equal: sums
-/// over millions of faces carry rounding of this order at most.
+/// The areas of the two orientations of a patch count as equal if they differ by less than this
+/// share: sums over millions of faces carry rounding errors of this order at most.
 const EQUAL_AREA: f64 = 1e-9;
 
 /// A consistent orientation of the faces, patch by patch.
 ///
 /// A **patch** is a set of faces connected through edges with exactly two faces. Edges with three
-/// or more faces are not crossed: nothing says which of their faces continue each other. So an edge
-/// with two faces always lies inside one patch. Patches are numbered by their first face.
+/// or more faces are not crossed, since it is ambiguous which of their faces continue each other.
+/// So an edge with two faces always lies inside one patch. Patches are numbered by their first
+/// face.
 ///
 /// ```
 /// use eikona_mesh::{Face, Orientation, TriangleMesh};
@@ -28,23 +29,23 @@ const EQUAL_AREA: f64 = 1e-9;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Orientation {
-    /// +1 where a face keeps the winding it has, -1 where it is to be turned over.
+    /// +1 where a face keeps its orientation, -1 where it is to be flipped.
     ///
-    /// In each orientable patch the winding that covers the larger area is kept (if both cover the
-    /// same, that of the first face). So faces of an area below one half may be turned over in the
-    /// input, and the resulting orientation is the same. In a patch that is not orientable no
-    /// choice is consistent, and all faces keep their winding.
+    /// Each orientable patch keeps the orientation that covers the larger area (on a tie, that of
+    /// the first face). So the result does not change if faces of less than half the area are
+    /// flipped in the input. A nonorientable patch has no consistent choice; all its faces keep
+    /// their orientation.
     pub sign_of_face: FaceField<i8>,
     /// The patch of each face.
     pub patch_of_face: FaceField<u32>,
     /// The patches.
     pub patches: Vec<Patch>,
-    /// Edges whose two faces run along them in the same direction in the mesh as it is, in
-    /// increasing order.
+    /// Edges whose two faces run along them in the same direction in the input, in increasing
+    /// order.
     pub inconsistent_edges: Vec<Edge>,
 }
 
-/// Faces that are connected through edges with exactly two faces.
+/// Faces connected through edges with exactly two faces.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Patch {
     /// Its first face.
@@ -53,26 +54,26 @@ pub struct Patch {
     pub face_count: usize,
     /// Number of faces with sign -1.
     pub flipped_face_count: usize,
-    /// In a patch that is not orientable, an edge that closes a path of faces from one of its sides
-    /// to the other on which left and right change places; `None` in an orientable one.
+    /// In a nonorientable patch, an edge that closes an orientation-reversing path of faces from
+    /// one of its sides to the other; `None` in an orientable one.
     pub witness: Option<Edge>,
 }
 
 impl Patch {
-    /// Whether its faces can be oriented alike.
+    /// Returns whether its faces can be oriented consistently.
     pub fn is_orientable(&self) -> bool {
         self.witness.is_none()
     }
 }
 
 impl Orientation {
-    /// Works out the orientation.
+    /// Computes the orientation.
     ///
     /// # Cost
-    /// O(F); about 0.25 s a million faces.
+    /// O(F); about 0.25 s per million faces.
     pub fn of(mesh: &TriangleMesh) -> Orientation {
         let flood = Flood::of(mesh);
-        let turn = patches_to_turn(mesh, &flood);
+        let flip = patches_to_flip(mesh, &flood);
         let mut orientation = Orientation {
             sign_of_face: flood.sign,
             patch_of_face: flood.patch_of_face,
@@ -85,7 +86,7 @@ impl Orientation {
             let sign = &mut orientation.sign_of_face[f];
             if !patch.is_orientable() {
                 *sign = 1;
-            } else if turn[p] {
+            } else if flip[p] {
                 *sign = -*sign;
             }
             patch.flipped_face_count += usize::from(*sign < 0);
@@ -93,29 +94,30 @@ impl Orientation {
         orientation
     }
 
-    /// Whether every patch is orientable. A surface with edges of three or more faces may be so
-    /// too.
+    /// Returns whether every patch is orientable. This can hold even if edges have three or more
+    /// faces.
     pub fn is_orientable(&self) -> bool {
         self.patches.iter().all(Patch::is_orientable)
     }
-    /// Whether the mesh as it is has no edge along which two faces run in the same direction.
+    /// Returns whether no edge of the input has two faces that run along it in the same direction.
     pub fn is_consistent(&self) -> bool {
         self.inconsistent_edges.is_empty()
     }
-    /// The faces to turn over, in increasing order.
+    /// Returns the faces to flip, in increasing order.
     pub fn flipped_faces(&self) -> Vec<Face> {
         self.sign_of_face.iter().filter(|(_, sign)| **sign < 0).map(|(f, _)| f).collect()
     }
 }
 
-/// Signs relative to the first face of each patch, as far as one path of faces to each can tell.
+/// Signs relative to the first face of each patch, transported along one path of faces to each
+/// face.
 pub(crate) struct Flood {
     sign: FaceField<i8>,
     patch_of_face: FaceField<u32>,
     pub(crate) patches: Vec<Patch>,
 }
 
-/// The edges with two faces, each with its halfedges.
+/// Iterates over the edges with two faces, each with its halfedges.
 fn manifold_edges(mesh: &TriangleMesh) -> impl Iterator<Item = (Edge, [Halfedge; 2])> {
     mesh.edges().filter_map(|e| Some((e, two_faces(mesh, e)?)))
 }
@@ -124,14 +126,14 @@ fn two_faces(mesh: &TriangleMesh, e: Edge) -> Option<[Halfedge; 2]> {
     mesh.edge_halfedges(e).try_into().ok()
 }
 
-/// Whether the faces of two halfedges on one edge are oriented alike.
-fn alike(mesh: &TriangleMesh, [g, h]: [Halfedge; 2]) -> bool {
+/// Returns whether the faces of two halfedges of one edge are consistently oriented.
+fn consistent(mesh: &TriangleMesh, [g, h]: [Halfedge; 2]) -> bool {
     mesh.follows_edge(g) != mesh.follows_edge(h)
 }
 
-/// Edges whose two faces are not oriented alike, in increasing order.
+/// Returns the edges whose two faces are inconsistently oriented, in increasing order.
 pub(crate) fn inconsistent_edges(mesh: &TriangleMesh) -> Vec<Edge> {
-    manifold_edges(mesh).filter(|&(_, pair)| !alike(mesh, pair)).map(|(e, _)| e).collect()
+    manifold_edges(mesh).filter(|&(_, pair)| !consistent(mesh, pair)).map(|(e, _)| e).collect()
 }
 
 impl Flood {
@@ -155,7 +157,7 @@ impl Flood {
                 for pair in mesh.face_edges(f).into_iter().filter_map(|e| two_faces(mesh, e)) {
                     let other = if pair[0].face() == f { pair[1].face() } else { pair[0].face() };
                     if sign[other] == UNSEEN {
-                        sign[other] = if alike(mesh, pair) { sign[f] } else { -sign[f] };
+                        sign[other] = if consistent(mesh, pair) { sign[f] } else { -sign[f] };
                         waiting.push(other);
                     }
                 }
@@ -165,7 +167,7 @@ impl Flood {
         let mut flood = Flood { sign, patch_of_face, patches };
         for (e, pair) in manifold_edges(mesh) {
             let [f, g] = pair.map(Halfedge::face);
-            if (flood.sign[f] == flood.sign[g]) != alike(mesh, pair) {
+            if (flood.sign[f] == flood.sign[g]) != consistent(mesh, pair) {
                 flood.patches[flood.patch_of_face[f] as usize].witness.get_or_insert(e);
             }
         }
@@ -173,9 +175,9 @@ impl Flood {
     }
 }
 
-/// Whether the faces against the first one cover the larger area of their patch.
-fn patches_to_turn(mesh: &TriangleMesh, flood: &Flood) -> Vec<bool> {
-    // Most meshes are consistent, and then no area needs to be known.
+/// Returns, per patch, whether the faces opposite to the first one cover the larger area.
+fn patches_to_flip(mesh: &TriangleMesh, flood: &Flood) -> Vec<bool> {
+    // Most meshes are consistent, and then no areas are needed.
     let mut mixed = vec![false; flood.patches.len()];
     for (f, _) in flood.sign.iter().filter(|(_, sign)| **sign < 0) {
         mixed[flood.patch_of_face[f] as usize] = true;
@@ -184,7 +186,7 @@ fn patches_to_turn(mesh: &TriangleMesh, flood: &Flood) -> Vec<bool> {
         let faces = flood.sign.iter().filter(|(f, _)| mixed[flood.patch_of_face[*f] as usize]);
         faces.map(|(f, sign)| (f, *sign, TriangleShape::of(mesh.face_positions(f))))
     };
-    // Lengths relative to the largest face, so that squares neither overflow nor all vanish.
+    // Relative to the largest face, so that squares neither overflow nor all underflow.
     let unit = shapes().map(|(_, _, shape)| shape.unit).fold(0.0, f64::max);
     let mut with_first = vec![0.0; flood.patches.len()];
     let mut against_first = vec![0.0; flood.patches.len()];

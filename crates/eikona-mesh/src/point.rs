@@ -1,12 +1,12 @@
-//! Points on a surface, named by vertices only.
+//! Points on a surface, identified by vertices only.
 
 use crate::error::CurveError;
 use crate::id::{Edge, Face, Vertex};
 use crate::mesh::TriangleMesh;
 use serde::{Deserialize, Serialize};
 
-/// A point on a triangle mesh: at a vertex, in an edge, or in a face. Elements are named by their
-/// vertices, so no numbering of edges or faces is ever needed.
+/// A point on a triangle mesh: at a vertex, on an edge, or in a face. Elements are identified by
+/// their vertices, so callers need no edge or face numbering.
 ///
 /// ```
 /// use eikona_mesh::SurfacePoint;
@@ -21,20 +21,20 @@ pub enum SurfacePoint {
         /// Its 0-based index.
         vertex: u32,
     },
-    /// In an edge, at `(1 - t) first + t second`.
+    /// On an edge, at `(1 - t) first + t second`.
     Edge {
-        /// The ends of the edge.
+        /// The endpoints of the edge.
         #[serde(rename = "edge")]
         vertices: [u32; 2],
-        /// From 0 at the first end to 1 at the second.
+        /// 0 at the first endpoint, 1 at the second.
         t: f64,
     },
-    /// In a face, at the barycentric combination of the three vertices as they are named here.
+    /// In a face, at the barycentric combination of the three vertices in the order given here.
     Face {
         /// The corners of the face, in any order.
         #[serde(rename = "face")]
         vertices: [u32; 3],
-        /// Their weights, which add up to 1.
+        /// Their weights, which sum to 1.
         bary: [f64; 3],
     },
 }
@@ -45,34 +45,34 @@ impl From<Vertex> for SurfacePoint {
     }
 }
 
-/// Weights this far outside [0, 1], or sums this far from 1, are taken for rounding and clamped;
+/// Weights this far outside [0, 1], or sums this far from 1, are treated as rounding and clamped;
 /// beyond it they are an error.
 pub const BARYCENTRIC_TOLERANCE: f64 = 1e-6;
 
-/// Weights (and parameters t) this near to 0 put a point *on* the vertex or edge: it moves by at
+/// Weights (and parameters t) this close to 0 put a point *on* the vertex or edge: it moves by at
 /// most this share of an edge.
 pub const SNAP_TOLERANCE: f64 = 1e-9;
 
-/// A surface point whose element has been looked up in a mesh and whose weights have been checked:
-/// at a vertex exactly if one weight is 1, in an edge exactly if one is 0.
+/// A surface point located in a mesh, with checked weights: at a vertex exactly if one weight is 1,
+/// on an edge exactly if one weight is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Located {
     /// At a vertex.
     Vertex(Vertex),
-    /// In an edge, `(1 - t) first + t second` in the edge's own direction, 0 < t < 1.
+    /// On an edge, `(1 - t) first + t second` in the edge's own direction, 0 < t < 1.
     Edge(Edge, f64),
-    /// In a face, with weights of its corners in the face's own order, all positive.
+    /// In a face, with positive weights of its corners in the face's own order.
     Face(Face, [f64; 3]),
 }
 
 impl SurfacePoint {
-    /// Looks the element up and checks the weights; a point on the rim of its element becomes a
-    /// point of the smaller one.
+    /// Locates the point and checks its weights; a point on the boundary of its element becomes a
+    /// point of the smaller element.
     ///
     /// # Errors
-    /// [`CurveError`] without a place (use [`CurveError::at`]): the vertex does not exist, no such
-    /// edge or face, weights not finite, outside [0, 1] or not adding up to 1 by more than
-    /// [`BARYCENTRIC_TOLERANCE`].
+    /// [`CurveError`] without a place (add it with [`CurveError::at`]): no such vertex, edge or
+    /// face; weights that are not finite, outside [0, 1] or with a sum that differs from 1 by more
+    /// than [`BARYCENTRIC_TOLERANCE`].
     pub fn locate(&self, mesh: &TriangleMesh) -> Result<Located, CurveError> {
         let check = |v: u32| {
             if (v as usize) < mesh.vertex_count() {
@@ -118,8 +118,9 @@ impl SurfacePoint {
 }
 
 impl Located {
-    /// The point of a face with these weights (in the face's corner order), moved to its vertex or
-    /// edge when it lies on one. Slightly negative weights are set to zero, and the sum is made 1.
+    /// Creates the point of a face with these weights (in the face's corner order), moved to its
+    /// vertex or edge if it lies on one. Slightly negative weights are set to zero, and the sum is
+    /// normalised to 1.
     pub fn in_face(mesh: &TriangleMesh, face: Face, weights: [f64; 3]) -> Located {
         let mut w = weights.map(|x| if x <= SNAP_TOLERANCE { 0.0 } else { x });
         let sum: f64 = w.iter().sum();
@@ -143,8 +144,8 @@ impl Located {
         }
     }
 
-    /// Equal for equal points, and ordered: kind of element, its index, and the bits of the
-    /// weights.
+    /// Returns a sort key that is equal for equal points: kind of element, its index, and the bits
+    /// of the weights.
     pub fn key(&self) -> (u8, u32, [u64; 3]) {
         match *self {
             Located::Vertex(v) => (0, v.0, [0; 3]),
@@ -153,7 +154,7 @@ impl Located {
         }
     }
 
-    /// Where the point lies in space.
+    /// Returns the position in space.
     pub fn position(&self, mesh: &TriangleMesh) -> [f64; 3] {
         match *self {
             Located::Vertex(v) => mesh.position(v),
@@ -168,8 +169,7 @@ impl Located {
         }
     }
 
-    /// The vertices that the point is a combination of, with their weights (one, two or three of
-    /// them).
+    /// Iterates over the one, two or three vertices that span the point, with their weights.
     pub fn weights(&self, mesh: &TriangleMesh) -> impl Iterator<Item = (Vertex, f64)> + use<> {
         let (vertices, weights, count) = match *self {
             Located::Vertex(v) => ([v, v, v], [1.0, 0.0, 0.0], 1),
@@ -182,13 +182,13 @@ impl Located {
         vertices.into_iter().zip(weights).take(count)
     }
 
-    /// The value at this point of a function that is linear in each face.
+    /// Interpolates a piecewise linear function at this point.
     pub fn interpolate(&self, mesh: &TriangleMesh, values: &[f64]) -> f64 {
         self.weights(mesh).map(|(v, w)| w * values[v.index()]).sum()
     }
 
-    /// Weights of the corners of `face`, in its corner order, when the point lies in that (closed)
-    /// face.
+    /// Returns the weights of the corners of `face`, in its corner order, if the point lies in that
+    /// (closed) face.
     pub fn weights_in_face(&self, mesh: &TriangleMesh, face: Face) -> Option<[f64; 3]> {
         let corners = mesh.face_vertices(face);
         let mut weights = [0.0; 3];
@@ -203,7 +203,7 @@ impl Located {
         Some(weights)
     }
 
-    /// The (closed) faces that the point lies in.
+    /// Returns the (closed) faces that contain the point.
     pub fn faces(&self, mesh: &TriangleMesh) -> Vec<Face> {
         match *self {
             Located::Vertex(v) => mesh.vertex_corners(v).iter().map(|c| c.face()).collect(),
@@ -212,7 +212,7 @@ impl Located {
         }
     }
 
-    /// The same point, named by vertices.
+    /// Converts the point to one identified by vertices.
     pub fn to_surface_point(&self, mesh: &TriangleMesh) -> SurfacePoint {
         match *self {
             Located::Vertex(v) => v.into(),

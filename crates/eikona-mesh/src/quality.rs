@@ -1,18 +1,18 @@
-//! How well shaped the triangles of a mesh are: lengths, angles, areas, aspect ratios.
+//! Mesh quality: lengths, angles, areas and aspect ratios of the triangles.
 
 use crate::id::Edge;
 use crate::mesh::TriangleMesh;
 
-/// A face is taken for zero-area below this share of its longest edge squared. An area is computed
-/// with an error of a few 1e-16 of that square, so at 1e-14 one digit or two are left and the
-/// angles and the normal mean nothing.
+/// A face has zero area if its area is below this share of its longest edge squared. An area is
+/// computed with an error of a few 1e-16 of that square, so at 1e-14 one or two digits are left,
+/// and angles and normal are meaningless.
 pub const ZERO_AREA: f64 = 1e-14;
 
-/// Two opposite angles that add up to this much more than pi are taken for pi: regular grids have
-/// such edges everywhere, and rounding must not make them count.
+/// Two opposite angles may exceed pi by this much before an edge counts as non-Delaunay: regular
+/// grids have sums of exactly pi everywhere, and rounding must not count them.
 const DELAUNAY_TOLERANCE: f64 = 1e-12;
 
-/// Smallest, mean and largest of some numbers.
+/// Minimum, mean and maximum of a set of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// The smallest.
@@ -23,9 +23,8 @@ pub struct Range {
     pub max: f64,
 }
 
-/// The quality of a mesh. `None` stands where there is nothing to measure. Lengths and areas are in
-/// the mesh's unit (and infinite if beyond 1e308); all counts and ratios are the same at every
-/// scale.
+/// The quality of a mesh. `None` means that there is nothing to measure. Lengths and areas are in
+/// the mesh's unit (and infinite beyond 1e308); all counts and ratios are independent of scale.
 ///
 /// ```
 /// use eikona_mesh::{Quality, TriangleMesh};
@@ -40,25 +39,25 @@ pub struct Range {
 pub struct Quality {
     /// Lengths of the edges.
     pub edge_length: Option<Range>,
-    /// The smallest angle of all faces, in degrees. A face of zero area has the smallest angle 0.
+    /// The smallest angle of all faces, in degrees; 0 if a face has zero area.
     pub min_angle_deg: Option<f64>,
-    /// The 1st percentile over the faces of the smallest angle of each, in degrees.
+    /// The 1st percentile over all faces of their smallest angles, in degrees.
     pub min_angle_percentile_1_deg: Option<f64>,
     /// The largest angle, in degrees.
     pub max_angle_deg: Option<f64>,
-    /// The area of all faces.
+    /// The total area of all faces.
     pub area: f64,
-    /// Number of edges with two faces whose opposite angles add up to more than pi, that is, with a
-    /// negative sum of cotangents.
+    /// Number of edges with two faces whose opposite angles sum to more than pi, that is, with a
+    /// negative cotangent weight.
     pub non_delaunay_edges: usize,
     /// Number of faces with an area below [`ZERO_AREA`] times the square of their longest edge.
     pub zero_area_faces: usize,
-    /// Aspect ratios of the faces that have an area: longest edge over 2 sqrt(3) times the
+    /// Aspect ratios of the faces that do not have zero area: longest edge over 2 sqrt(3) times the
     /// inradius. 1 for an equilateral triangle, larger for all others.
     pub aspect_ratio: Option<Range>,
     /// The 99th percentile of the aspect ratios.
     pub aspect_ratio_percentile_99: Option<f64>,
-    /// Smallest and largest coordinates of the vertices that a face uses.
+    /// Smallest and largest coordinates of the vertices used by faces.
     pub bounding_box: Option<[[f64; 3]; 2]>,
 }
 
@@ -66,14 +65,14 @@ impl Quality {
     /// Measures the mesh.
     ///
     /// # Cost
-    /// O(F log F); about 0.6 s a million faces.
+    /// O(F log F); about 0.6 s per million faces.
     pub fn of(mesh: &TriangleMesh) -> Quality {
         let mut area = 0.0;
         let mut zero_area_faces = 0;
         let mut smallest_angles = Vec::with_capacity(mesh.face_count());
         let mut max_angle: Option<f64> = None;
         let mut aspect_ratios = Vec::with_capacity(mesh.face_count());
-        // Opposite angles of each edge, added up; an angle that is not defined adds nothing.
+        // Sum of the opposite angles of each edge; an undefined angle adds nothing.
         let mut opposite_angles = vec![0.0; mesh.edge_count()];
         for f in mesh.faces() {
             let shape = TriangleShape::of(mesh.face_positions(f));
@@ -118,17 +117,17 @@ impl Quality {
     }
 }
 
-/// The edge vectors of a triangle in a unit of its own, so that no square overflows or vanishes at
-/// any size.
+/// The edge vectors of a triangle in a unit of its own, so that no square overflows or underflows
+/// at any size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TriangleShape {
     /// The largest coordinate of an edge vector, in the mesh's unit; 0 if all corners coincide.
     pub(crate) unit: f64,
-    /// Edge vectors from corner k to k + 1, over `unit`.
+    /// Edge vectors from corner k to corner k + 1, divided by `unit`.
     sides: [[f64; 3]; 3],
     /// Their lengths.
     lengths: [f64; 3],
-    /// Twice the area, over `unit` squared.
+    /// Twice the area, divided by `unit` squared.
     double_area: f64,
 }
 
@@ -142,7 +141,7 @@ impl TriangleShape {
         TriangleShape { unit, sides: vectors, lengths, double_area: dot(normal, normal).sqrt() }
     }
 
-    /// The area in squares of this length.
+    /// Returns the area in units of this length squared.
     pub(crate) fn area_in(&self, length: f64) -> f64 {
         if self.double_area == 0.0 { 0.0 } else { 0.5 * self.double_area * (self.unit / length).powi(2) }
     }
@@ -151,19 +150,19 @@ impl TriangleShape {
         self.lengths.into_iter().fold(0.0, f64::max)
     }
 
-    /// Whether the area is below [`ZERO_AREA`] times the square of the longest side.
+    /// Returns whether the area is below [`ZERO_AREA`] times the square of the longest side.
     pub(crate) fn is_zero_area(&self) -> bool {
         let longest = self.longest();
         longest == 0.0 || 0.5 * self.double_area < ZERO_AREA * longest * longest
     }
 
-    /// The height above the longest side, over that side; 0 if all corners coincide.
+    /// Returns the height above the longest side, divided by that side; 0 if all corners coincide.
     pub(crate) fn relative_height(&self) -> f64 {
         let longest = self.longest();
         if longest == 0.0 { 0.0 } else { self.double_area / longest / longest }
     }
 
-    /// The angles at the corners, in radians; `None` where a side has length zero.
+    /// Returns the angles at the corners, in radians; `None` where a side has length zero.
     fn angles(&self) -> [Option<f64>; 3] {
         [0, 1, 2].map(|k| {
             let previous = (k + 2) % 3;
@@ -172,22 +171,23 @@ impl TriangleShape {
         })
     }
 
-    /// Longest side over 2 sqrt(3) r, with the inradius r = 2 area / perimeter.
+    /// Returns the longest side over 2 sqrt(3) r, with the inradius r = 2 area / perimeter.
     fn aspect_ratio(&self) -> f64 {
         let perimeter: f64 = self.lengths.iter().sum();
         self.longest() * perimeter / (2.0 * 3f64.sqrt() * self.double_area)
     }
 }
 
-/// Vectors from the first to the second point of each pair, divided by the largest of their
-/// coordinates, and that coordinate.
+/// Returns the largest coordinate of the vectors from the first to the second point of each pair,
+/// and the vectors divided by it.
 fn scaled<const N: usize>(pairs: [[[f64; 3]; 2]; N]) -> (f64, [[f64; 3]; N]) {
     let difference = |half: f64| pairs.map(|[p, q]| [0, 1, 2].map(|k| half * q[k] - half * p[k]));
     let largest = |v: &[[f64; 3]; N]| v.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
     let mut half = 1.0;
     let mut vectors = difference(half);
     if !largest(&vectors).is_finite() {
-        // coordinates near the ends of the range: their halves differ by a number that exists
+        // Near the ends of the range the difference may overflow; the difference of the halves does
+        // not.
         half = 0.5;
         vectors = difference(half);
     }
@@ -195,7 +195,7 @@ fn scaled<const N: usize>(pairs: [[[f64; 3]; 2]; N]) -> (f64, [[f64; 3]; N]) {
     if unit == 0.0 {
         return (0.0, vectors);
     }
-    // A unit past the range would turn ratios of units into NaN.
+    // An infinite unit would turn ratios of units into NaN.
     ((unit / half).min(f64::MAX), vectors.map(|v| v.map(|x| x / unit)))
 }
 
@@ -221,7 +221,7 @@ fn range(values: impl ExactSizeIterator<Item = f64>) -> Option<Range> {
     (count > 0).then(|| Range { min, mean: sum / count as f64, max })
 }
 
-/// The value below which this share of the sorted values lies, linear between two of them.
+/// Returns the value below which this share of the sorted values lies, by linear interpolation.
 fn percentile(sorted: &[f64], share: f64) -> Option<f64> {
     let place = share * sorted.len().checked_sub(1)? as f64;
     let (low, high) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);

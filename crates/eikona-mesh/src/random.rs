@@ -1,13 +1,13 @@
-//! The generator behind every seeded choice: xoshiro256++, started by SplitMix64.
+//! The generator for all seeded choices: xoshiro256++, seeded by SplitMix64.
 //!
-//! Written out here so that a seed gives the same numbers in every release and on every machine:
+//! Implemented here so that a seed gives the same numbers in every release and on every machine:
 //! integers and [`Random::uniform`] to the bit, [`Random::normal`] up to the last digit of the
 //! platform's logarithm.
 //!
 //! Reference: D. Blackman and S. Vigna, "Scrambled linear pseudorandom number generators", ACM TOMS
 //! 47 (2021).
 
-/// A stream of pseudorandom numbers that is a function of its seed alone. Not for cryptography.
+/// A stream of pseudorandom numbers, determined by its seed. Not for cryptography.
 ///
 /// ```
 /// use eikona_mesh::random::Random;
@@ -21,7 +21,7 @@ pub struct Random {
     state: [u64; 4],
 }
 
-/// One step of SplitMix64: spreads a seed, even 0 or 1, over 64 bits.
+/// Advances SplitMix64 by one step: spreads any seed, even 0 or 1, over 64 bits.
 fn split_mix(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *state;
@@ -31,13 +31,13 @@ fn split_mix(state: &mut u64) -> u64 {
 }
 
 impl Random {
-    /// The stream of this seed. Every seed is good.
+    /// Creates the stream of this seed. Every seed is good.
     pub fn from_seed(seed: u64) -> Random {
         let mut s = seed;
         Random { state: std::array::from_fn(|_| split_mix(&mut s)) }
     }
 
-    /// The next 64 bits, uniformly distributed.
+    /// Returns the next 64 bits, uniformly distributed.
     pub fn next_u64(&mut self) -> u64 {
         let s = &mut self.state;
         let result = s[0].wrapping_add(s[3]).rotate_left(23).wrapping_add(s[0]);
@@ -51,24 +51,23 @@ impl Random {
         result
     }
 
-    /// A number in `[0, 1)`, a multiple of 2^-53.
+    /// Returns a number in `[0, 1)`, a multiple of 2^-53.
     pub fn uniform(&mut self) -> f64 {
         (self.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// A number between `low` (included) and `high` (excluded but for rounding).
+    /// Returns a number between `low` (included) and `high` (excluded, up to rounding).
     pub fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.uniform()
     }
 
-    /// A whole number in `0..bound`, each with the same chance; 0 when `bound` is 0.
+    /// Returns an integer in `0..bound`, uniformly distributed; 0 if `bound` is 0.
     pub fn below(&mut self, bound: usize) -> usize {
         let bound = bound as u64;
         if bound == 0 {
             return 0;
         }
-        // Products whose low half is below 2^64 mod bound would favour some results; they are drawn
-        // again.
+        // Products whose low half is below 2^64 mod bound would bias the result; they are rejected.
         let surplus = bound.wrapping_neg() % bound;
         loop {
             let product = self.next_u64() as u128 * bound as u128;
@@ -78,8 +77,8 @@ impl Random {
         }
     }
 
-    /// A normally distributed number with mean 0 and variance 1 (polar method of Marsaglia; the
-    /// second number of each pair is not kept, so that the state is the four words alone).
+    /// Returns a normally distributed number with mean 0 and variance 1 (Marsaglia's polar method;
+    /// the second number of each pair is discarded, so that the state is just four words).
     pub fn normal(&mut self) -> f64 {
         loop {
             let (x, y) = (self.range(-1.0, 1.0), self.range(-1.0, 1.0));
@@ -90,7 +89,7 @@ impl Random {
         }
     }
 
-    /// A point of the solid unit ball, uniformly by volume.
+    /// Returns a point in the unit ball, uniformly distributed by volume.
     pub fn in_unit_ball(&mut self) -> [f64; 3] {
         loop {
             let p = [self.range(-1.0, 1.0), self.range(-1.0, 1.0), self.range(-1.0, 1.0)];
@@ -100,15 +99,15 @@ impl Random {
         }
     }
 
-    /// Brings the items into an order of which all are equally likely.
+    /// Shuffles the items; all orders are equally likely.
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for i in (1..items.len()).rev() {
             items.swap(i, self.below(i + 1));
         }
     }
 
-    /// `count` different numbers of `0..total`, in increasing order; all of them when `count` is
-    /// larger than `total`.
+    /// Chooses `count` different numbers of `0..total`, in increasing order; all of them if `count`
+    /// is larger than `total`.
     pub fn choose(&mut self, count: usize, total: usize) -> Vec<usize> {
         let count = count.min(total);
         let mut all: Vec<usize> = (0..total).collect();
@@ -158,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn bounded_numbers_are_even_and_choices_are_exact() {
+    fn bounded_numbers_are_uniform_and_choices_are_exact() {
         let mut random = Random::from_seed(3);
         let mut seen = [0usize; 6];
         for _ in 0..60_000 {

@@ -1,5 +1,5 @@
-//! Repairs of a mesh. Each is one named step that gives back the new mesh and where every vertex
-//! and face went.
+//! Repairs of a mesh. Each is an explicit function that returns the new mesh and index maps for
+//! vertices and faces.
 
 use crate::error::{Fault, MeshError};
 use crate::field::{FaceField, VertexField};
@@ -13,38 +13,38 @@ use crate::validate::first_with_same_vertices;
 use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
 
-/// A mesh after a repair, and the way from the old elements to its own.
+/// A repaired mesh, with the maps from old elements to new ones.
 #[derive(Clone, Debug)]
 pub struct Repaired {
-    /// The new mesh. Vertices and faces that are kept stay in their order.
+    /// The new mesh. Vertices and faces that are kept stay in order.
     pub mesh: TriangleMesh,
-    /// Where the elements of the old mesh went.
+    /// The new elements of the old ones.
     pub maps: IndexMaps,
 }
 
-/// A polygon mesh after a repair, and the way from the old elements to its own.
+/// A repaired polygon mesh, with the maps from old elements to new ones.
 #[derive(Clone, Debug)]
 pub struct RepairedPolygons {
-    /// The new mesh. Vertices and faces that are kept stay in their order.
+    /// The new mesh. Vertices and faces that are kept stay in order.
     pub mesh: PolygonMesh,
-    /// Where the elements of the old mesh went.
+    /// The new elements of the old ones.
     pub maps: IndexMaps,
 }
 
-/// Where the vertices and faces of a mesh went in a repair.
+/// Maps from the old vertices and faces to the new ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IndexMaps {
-    /// The new vertex of each old one; `None` if it was dropped. Vertices that were merged have the
-    /// same new one.
+    /// The new vertex of each old one; `None` if it was dropped. Merged vertices have the same new
+    /// one.
     pub vertices: VertexField<Option<Vertex>>,
     /// The new face of each old one; `None` if it was dropped.
     pub faces: FaceField<Option<Face>>,
-    /// The faces that were turned over, by their old ids, in increasing order.
+    /// The faces that were flipped, by their old ids, in increasing order.
     pub flipped_faces: Vec<Face>,
 }
 
 impl IndexMaps {
-    /// Every element stays what it is.
+    /// Creates the identity.
     fn identity(vertices: usize, faces: usize) -> IndexMaps {
         IndexMaps {
             vertices: (0..vertices as u32).map(|i| Some(Vertex(i))).collect::<Vec<_>>().into(),
@@ -52,16 +52,16 @@ impl IndexMaps {
             flipped_faces: Vec::new(),
         }
     }
-    /// The old vertices that have no new one, in increasing order.
+    /// Returns the old vertices that were dropped, in increasing order.
     pub fn dropped_vertices(&self) -> Vec<Vertex> {
         self.vertices.iter().filter(|(_, new)| new.is_none()).map(|(v, _)| v).collect()
     }
-    /// The old faces that have no new one, in increasing order.
+    /// Returns the old faces that were dropped, in increasing order.
     pub fn dropped_faces(&self) -> Vec<Face> {
         self.faces.iter().filter(|(_, new)| new.is_none()).map(|(f, _)| f).collect()
     }
-    /// The way through this repair and then another one of its result. Elements that the second
-    /// repair does not know are dropped.
+    /// Composes these maps with those of a second repair applied to the result. Elements outside
+    /// the domain of the second maps are dropped.
     ///
     /// ```
     /// use eikona_mesh::{PolygonMesh, Vertex, drop_unreferenced_vertices, weld};
@@ -115,18 +115,17 @@ impl IndexMaps {
     }
 }
 
-/// Merges vertices at the same place, and drops the faces that lose a corner by it.
+/// Merges coincident or nearby vertices, and drops the faces that lose a corner by it.
 ///
-/// At tolerance 0 vertices with equal coordinates are merged. At a larger one, each vertex in order
-/// is merged into the nearest vertex kept before it that is at most `tolerance` (in the mesh's
-/// unit) away, or else is kept. So no vertex moves by more than the tolerance and those that are
-/// kept do not move; but two vertices that are near each other may stay apart when they are merged
-/// into different ones.
+/// With tolerance 0, vertices with equal coordinates are merged. With a larger one, each vertex in
+/// order is merged into the nearest vertex kept before it that is at most `tolerance` (in the
+/// mesh's unit) away, or else is kept. So no vertex moves by more than the tolerance, and kept
+/// vertices do not move; but two nearby vertices may stay apart if they are merged into different
+/// ones.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] if the tolerance is negative, not finite, or so small beside the
-/// coordinates that it can not be told from rounding (below 2^-44 of the largest coordinate): give
-/// 0 then.
+/// [`MeshError::Parameter`] if the tolerance is negative, not finite, or too small relative to the
+/// coordinates to exceed rounding (below 2^-44 of the largest coordinate); use 0 instead.
 ///
 /// # Cost
 /// O(V + F); for a million separate triangles about 0.5 s at tolerance 0 and 1 s at a larger one.
@@ -147,15 +146,15 @@ pub fn weld(mesh: &TriangleMesh, tolerance: f64) -> Result<Repaired, MeshError> 
     })
 }
 
-/// [`weld`] for polygons. A corner that follows one at the same vertex is left out; a polygon with
-/// fewer than three corners left is dropped.
+/// Merges vertices like [`weld`], for polygons. A corner that follows one at the same vertex is
+/// omitted; a polygon with fewer than three corners left is dropped.
 ///
-/// A polygon that comes back to a vertex after other ones is kept with all its corners: it may go
-/// round a hole.
+/// A polygon that revisits a vertex after others is kept with all its corners: it may enclose a
+/// hole.
 ///
 /// # Errors
-/// As for [`weld`]; and [`MeshError::Invalid`] with all vertices that are not finite and all faces
-/// that name a vertex that does not exist.
+/// As for [`weld`]; also [`MeshError::Invalid`] with all vertices that are not finite and all faces
+/// that refer to a vertex that does not exist.
 pub fn weld_polygons(mesh: &PolygonMesh, tolerance: f64) -> Result<RepairedPolygons, MeshError> {
     let faults = faults_of_polygons(mesh);
     if !faults.is_empty() {
@@ -181,10 +180,10 @@ pub fn weld_polygons(mesh: &PolygonMesh, tolerance: f64) -> Result<RepairedPolyg
 }
 
 /// Removes what can not be triangulated: corners that follow one at the same vertex, then polygons
-/// with fewer than three corners, and those that repeat a vertex and enclose no area. The vertices
+/// with fewer than three corners, or with a repeated vertex and no enclosed area. The vertices
 /// stay.
 ///
-/// Polygons around holes, which pass the ends of a bridge to the hole twice, are kept.
+/// Polygons around holes, which visit both ends of a bridge to the hole twice, are kept.
 ///
 /// ```
 /// use eikona_mesh::{Face, PolygonMesh, drop_broken_polygons};
@@ -200,7 +199,7 @@ pub fn drop_broken_polygons(mesh: &PolygonMesh) -> RepairedPolygons {
     let mut triangles = Vec::new();
     let mut whole = |corners: &[u32]| {
         triangles.clear();
-        // Indices out of range are another fault, which triangulation reports.
+        // Indices out of range are a separate fault, which triangulation reports.
         let cut = |triangles| !in_range(corners) || cut_polygon(corners, &mesh.positions, triangles).is_ok();
         corners.len() >= 3 && cut(&mut triangles)
     };
@@ -218,7 +217,7 @@ pub fn drop_broken_polygons(mesh: &PolygonMesh) -> RepairedPolygons {
     RepairedPolygons { mesh: rest, maps }
 }
 
-/// The corners that do not follow one at the same vertex.
+/// Removes the corners that follow one at the same vertex.
 fn without_doubled(mut corners: Vec<u32>) -> Vec<u32> {
     corners.dedup();
     while corners.len() > 1 && corners.first() == corners.last() {
@@ -230,13 +229,13 @@ fn without_doubled(mut corners: Vec<u32>) -> Vec<u32> {
 /// Drops the faces whose area is below [`ZERO_AREA`](crate::ZERO_AREA) times the square of their
 /// longest edge.
 ///
-/// The vertices stay. Where such a face was a sliver between two others, a slit with a boundary of
-/// its own is left; weld first if its vertices coincide.
+/// The vertices stay. Where such a face was a sliver between two others, it leaves a slit with a
+/// boundary of its own; weld first if its vertices coincide.
 pub fn drop_degenerate_faces(mesh: &TriangleMesh) -> Repaired {
     keep_faces(mesh, |f| !TriangleShape::of(mesh.face_positions(f)).is_zero_area())
 }
 
-/// Drops every face that has the same three vertices as one before it, in whichever winding. The
+/// Drops every face that has the same three vertices as an earlier one, in either orientation. The
 /// vertices stay.
 ///
 /// # Cost
@@ -246,7 +245,7 @@ pub fn drop_duplicate_faces(mesh: &TriangleMesh) -> Repaired {
     keep_faces(mesh, |f| first[f.index()] == f)
 }
 
-/// Drops the vertices that no face uses. The faces stay.
+/// Drops the unreferenced vertices. The faces stay.
 pub fn drop_unreferenced_vertices(mesh: &TriangleMesh) -> Repaired {
     let mut positions = Vec::with_capacity(mesh.vertex_count());
     let mut maps = IndexMaps::identity(mesh.vertex_count(), mesh.face_count());
@@ -263,11 +262,11 @@ pub fn drop_unreferenced_vertices(mesh: &TriangleMesh) -> Repaired {
     Repaired { mesh: rebuilt(positions, faces), maps }
 }
 
-/// Turns faces over until all are oriented alike, as [`Orientation`] says. Vertices and faces keep
-/// their ids.
+/// Flips faces until all are consistently oriented, as determined by [`Orientation`]. Vertices and
+/// faces keep their ids.
 ///
-/// Patches that are not orientable stay as they are; edges with three or more faces may still run
-/// both ways.
+/// Nonorientable patches stay as they are; edges with three or more faces may still be
+/// inconsistently oriented.
 pub fn orient(mesh: &TriangleMesh) -> Repaired {
     let orientation = Orientation::of(mesh);
     let mut maps = IndexMaps::identity(mesh.vertex_count(), mesh.face_count());
@@ -275,9 +274,9 @@ pub fn orient(mesh: &TriangleMesh) -> Repaired {
     Repaired { mesh: mesh.with_flipped_faces(|f| orientation.sign_of_face[f] < 0), maps }
 }
 
-/// Gives every fan at a vertex but the first (that of the lowest face) a copy of the vertex, so
-/// that no vertex has more than one fan. Also gives, for every vertex of the new mesh, the old one
-/// that it lies on.
+/// Duplicates vertices so that each has at most one vertex fan. The first fan (that of the lowest
+/// face) keeps the vertex; every other fan gets a copy. Also returns, for every vertex of the new
+/// mesh, the old one at its position.
 ///
 /// Old vertices and all faces keep their ids; the copies follow the old vertices. Edges with three
 /// or more faces stay.
@@ -292,8 +291,8 @@ pub fn split_nonmanifold_vertices(mesh: &TriangleMesh) -> Result<(Repaired, Vert
     for v in mesh.vertices() {
         vertex_of_fan.clear();
         for &c in mesh.vertex_corners(v) {
-            // A fan is known by its smallest corner, and corners come in increasing order, so fans
-            // are met in that order too.
+            // The representative of a fan is its smallest corner, and corners are visited in
+            // increasing order, so fans are too.
             let fan = fans.find(c.0);
             let vertex = match vertex_of_fan.binary_search_by_key(&fan, |x| x.0) {
                 Ok(i) => vertex_of_fan[i].1,
@@ -316,7 +315,8 @@ pub fn split_nonmanifold_vertices(mesh: &TriangleMesh) -> Result<(Repaired, Vert
     Ok((Repaired { mesh: TriangleMesh::new(positions, faces)?, maps }, source.into()))
 }
 
-/// Vertices that are not finite and faces that name a vertex that does not exist.
+/// Returns the vertices that are not finite and the faces that refer to a vertex that does not
+/// exist.
 fn faults_of_polygons(mesh: &PolygonMesh) -> Vec<Fault> {
     let vertices = mesh.vertex_count();
     let mut faults = structural_faults(&mesh.positions, &[]);
@@ -336,12 +336,12 @@ fn keep_faces(mesh: &TriangleMesh, keep: impl Fn(Face) -> bool) -> Repaired {
     Repaired { mesh: rebuilt(mesh.positions().to_vec(), faces), maps }
 }
 
-/// A mesh of no more elements than a valid one had, with its own coordinates and faces renumbered.
+/// Rebuilds a mesh from part of a valid one: its own coordinates, its faces renumbered.
 fn rebuilt(positions: Vec<[f64; 3]>, faces: Vec<[u32; 3]>) -> TriangleMesh {
     TriangleMesh::new(positions, faces).expect("parts of a valid mesh are valid")
 }
 
-/// Numbers the faces that are kept in their order.
+/// Numbers the kept faces, in order.
 fn number_kept(kept: impl Iterator<Item = bool>) -> FaceField<Option<Face>> {
     let mut count = 0;
     let numbers: Vec<Option<Face>> = kept
@@ -355,8 +355,8 @@ fn number_kept(kept: impl Iterator<Item = bool>) -> FaceField<Option<Face>> {
     numbers.into()
 }
 
-/// The positions of the vertices that are their own target, and the new number of each vertex. A
-/// target never comes after the vertices merged into it.
+/// Returns the positions of the vertices that are their own target, and the new number of each
+/// vertex. A target never comes after the vertices merged into it.
 pub(crate) fn keep_vertices(positions: &[[f64; 3]], target: &[u32]) -> (Vec<[f64; 3]>, Vec<Vertex>) {
     let mut kept = Vec::new();
     let mut map: Vec<Vertex> = Vec::with_capacity(positions.len());
@@ -371,29 +371,30 @@ pub(crate) fn keep_vertices(positions: &[[f64; 3]], target: &[u32]) -> (Vec<[f64
     (kept, map)
 }
 
-/// The vertex that each one is merged into: itself, or one before it that is its own target.
+/// Returns the vertex that each one is merged into: itself, or an earlier one that is its own
+/// target.
 fn weld_targets(positions: &[[f64; 3]], tolerance: f64) -> Result<Vec<u32>, MeshError> {
     let largest = positions.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
-    // Places in the grid of `nearest_kept` must be exact to a small part of a cell: 2^-10 with this
-    // bound.
+    // Cell coordinates in the grid of `nearest_kept` must be exact to a small part of a cell: 2^-10
+    // with this bound.
     const TOLERANCES: f64 = (1u64 << 44) as f64;
     if !tolerance.is_finite() || tolerance < 0.0 || (tolerance > 0.0 && largest / tolerance > TOLERANCES) {
         return Err(MeshError::Parameter {
             name: "tolerance",
             value: tolerance.to_string(),
-            bound: "0 to weld equal positions, or a length of at least 1e-13 times the largest coordinate",
+            bound: "it must be 0 (equal positions) or a finite length of at least 1e-13 times the largest coordinate",
         });
     }
     Ok(if tolerance == 0.0 { first_at_position(positions) } else { nearest_kept(positions, tolerance) })
 }
 
-/// For each position the first equal one (itself if there is none before it). Zero equals minus
+/// Returns the first equal position for each one (itself if it is the first). Zero equals minus
 /// zero.
 pub(crate) fn first_at_position(positions: &[[f64; 3]]) -> Vec<u32> {
     const EMPTY: u32 = u32::MAX;
-    // A table of vertex numbers with open addressing, a few times smaller than a map that holds the
-    // positions. The hashing is random, so that no input can defeat it; the result does not depend
-    // on it.
+    // A table of vertex numbers with open addressing, a few times smaller than a map that stores
+    // the positions. The hash is randomised, so that no input can defeat it; the result does not
+    // depend on it.
     let hashing = RandomState::new();
     let mask = (2 * positions.len()).next_power_of_two() - 1;
     let mut table = vec![EMPTY; mask + 1];
@@ -411,18 +412,18 @@ pub(crate) fn first_at_position(positions: &[[f64; 3]]) -> Vec<u32> {
     first
 }
 
-/// For each position the nearest one kept before it within the tolerance; itself if there is none,
-/// and then it is kept.
+/// Returns, for each position, the nearest one kept before it within the tolerance; if there is
+/// none, itself, and it is kept.
 ///
-/// Kept positions are more than the tolerance apart, so a grid cell of four times that size holds a
-/// bounded number of them.
+/// Kept positions are more than the tolerance apart, so a grid cell of four times that size
+/// contains a bounded number of them.
 fn nearest_kept(positions: &[[f64; 3]], tolerance: f64) -> Vec<u32> {
     const END: u32 = u32::MAX;
     const CELL: f64 = 4.0;
-    // The reach of the tolerance in cells, and a little more for rounding.
+    // The tolerance in cells, with a margin for rounding.
     const REACH: f64 = 1.02 / CELL;
     let first = first_at_position(positions);
-    // The last vertex kept in each cell; the others follow by `previous`.
+    // The last vertex kept in each cell; the others are linked by `previous`.
     let mut last_in_cell: HashMap<[i64; 3], u32> = HashMap::new();
     let mut previous = vec![END; positions.len()];
     let mut target: Vec<u32> = Vec::with_capacity(positions.len());

@@ -1,30 +1,29 @@
-//! Places where the boundary of a surface meets itself without being joined: seams, cracks and
-//! T-junctions.
+//! Seams, cracks and T-junctions: places where boundaries of a surface touch without being joined.
 
 use crate::error::Fault;
 use crate::id::{Edge, Halfedge, Vertex};
 use crate::mesh::TriangleMesh;
 use crate::near::NearVertices;
 
-/// Gap, relative to the diagonal of the bounding box, up to which boundaries count as meant to be
-/// joined.
+/// The gap, relative to the diagonal of the bounding box, up to which boundaries are assumed to be
+/// meant to join.
 ///
 /// Coordinates that should be equal differ by up to 1e-7 of the mesh's size in single precision,
-/// and by up to 1e-6 in text of six digits. Gaps that are meant are far wider. Single precision far
-/// from the origin leaves wider ones; name a tolerance for these.
+/// and by up to 1e-6 in text with six digits. Intended gaps are far wider. Single precision far
+/// from the origin leaves wider gaps; pass a tolerance for these.
 pub const SEAM_TOLERANCE: f64 = 1e-6;
 
 /// Gaps are closed only if they are at most this share of the edges at the vertex. So no edge
-/// collapses when both its ends move.
+/// collapses if both its endpoints move.
 const SHARE_OF_EDGE: f64 = 0.25;
 
-/// The mean number of vertices inside an edge beyond which a search is given up: edges of a fan
-/// that is folded together within the tolerance can hold one another's ends, which are quadratic in
-/// number. At an ordinary seam it is below 1.
+/// The mean number of vertices inside an edge beyond which a search stops: edges of a fan that is
+/// folded within the tolerance can contain one another's endpoints, which are quadratic in number.
+/// At an ordinary seam it is below 1.
 const MOST_PER_EDGE: usize = 16;
 
-/// Boundary vertices and edges that lie on one another, or nearly so, but are not joined. Nothing
-/// flows across them: distance goes round, and regions end there.
+/// Boundary vertices and edges that coincide, or nearly so, but are not joined. Connectivity ends
+/// there: distances go around them, and regions stop.
 ///
 /// ```
 /// use eikona_mesh::{Seams, TriangleMesh, Vertex};
@@ -38,29 +37,29 @@ const MOST_PER_EDGE: usize = 16;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seams {
-    /// Vertices next to another one: at the same place (a seam) or a gap away (a crack). In
+    /// Vertices next to another one: at the same position (a seam) or across a gap (a crack). In
     /// increasing order.
     pub joints: Vec<Joint>,
-    /// Vertices inside an edge of other faces, along which the boundary runs there (T-junctions);
+    /// Vertices inside an edge of other faces, along which the boundary runs there (T-junctions),
     /// each with the nearest such edge. In increasing order.
     pub hanging: Vec<HangingVertex>,
-    /// Whether the search was given up, because vertices lie inside so many edges that the
-    /// tolerance can not be right for this mesh. What was found up to there is listed.
+    /// Whether the search stopped early, because vertices lie inside so many edges that the
+    /// tolerance can not be right for this mesh. What was found until then is listed.
     pub truncated: bool,
 }
 
-/// A boundary vertex next to one before it that it is not joined to.
+/// A boundary vertex next to an earlier one that it is not joined to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
     /// The vertex.
     pub vertex: Vertex,
-    /// The vertex before it. No joint leads on from there.
+    /// The earlier vertex, which is itself not joined to another one.
     pub to: Vertex,
     /// Their distance, in the mesh's unit.
     pub gap: f64,
 }
 
-/// A boundary vertex inside an edge of faces that it does not belong to.
+/// A boundary vertex inside an edge of faces that do not use it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HangingVertex {
     /// The vertex.
@@ -74,13 +73,13 @@ pub struct HangingVertex {
 impl Seams {
     /// Finds gaps of at most [`SEAM_TOLERANCE`] times the diagonal of the bounding box.
     ///
-    /// A vertex is joined only across gaps of at most a quarter of the shortest edge at it, so that
-    /// fine parts of a large mesh do not count as cracks. A vertex with an edge of length zero is
-    /// left out.
+    /// A vertex is joined only across gaps of at most a quarter of its shortest edge, so that fine
+    /// parts of a large mesh do not count as cracks. A vertex with an edge of length zero is
+    /// skipped.
     ///
     /// # Cost
-    /// O(E log B) for B boundary vertices, and nothing to speak of on a closed mesh. About 0.5 s
-    /// per million faces at most.
+    /// O(E log B) for B boundary vertices, and next to nothing on a closed mesh. At most about 0.5
+    /// s per million faces.
     pub fn of(mesh: &TriangleMesh) -> Seams {
         Seams::within(mesh, seam_tolerance(mesh))
     }
@@ -98,18 +97,18 @@ impl Seams {
         Seams { joints, hanging: nearest.into_iter().flatten().collect(), truncated: !complete }
     }
 
-    /// Whether nothing was found.
+    /// Returns whether nothing was found.
     pub fn is_empty(&self) -> bool {
         self.joints.is_empty() && self.hanging.is_empty()
     }
 
-    /// The widest gap; 0 if there is none.
+    /// Returns the widest gap; 0 if there is none.
     pub fn largest_gap(&self) -> f64 {
         let gaps = self.joints.iter().map(|j| j.gap).chain(self.hanging.iter().map(|h| h.gap));
         gaps.fold(0.0, f64::max)
     }
 
-    /// Cracks and T-junctions as faults. Vertices at the same place are left out:
+    /// Returns cracks and T-junctions as faults. Vertices at the same position are omitted:
     /// [`validate`](crate::validate) reports them.
     pub fn faults(&self, mesh: &TriangleMesh) -> Vec<Fault> {
         let cracks = self.joints.iter().filter(|j| j.gap > 0.0);
@@ -124,7 +123,7 @@ impl Seams {
     }
 }
 
-/// [`SEAM_TOLERANCE`] in the unit of a mesh; 0 for a mesh beyond the range of doubles.
+/// Returns [`SEAM_TOLERANCE`] in the unit of a mesh; 0 for a mesh beyond the range of doubles.
 pub(crate) fn seam_tolerance(mesh: &TriangleMesh) -> f64 {
     let used = mesh.vertices().filter(|&v| !mesh.vertex_corners(v).is_empty());
     let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
@@ -138,22 +137,22 @@ pub(crate) fn seam_tolerance(mesh: &TriangleMesh) -> f64 {
     if diagonal.is_finite() { SEAM_TOLERANCE * diagonal } else { 0.0 }
 }
 
-/// The boundary vertices that stand for those joined to them, ready to be searched.
+/// The boundary vertices that represent those joined to them, in a search structure.
 pub(crate) struct Contacts {
     near: NearVertices,
     tolerance: f64,
-    /// How far each vertex may be from what it is joined to; infinite for vertices that are not on
-    /// the boundary, negative for those with an edge of length zero.
+    /// The maximum distance of each vertex from what it is joined to; infinite for vertices that
+    /// are not on the boundary, negative for those with an edge of length zero.
     own: Vec<f64>,
     /// The vertex that each one is joined to; itself if there is none.
     pub(crate) target: Vec<u32>,
-    /// Boundary edges after joining, by either end.
+    /// Boundary edges after joining, by either endpoint.
     rim: Vec<[u32; 2]>,
 }
 
 impl Contacts {
-    /// Joins each boundary vertex to the nearest one before it that stands for others, if that is
-    /// within the tolerance of both.
+    /// Joins each boundary vertex to the nearest earlier representative, if that is within the
+    /// tolerance of both.
     pub(crate) fn of(mesh: &TriangleMesh, tolerance: f64) -> (Vec<Joint>, Contacts) {
         let own = tolerances(mesh, tolerance);
         let at_boundary: Vec<Vertex> = mesh.vertices().filter(|v| own[v.index()] < f64::INFINITY).collect();
@@ -188,30 +187,30 @@ impl Contacts {
         (joints, Contacts { near, tolerance, own, target, rim })
     }
 
-    /// Whether a boundary edge at a vertex runs along the edge from `a` to `b` that the vertex lies
-    /// inside. A boundary that crosses the edge there belongs to a part that lies over the other
-    /// one, and is not to be joined.
+    /// Returns whether a boundary edge at a vertex runs along the edge from `a` to `b` that
+    /// contains the vertex. A boundary that crosses the edge there belongs to a part that overlaps
+    /// the other one, and must not be joined.
     fn runs_along(&self, mesh: &TriangleMesh, vertex: Vertex, [a, b]: [[f64; 3]; 2], within: f64) -> bool {
         let p = mesh.position(vertex);
         let first = self.rim.partition_point(|ends| ends[0] < vertex.0);
         let own = self.rim[first..].iter().take_while(|ends| ends[0] == vertex.0);
         own.map(|ends| mesh.position(Vertex(ends[1]))).any(|q| {
-            // They part at the end of the shorter one.
+            // They separate at the end of the shorter one.
             let forward = dot(sub(q, p), sub(b, a)) > 0.0;
             let end = if forward { b } else { a };
             distance_to_segment(q, [p, end]) <= within || distance_to_segment(end, [p, q]) <= within
         })
     }
 
-    /// The ends of an edge after joining, the smaller one first, so that edges that come to lie on
-    /// one another are the same.
+    /// Returns the endpoints of an edge after joining, the smaller one first, so that edges that
+    /// come to coincide are equal.
     pub(crate) fn ends(&self, mesh: &TriangleMesh, edge: Edge) -> [u32; 2] {
         let [a, b] = mesh.edge_vertices(edge).map(|v| self.target[v.index()]);
         [a.min(b), a.max(b)]
     }
 
-    /// Visits the vertices inside each edge after joining, with their place from 0 at the first of
-    /// [`Contacts::ends`] to 1. Gives up, and says so by `false`, after [`MOST_PER_EDGE`] times the
+    /// Visits the vertices inside each edge after joining, with their parameter from 0 at the first
+    /// of [`Contacts::ends`] to 1. Stops and returns `false` after [`MOST_PER_EDGE`] times the
     /// number of edges.
     pub(crate) fn each_hanging(
         &self,
@@ -258,12 +257,12 @@ impl Contacts {
     }
 }
 
-/// The edges with one face.
+/// Iterates over the edges with one face.
 fn boundary_edges(mesh: &TriangleMesh) -> impl Iterator<Item = Edge> {
     mesh.edges().filter(|&e| mesh.is_boundary_edge(e))
 }
 
-/// See [`Contacts::own`].
+/// Computes [`Contacts::own`].
 fn tolerances(mesh: &TriangleMesh, tolerance: f64) -> Vec<f64> {
     let mut own = vec![f64::INFINITY; mesh.vertex_count()];
     for e in boundary_edges(mesh) {
@@ -281,12 +280,13 @@ fn tolerances(mesh: &TriangleMesh, tolerance: f64) -> Vec<f64> {
     own
 }
 
-/// The distance of two points, at any scale. Infinite only if it is beyond the range of doubles.
+/// Returns the distance between two points, at any scale. Infinite only if it is beyond the range
+/// of doubles.
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1]).hypot(a[2] - b[2])
 }
 
-/// The distance of a point from a segment of positive length.
+/// Returns the distance of a point from a segment of positive length.
 fn distance_to_segment(p: [f64; 3], [a, b]: [[f64; 3]; 2]) -> f64 {
     let length = distance(a, b);
     let along = sub(b, a).map(|x| x / length);

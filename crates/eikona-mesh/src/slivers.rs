@@ -1,17 +1,17 @@
-//! Faces that are all but flat.
+//! Slivers: faces that are nearly degenerate.
 
 use crate::id::Face;
 use crate::mesh::TriangleMesh;
 use crate::quality::TriangleShape;
 
-/// Faces of a smaller height, relative to their longest edge, are slivers.
+/// The height, relative to its longest edge, below which a face is a sliver.
 ///
 /// The cotangents of such a face are as large as the inverse of its height, and numbers of ordinary
-/// size beside them lose as many digits. Where whole regions consist of slivers, the loss is that
-/// squared; see [`Sliver`].
+/// size next to them lose as many digits. Where whole regions consist of slivers, the loss is the
+/// square of that; see [`Sliver`].
 pub const SLIVER: f64 = 1e-6;
 
-/// A face that is all but flat.
+/// A nearly degenerate face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sliver {
     /// The face.
@@ -20,8 +20,8 @@ pub struct Sliver {
     pub height: f64,
 }
 
-/// The faces with a height below [`SLIVER`] times their longest edge, in increasing order; those of
-/// zero area included.
+/// Returns the faces with a height below [`SLIVER`] times their longest edge, in increasing order,
+/// including those of zero area.
 ///
 /// ```
 /// use eikona_mesh::{Face, TriangleMesh, slivers};

@@ -1,5 +1,5 @@
-//! Joins the boundaries of a surface where they meet: vertices next to each other, and vertices
-//! inside edges.
+//! Stitches boundaries of a surface where they meet: at nearby vertices, and at vertices inside
+//! edges.
 
 use crate::error::MeshError;
 use crate::field::{FaceField, VertexField};
@@ -9,22 +9,22 @@ use crate::point::SurfacePoint;
 use crate::repair::keep_vertices;
 use crate::seams::{Contacts, seam_tolerance};
 
-/// A mesh whose seams, cracks and T-junctions are closed, and the way from the old elements to the
-/// new ones.
+/// A mesh whose seams, cracks and T-junctions are closed, with the maps between old and new
+/// elements.
 #[derive(Clone, Debug)]
 pub struct Stitched {
-    /// The new mesh. Vertices that are kept stay in their order and place; the parts of a face
-    /// stand where it stood.
+    /// The new mesh. Vertices that are kept stay in order and in place; the parts of a face take
+    /// its place in the order.
     pub mesh: TriangleMesh,
-    /// The new vertex of each old one. Vertices that were joined have the same new one.
+    /// The new vertex of each old one. Joined vertices have the same new one.
     pub vertices: VertexField<Vertex>,
-    /// The old face that each new one is, or is a part of; in increasing order.
+    /// The old face that contains each new one; in increasing order.
     pub parent: FaceField<Face>,
     /// Number of vertices that were joined to another one.
     pub joined_vertices: usize,
-    /// Number of vertices that were made corners of the edges in which they lay.
+    /// Number of vertices that were inserted into the edges that contained them.
     pub inserted_vertices: usize,
-    /// Number of faces that were divided.
+    /// Number of faces that were subdivided.
     pub divided_faces: usize,
     /// The widest gap that was closed, in the mesh's unit.
     pub largest_gap: f64,
@@ -32,19 +32,19 @@ pub struct Stitched {
     inside: InsideEdges,
 }
 
-/// Joins boundary vertices that lie next to each other, and divides the edges in which boundary
-/// vertices lie, with the faces at them. What [`Seams`](crate::Seams) finds within the tolerance is
-/// closed; by default, that is what [`Seams::of`](crate::Seams::of) finds.
+/// Joins nearby boundary vertices, and subdivides the edges (and their faces) that contain boundary
+/// vertices. This closes what [`Seams`](crate::Seams) finds within the tolerance; by default, what
+/// [`Seams::of`](crate::Seams::of) finds.
 ///
-/// No vertex is added. A vertex that is joined moves by at most the tolerance; one inside an edge
-/// stays where it is, and the edge bends by at most the tolerance. The result may be nonmanifold,
-/// where more than two parts meet. Faces keep their orientation: where parts are oriented against
-/// each other, [`orient`](crate::orient) follows.
+/// No vertex is added. A joined vertex moves by at most the tolerance; one inside an edge stays in
+/// place, and the edge bends by at most the tolerance. The result may be nonmanifold where more
+/// than two parts meet. Faces keep their orientation: where parts are inconsistently oriented, call
+/// [`orient`](crate::orient) next.
 ///
 /// # Errors
-/// [`MeshError::Parameter`] if the tolerance is negative, not finite, or so large that edges hold
-/// most of the mesh's vertices; [`MeshError::TooLarge`] if there would be more faces than 32-bit
-/// indices can name.
+/// [`MeshError::Parameter`] if the tolerance is negative, not finite, or so large that edges
+/// contain most of the mesh's vertices; [`MeshError::TooLarge`] if there would be more faces than
+/// 32-bit indices can address.
 ///
 /// # Cost
 /// O(E log B) for B boundary vertices, plus the number of new faces.
@@ -65,7 +65,7 @@ pub fn stitch(mesh: &TriangleMesh, tolerance: Option<f64>) -> Result<Stitched, M
     let refused =
         |bound| Err(MeshError::Parameter { name: "tolerance", value: tolerance.to_string(), bound });
     if !(tolerance >= 0.0 && tolerance.is_finite()) {
-        return refused("a length of 0 or more");
+        return refused("it must be a finite length of 0 or more");
     }
     let (joints, contacts) = Contacts::of(mesh, tolerance);
     let (positions, vertices) = keep_vertices(mesh.positions(), &contacts.target);
@@ -79,7 +79,9 @@ pub fn stitch(mesh: &TriangleMesh, tolerance: Option<f64>) -> Result<Stitched, M
         inside.vertices.push((hanging.edge, place, vertices[hanging.vertex.index()]));
     });
     if !complete {
-        return refused("smaller, since edges lie on one another within it and hold each other's vertices");
+        return refused(
+            "give a smaller tolerance; within this one, edges overlap and contain each other's vertices",
+        );
     }
     inside.vertices.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
 
@@ -111,12 +113,12 @@ pub fn stitch(mesh: &TriangleMesh, tolerance: Option<f64>) -> Result<Stitched, M
 }
 
 impl Stitched {
-    /// Whether the mesh was changed at all.
+    /// Returns whether the mesh was changed at all.
     pub fn is_changed(&self) -> bool {
         self.joined_vertices > 0 || self.divided_faces > 0
     }
 
-    /// A point of the old mesh on the new one. A point that is not on the old mesh keeps its
+    /// Maps a point of the old mesh to the new one. A point that is not on the old mesh keeps its
     /// weights, with new vertices.
     ///
     /// # Cost
@@ -161,7 +163,7 @@ impl Stitched {
         SurfacePoint::Edge { vertices: [from.0, to.0], t: (t - low) / (high - low) }
     }
 
-    /// `None` if the face is whole.
+    /// Returns `None` if the face is not subdivided.
     fn point_in_face(&self, face: Face, named: [u32; 3], bary: [f64; 3]) -> Option<SurfacePoint> {
         let first = self.parent.as_slice().partition_point(|f| *f < face);
         let parts = self.parent.as_slice()[first..].partition_point(|f| *f == face);
@@ -171,7 +173,7 @@ impl Stitched {
         let corners = self.old.face_vertices(face);
         let weight = |v: Vertex| named.iter().position(|n| *n == v.0).map_or(0.0, |k| bary[k]);
         let target = corners.map(weight);
-        // The weights in the old face of each vertex of the parts.
+        // The weights in the old face of each vertex of its parts.
         let mut places: Vec<(Vertex, [f64; 3])> = Vec::new();
         for (k, side) in self.inside.sides(&self.old, face).into_iter().enumerate() {
             let mut at = [0.0; 3];
@@ -207,7 +209,7 @@ impl Stitched {
     }
 }
 
-/// Twice the area of a triangle of points given by barycentric weights, over that of the whole
+/// Returns twice the area of a triangle given by barycentric weights, relative to that of the whole
 /// face.
 fn signed_area(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> f64 {
     a[0] * (b[1] * c[2] - b[2] * c[1])
@@ -215,8 +217,8 @@ fn signed_area(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> f64 {
         + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
-/// The vertices inside old edges, with their place from 0 at the first end of the edge to 1;
-/// sorted.
+/// The vertices inside old edges, with their parameter from 0 at the first endpoint of the edge to
+/// 1; sorted.
 #[derive(Clone, Debug)]
 struct InsideEdges {
     vertices: Vec<(Edge, f64, Vertex)>,
@@ -229,8 +231,8 @@ impl InsideEdges {
         &self.vertices[start..start + count]
     }
 
-    /// The vertices inside the sides of a face, in its direction. In a face so thin that a vertex
-    /// lies inside two sides, the first one has it.
+    /// Returns the vertices inside the sides of a face, in its direction. In a face so thin that a
+    /// vertex lies inside two sides, the vertex is assigned to the first one.
     fn sides(&self, mesh: &TriangleMesh, face: Face) -> [Vec<(f64, Vertex)>; 3] {
         let mut sides = [0, 1, 2].map(|k| {
             let halfedge = face.halfedge(k);
@@ -254,14 +256,14 @@ impl InsideEdges {
     }
 }
 
-/// Divides a triangle with vertices on its sides into triangles of positive area. Nothing is left
-/// of one that has lost a corner.
+/// Subdivides a triangle with vertices on its sides into triangles of positive area. A triangle
+/// that has lost a corner gives none.
 fn divide(corners: [u32; 3], sides: &[Vec<u32>; 3], faces: &mut Vec<[u32; 3]>) {
     let [a, b, c] = corners;
     if a == b || b == c || c == a {
         return;
     }
-    // A fan from the corner that faces the most divided side; its first and last triangle have the
+    // A fan from the corner opposite the most subdivided side; its first and last triangle get the
     // other two sides.
     let base = (1..3).fold(0, |best, k| if sides[k].len() > sides[best].len() { k } else { best });
     let [next, last] = [(base + 1) % 3, (base + 2) % 3];
@@ -275,15 +277,15 @@ fn divide(corners: [u32; 3], sides: &[Vec<u32>; 3], faces: &mut Vec<[u32; 3]>) {
         let to_last = i + 2 == row.len() && !sides[next].is_empty();
         match (from_first, to_last) {
             (false, false) => faces.push([pair[0], pair[1], apex]),
-            // Then the base is divided, as the most divided side, and no triangle has both other
-            // sides.
+            // Then the base is subdivided, being the most subdivided side, and no triangle has both
+            // other sides.
             (true, _) => fan(pair[1], apex, &sides[last], pair[0], faces),
             (false, true) => fan(pair[0], pair[1], &sides[next], apex, faces),
         }
     }
 }
 
-/// Triangles from `apex` to the parts of the side from `first` to `last`.
+/// Adds the triangles from `apex` to the parts of the side from `first` to `last`.
 fn fan(apex: u32, first: u32, inside: &[u32], last: u32, faces: &mut Vec<[u32; 3]>) {
     let mut from = first;
     for &to in inside.iter().chain([&last]) {

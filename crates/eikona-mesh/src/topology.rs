@@ -1,5 +1,5 @@
-//! How a mesh hangs together: sheets, components, boundary loops, Euler characteristic, genus, and
-//! where it is no manifold.
+//! The topology of a mesh: connected components, sheets, boundary loops, Euler characteristic,
+//! genus, and nonmanifold elements.
 
 use crate::disjoint_sets::DisjointSets;
 use crate::field::{FaceField, VertexField};
@@ -9,9 +9,10 @@ use crate::orientation::Flood;
 
 /// The topology of a triangle mesh of any kind. It depends on the faces only, not on positions.
 ///
-/// Two notions of "in one piece" are told apart: a **sheet** is a set of faces connected through
-/// edges, a **component** is connected through vertices. Two tetrahedra that touch at a vertex are
-/// two sheets in one component. Sheets and components are numbered by their first face.
+/// Two notions of connectedness are distinguished: a **sheet** is a set of faces connected through
+/// edges, a **component** is a set of faces connected through vertices. Two tetrahedra that touch
+/// at a vertex are two sheets in one component. Sheets and components are numbered by their first
+/// face.
 ///
 /// ```
 /// use eikona_mesh::{Topology, TriangleMesh};
@@ -37,22 +38,22 @@ pub struct Topology {
     pub component_of_vertex: VertexField<Option<u32>>,
     /// The components.
     pub components: Vec<Component>,
-    /// The boundary, loop by loop, ordered by the smallest halfedge of each.
+    /// The boundary loops, ordered by their smallest halfedges.
     pub boundary_loops: Vec<BoundaryLoop>,
-    /// Number of connected pieces of the boundary. Loops that touch at a vertex are one piece, so
-    /// this is at most the number of loops, and the same on a manifold.
+    /// Number of connected components of the boundary. Loops that touch at a vertex are one
+    /// component, so this is at most the number of loops, and equal to it on a manifold.
     pub boundary_piece_count: usize,
-    /// V - E + F, where V leaves out vertices that no face uses.
+    /// V - E + F, where V excludes unreferenced vertices.
     pub euler_characteristic: i64,
     /// Edges with more than two faces, in increasing order.
     pub nonmanifold_edges: Vec<Edge>,
-    /// Vertices with more than one fan, in increasing order.
+    /// Vertices with more than one vertex fan, in increasing order.
     pub nonmanifold_vertices: Vec<NonmanifoldVertex>,
     /// Vertices that no face uses, in increasing order.
     pub unreferenced_vertices: Vec<Vertex>,
 }
 
-/// A part of a mesh that is connected through vertices.
+/// A connected component of a mesh: faces connected through vertices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Component {
     /// Its first face.
@@ -69,59 +70,59 @@ pub struct Component {
     pub euler_characteristic: i64,
     /// Whether no edge has more than two faces and no vertex more than one fan.
     pub manifold: bool,
-    /// Whether its faces can be oriented alike across all edges with two faces.
+    /// Whether its faces can be oriented consistently across all edges with two faces.
     pub orientable: bool,
     /// Number of handles, (2 - chi - b) / 2 for b boundary loops; `None` if it is not manifold or
     /// not orientable.
     pub genus: Option<u32>,
-    /// Number of crosscaps, 2 - chi - b, of a nonorientable manifold (projective plane and Moebius
-    /// band 1, Klein bottle 2).
+    /// Number of crosscaps, 2 - chi - b, of a nonorientable manifold (1 for projective plane and
+    /// Moebius band, 2 for the Klein bottle).
     pub nonorientable_genus: Option<u32>,
 }
 
-/// A vertex at which the surface touches itself.
+/// A vertex with more than one vertex fan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NonmanifoldVertex {
     /// The vertex.
     pub vertex: Vertex,
-    /// The number of fans at it. Two faces at a vertex are in one fan if a chain of faces, each
-    /// sharing an edge at this vertex with the next, joins them; the edge may have any number of
-    /// faces.
+    /// The number of vertex fans. Two faces at a vertex are in the same fan if a chain of faces
+    /// joins them in which each shares an edge at this vertex with the next; the edge may have any
+    /// number of faces.
     pub fans: usize,
 }
 
-/// Edges with one face that follow each other along the rim of the surface.
+/// A chain of edges with one face along the boundary of the surface.
 ///
-/// At a vertex the walk goes on to the other end of the *same fan*, so loops that touch at a vertex
-/// stay apart. A fan that ends at an edge with three or more faces has no such other end; those
-/// ends at one vertex are joined in pairs by increasing halfedge, and one that is left over ends an
-/// open chain. There the number of loops depends on the order of the faces; on a manifold it does
-/// not, and every loop is closed.
+/// At a vertex the walk continues at the other end of the *same fan*, so loops that touch at a
+/// vertex stay apart. A fan that ends at an edge with three or more faces has no other end; such
+/// ends at one vertex are joined in pairs by increasing halfedge, and a remaining one ends an open
+/// chain. There the number of loops depends on the order of the faces; on a manifold it does not,
+/// and every loop is closed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BoundaryLoop {
-    /// The halfedges, one a boundary edge. The walk takes the smallest one in its own direction; so
-    /// where faces are oriented alike all are taken in their own direction, and the surface lies on
-    /// the left.
+    /// The halfedges, one per boundary edge. The walk follows the direction of the smallest one; so
+    /// where faces are consistently oriented all halfedges are traversed in their own direction,
+    /// and the surface lies on the left.
     pub halfedges: Vec<Halfedge>,
-    /// Where each halfedge begins, in the direction of the walk. An open chain has one vertex more,
-    /// its end.
+    /// The vertex at which each halfedge begins, in the direction of the walk. An open chain has
+    /// one more vertex, its end.
     pub vertices: Vec<Vertex>,
     /// Its component.
     pub component: u32,
 }
 
 impl BoundaryLoop {
-    /// Whether the walk ends where it began. Always so on a manifold.
+    /// Returns whether the walk ends where it began. Always true on a manifold.
     pub fn is_closed(&self) -> bool {
         self.vertices.len() == self.halfedges.len()
     }
 }
 
 impl Topology {
-    /// Works out the topology.
+    /// Computes the topology.
     ///
     /// # Cost
-    /// Nearly linear; about 0.3 s a million faces.
+    /// Nearly linear; about 0.3 s per million faces.
     pub fn of(mesh: &TriangleMesh) -> Topology {
         let (sheet_of_face, sheet_count) = sheets(mesh);
         let (component_of_face, component_of_vertex, component_count) = connect_through_vertices(mesh);
@@ -151,20 +152,20 @@ impl Topology {
         topology
     }
 
-    /// Whether every edge has at most two faces and every vertex at most one fan.
+    /// Returns whether every edge has at most two faces and every vertex at most one fan.
     pub fn is_manifold(&self) -> bool {
         self.nonmanifold_edges.is_empty() && self.nonmanifold_vertices.is_empty()
     }
-    /// Whether no edge has exactly one face.
+    /// Returns whether no edge has exactly one face.
     pub fn is_closed(&self) -> bool {
         self.boundary_loops.is_empty()
     }
-    /// Whether every component is orientable.
+    /// Returns whether every component is orientable.
     pub fn is_orientable(&self) -> bool {
         self.components.iter().all(|c| c.orientable)
     }
 
-    /// Fills in the counts of each component from what is known of the whole.
+    /// Computes the counts of each component.
     fn describe_components(&self, mesh: &TriangleMesh, count: usize) -> Vec<Component> {
         let blank = Component {
             first_face: Face(u32::MAX),
@@ -218,7 +219,7 @@ impl Topology {
     }
 }
 
-/// Faces connected through edges, numbered by their first face.
+/// Returns the sheet of each face, numbered by first face, and the number of sheets.
 fn sheets(mesh: &TriangleMesh) -> (FaceField<u32>, usize) {
     let mut sets = DisjointSets::new(mesh.face_count());
     for e in mesh.edges() {
@@ -230,20 +231,20 @@ fn sheets(mesh: &TriangleMesh) -> (FaceField<u32>, usize) {
     (labels.into(), count)
 }
 
-/// The pieces of a mesh whose faces hang together through vertices, numbered by their first face.
-/// ([`Topology`] has them too, with everything else.)
+/// The connected components of a mesh (faces connected through vertices), numbered by their first
+/// face. [`Topology`] includes them.
 #[derive(Clone, Debug)]
 pub struct Components {
     /// Component of each face.
     pub of_face: FaceField<u32>,
     /// Component of each vertex; `None` for a vertex that no face uses.
     pub of_vertex: VertexField<Option<u32>>,
-    /// How many there are.
+    /// Number of components.
     pub count: usize,
 }
 
 impl Components {
-    /// Works out the components.
+    /// Computes the components.
     ///
     /// # Cost
     /// Nearly linear.
@@ -267,7 +268,7 @@ fn connect_through_vertices(mesh: &TriangleMesh) -> (FaceField<u32>, VertexField
     (of_face.into(), of_vertex.into(), count)
 }
 
-/// The corners of the mesh, those of one fan in one set.
+/// Returns the union-find of corners whose sets are the vertex fans.
 pub(crate) fn fans(mesh: &TriangleMesh) -> DisjointSets {
     let mut sets = DisjointSets::new(mesh.halfedge_count());
     for e in mesh.edges() {
@@ -280,7 +281,7 @@ pub(crate) fn fans(mesh: &TriangleMesh) -> DisjointSets {
     sets
 }
 
-/// The corner at `v` of the face of `h`, where `v` is an end of `h`.
+/// Returns the corner at `v` of the face of `h`, where `v` is an endpoint of `h`.
 fn corner_at(mesh: &TriangleMesh, h: Halfedge, v: Vertex) -> Corner {
     if mesh.origin(h) == v { h.corner() } else { h.next().corner() }
 }
@@ -289,7 +290,7 @@ fn nonmanifold_vertices(mesh: &TriangleMesh) -> Vec<NonmanifoldVertex> {
     let mut fans = fans(mesh);
     mesh.vertices()
         .filter_map(|vertex| {
-            // Each fan has exactly one corner that stands for it.
+            // Each fan has exactly one representative corner.
             let fans = mesh.vertex_corners(vertex).iter().filter(|c| fans.find(c.0) == c.0).count();
             (fans > 1).then_some(NonmanifoldVertex { vertex, fans })
         })
@@ -300,7 +301,7 @@ fn nonmanifold_vertices(mesh: &TriangleMesh) -> Vec<NonmanifoldVertex> {
 /// halfedge `i` of the list, end `2 i + 1` its tip.
 struct Boundary {
     halfedges: Vec<Halfedge>,
-    /// The end that the walk goes on from, when it arrives at this one.
+    /// The end at which the walk continues when it arrives at this one.
     partner: Vec<Option<u32>>,
 }
 
@@ -344,8 +345,7 @@ impl Boundary {
             let first_end = 2 * first as u32;
             let (mut ends, closed) = self.walk(first_end, &mut seen);
             if !closed {
-                // The chain is open: what lies before the first halfedge, turned round, goes in
-                // front.
+                // The chain is open: prepend what lies before the first halfedge, reversed.
                 let (before, _) = match self.partner[first_end as usize] {
                     Some(end) => self.walk(end, &mut seen),
                     None => (Vec::new(), false),
@@ -369,8 +369,8 @@ impl Boundary {
         loops
     }
 
-    /// The ends at which the halfedges are entered from `start` on, and whether the walk came back
-    /// to `start`.
+    /// Returns the ends at which the halfedges are entered from `start` on, and whether the walk
+    /// came back to `start`.
     fn walk(&self, start: u32, seen: &mut [bool]) -> (Vec<u32>, bool) {
         let mut ends = Vec::new();
         let mut end = start;
@@ -385,7 +385,7 @@ impl Boundary {
         }
     }
 
-    /// Number of pieces when edges are connected through vertices.
+    /// Returns the number of components when edges are connected through vertices.
     fn piece_count(&self, mesh: &TriangleMesh) -> usize {
         let mut sets = DisjointSets::new(mesh.vertex_count());
         for &h in &self.halfedges {
@@ -395,8 +395,8 @@ impl Boundary {
     }
 }
 
-/// Turns about `v` from the boundary halfedge `h`, across edges with two faces, to the boundary
-/// halfedge at the other side of the fan. `None` if an edge with more faces comes first.
+/// Rotates around `v` from the boundary halfedge `h`, across edges with two faces, to the boundary
+/// halfedge at the other side of the fan. Returns `None` if an edge with more faces comes first.
 fn far_side_of_fan(mesh: &TriangleMesh, h: Halfedge, v: Vertex) -> Option<Halfedge> {
     let mut side = h;
     loop {

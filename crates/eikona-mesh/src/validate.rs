@@ -1,4 +1,4 @@
-//! Everything that is wrong with a mesh, element by element.
+//! Validation: all faults of a mesh, element by element.
 
 use crate::error::Fault;
 use crate::id::{Face, Vertex};
@@ -8,18 +8,18 @@ use crate::quality::TriangleShape;
 use crate::repair::first_at_position;
 use crate::topology::Topology;
 
-/// All faults of a mesh: unreferenced vertices, coincident vertices, zero-area faces, duplicate
-/// faces, nonmanifold edges, nonmanifold vertices, and edges with inconsistent orientation; in this
-/// order of kinds, and each kind in the order of its elements. An empty list means that the mesh is
-/// an oriented manifold, with or without boundary, of proper triangles.
+/// Returns all faults of a mesh: unreferenced vertices, coincident vertices, zero-area faces,
+/// duplicate faces, nonmanifold edges, nonmanifold vertices, and inconsistently oriented edges; in
+/// this order of kinds, and each kind in the order of its elements. An empty list means that the
+/// mesh is an oriented manifold, with or without boundary, without degenerate triangles.
 ///
 /// A face has zero area if its area is below [`ZERO_AREA`](crate::ZERO_AREA) times the square of
-/// its longest edge. Faces are duplicates if they have the same three vertices in any winding;
-/// vertices coincide if their coordinates are equal. A surface that is not orientable has
-/// inconsistent edges in every winding of its faces.
+/// its longest edge. Faces are duplicates if they have the same three vertices in any order;
+/// vertices coincide if their coordinates are equal. A nonorientable surface has inconsistent edges
+/// in every orientation of its faces.
 ///
 /// # Cost
-/// O(V + F log F); about 0.7 s a million faces.
+/// O(V + F log F); about 0.7 s per million faces.
 ///
 /// ```
 /// use eikona_mesh::{Face, Fault, TriangleMesh, Vertex, validate};
@@ -70,8 +70,8 @@ pub fn validate(mesh: &TriangleMesh) -> Vec<Fault> {
     faults
 }
 
-/// For each face the first one with the same three vertices in any order; itself if there is none
-/// before it.
+/// Returns, for each face, the first one with the same three vertices in any order; itself if there
+/// is none before it.
 pub(crate) fn first_with_same_vertices(mesh: &TriangleMesh) -> Vec<Face> {
     let mut keyed: Vec<([u32; 3], Face)> = mesh
         .faces()

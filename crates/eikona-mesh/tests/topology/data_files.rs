@@ -1,4 +1,4 @@
-//! Every OBJ and OFF file of the data folder against the figures of its table, which other programs
+//! Every OBJ and OFF file in the data folder, checked against its table, which other programs
 //! measured.
 
 use eikona_mesh::{Fault, Orientation, PolygonMesh, Quality, Topology, split_nonmanifold_vertices, validate};
@@ -6,7 +6,8 @@ use std::path::Path;
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
 
-/// Vertices and faces only; reads the files of the data folder, not the formats in general.
+/// Reads vertices and faces only; supports the files of the data folder, not the formats in
+/// general.
 fn read(path: &Path) -> Option<PolygonMesh> {
     let text = String::from_utf8_lossy(&std::fs::read(path).ok()?).into_owned();
     let numbers =
@@ -34,12 +35,12 @@ fn read(path: &Path) -> Option<PolygonMesh> {
     Some(mesh)
 }
 
-/// The words of a cell such as "no: 47 edges, 0 extra fans" or "χ -4, g 3".
+/// Returns the words of a cell such as "no: 47 edges, 0 extra fans" or "χ -4, g 3".
 fn words(cell: &str) -> Vec<&str> {
     cell.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty()).collect()
 }
 
-/// The number that stands before `word`, or 0.
+/// Returns the number before `word`, or 0.
 fn number_before(cell: &str, word: &str) -> i64 {
     words(cell).windows(2).find_map(|w| if w[1] == word { w[0].parse().ok() } else { None }).unwrap_or(0)
 }
@@ -48,14 +49,14 @@ fn number_after(cell: &str, word: &str) -> Option<i64> {
     words(cell).windows(2).find_map(|w| if w[0] == word { w[1].parse().ok() } else { None })
 }
 
-/// Whether `value` is what the table shows with two digits.
+/// Returns whether `value` rounds to what the table shows with two digits.
 fn agrees(value: f64, shown: f64) -> bool {
     (value - shown).abs() <= 0.0501 * shown.abs()
 }
 
-/// Where we differ from the table, and why that is right.
+/// Our differences from the table, and why ours are right.
 const DIFFERENCES: [&str; 7] = [
-    // Its polygon 992 goes 1, 0, 2 round a vertex with two edges, so a fan from 1 cuts off a copy
+    // Its polygon 992 goes 1, 0, 2 around a vertex with two edges, so a fan from 1 cuts off a copy
     // of face 0. The table counts edges and faces of the polygons.
     "polygon/polygon-bear.obj: chi: 3, in the table 2",
     "polygon/polygon-bear.obj: nonmanifold edges: 1, in the table 0",
@@ -92,7 +93,7 @@ fn table_of_the_data_folder() {
     assert!(files == 0 || differences == expected, "{}", differences.join("\n"));
 }
 
-/// What we find against the row of the table.
+/// Returns the differences between our results and the row of the table.
 fn compare(polygons: &PolygonMesh, cells: &[&str]) -> Vec<String> {
     let (mesh, _) = polygons.triangulate().expect("files of the table are valid");
     let topology = Topology::of(&mesh);
@@ -106,9 +107,9 @@ fn compare(polygons: &PolygonMesh, cells: &[&str]) -> Vec<String> {
     same("vertices", mesh.vertex_count().to_string(), count(cells[4]));
     same("polygons", polygons.face_count().to_string(), count(cells[5]));
     same("components", topology.components.len().to_string(), count(cells[6]));
-    // The table counts pieces of the boundary; where it is nonmanifold, several loops may touch in
-    // one piece.
-    same("boundary pieces", topology.boundary_piece_count.to_string(), count(cells[7]));
+    // The table counts connected components of the boundary; where it is nonmanifold, several loops
+    // may touch in one component.
+    same("boundary components", topology.boundary_piece_count.to_string(), count(cells[7]));
     if topology.is_manifold() {
         same("boundary loops", topology.boundary_loops.len().to_string(), count(cells[7]));
         same("sheets", topology.sheet_count.to_string(), count(cells[6]));
@@ -155,8 +156,8 @@ fn compare(polygons: &PolygonMesh, cells: &[&str]) -> Vec<String> {
     differences
 }
 
-/// Splitting the vertices of a surface with several fans makes it a manifold with the same loops: a
-/// check of the walk round fans and of the genus that needs no table.
+/// Splitting the vertices with several fans makes the surface a manifold with the same loops: a
+/// check of the traversal of fans and of the genus that needs no table.
 #[test]
 fn split_files_are_manifolds_with_the_same_loops() {
     let mut files = 0;

@@ -1,10 +1,10 @@
-//! Validation reports every fault; quality has the values of closed formulas.
+//! Validation reports every fault; quality agrees with closed formulas.
 
 use crate::shapes::{book, cube, grid, mesh};
 use eikona_mesh::{Edge, Face, Fault, Quality, TriangleMesh, Vertex, validate};
 
 #[test]
-fn sound_meshes_have_no_faults() {
+fn valid_meshes_have_no_faults() {
     assert_eq!(validate(&cube()), []);
     assert_eq!(validate(&grid(3, 3)), []);
 }
@@ -18,14 +18,14 @@ fn every_fault_is_reported_in_order() {
         [1., 1., 0.],
         [-0., 0., 0.], // 4: on vertex 0
         [2., 0., 0.],
-        [7., 7., 7.], // 6: used by no face
+        [7., 7., 7.], // 6: unreferenced
         [5., 5., 1.],
         [6., 5., 1.],
     ];
     let faces = vec![
         [0, 1, 2],
         [1, 2, 3], // runs along edge 1 2 as the first face does
-        [4, 1, 5], // three points on a line; touches vertex 1 with a second fan
+        [4, 1, 5], // three collinear points; touches vertex 1 with a second fan
         [2, 1, 0], // the first face again: edge 1 2 has three faces
         [7, 8, 3],
     ];
@@ -61,7 +61,7 @@ fn triangle(apex: [f64; 3]) -> TriangleMesh {
 }
 
 #[test]
-fn zero_area_begins_at_the_stated_bound() {
+fn zero_area_begins_at_the_documented_bound() {
     // Area h / 2, longest edge 1.
     let zero_area = |h: f64| Quality::of(&triangle([0.5, h, 0.])).zero_area_faces;
     assert_eq!((zero_area(1.9e-14), zero_area(2.1e-14)), (1, 0));
@@ -115,15 +115,15 @@ fn quality_of_degenerate_and_empty_meshes_is_never_nan() {
 
 #[test]
 fn non_delaunay_edges() {
-    // Two triangles on the edge from (-1, 0) to (1, 0) with apexes at (0, +-h): opposite angles 2
-    // atan(1 / h) each.
+    // Two triangles on the edge from (-1, 0) to (1, 0) with apexes at (0, +-h): opposite angles of
+    // 2 atan(1 / h) each.
     let pair = |h: f64| {
         let positions = vec![[-1., 0., 0.], [1., 0., 0.], [0., h, 0.], [0., -h, 0.]];
         Quality::of(&mesh(positions, vec![[0, 1, 2], [1, 0, 3]])).non_delaunay_edges
     };
     assert_eq!((pair(0.999), pair(1.0), pair(1.001)), (1, 0, 0));
-    // All diagonals of a square grid lie on the limit, and none counts, whichever way the grid is
-    // turned.
+    // All diagonals of a square grid lie on the limit, and none counts, whatever the rotation of
+    // the grid.
     let flat = grid(20, 20);
     for angle in [0.0, 0.3, 0.7, 1.1] {
         let (s, c) = f64::sin_cos(angle);
@@ -132,12 +132,12 @@ fn non_delaunay_edges() {
             .iter()
             .map(|p| [c * p[0] - s * p[1], c * (s * p[0] + c * p[1]), s * (s * p[0] + c * p[1])]);
         let turned = flat.with_positions(turned.collect()).expect("finite");
-        assert_eq!(Quality::of(&turned).non_delaunay_edges, 0, "turned by {angle}");
+        assert_eq!(Quality::of(&turned).non_delaunay_edges, 0, "rotated by {angle}");
     }
 }
 
 #[test]
-fn percentile_runs_between_values() {
+fn percentile_interpolates_between_values() {
     // 101 faces: the 1st percentile is the second smallest, the 99th the second largest.
     let mut positions = Vec::new();
     let mut faces = Vec::new();

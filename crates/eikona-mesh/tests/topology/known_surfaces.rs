@@ -1,9 +1,9 @@
-//! Topology and orientation of surfaces whose answers are known.
+//! Topology and orientation of known surfaces.
 
 use crate::shapes::{Seam, book, cube, glued_grid, grid, mesh, moebius, projective_plane, two_tetrahedra};
 use eikona_mesh::{Edge, Face, NonmanifoldVertex, Orientation, Topology, TriangleMesh, Vertex};
 
-/// chi, loops, genus, nonorientable genus of a connected manifold.
+/// Returns chi, loops, genus and nonorientable genus of a connected manifold.
 fn surface(mesh: &TriangleMesh) -> (i64, usize, Option<u32>, Option<u32>) {
     let topology = Topology::of(mesh);
     assert!(topology.is_manifold());
@@ -55,7 +55,8 @@ fn boundary_loop_has_the_surface_on_its_left() {
 
 #[test]
 fn loops_that_touch_at_a_vertex_stay_apart() {
-    // Remove from a 4 by 2 grid two squares that meet at the inner vertex (2, 1) in a corner only.
+    // Remove from a 4 by 2 grid two squares that touch only in a corner, at the inner vertex (2,
+    // 1).
     let full = grid(4, 2);
     let square_of = |f: usize| (f / 4, f / 2 % 2);
     let faces = full
@@ -67,13 +68,13 @@ fn loops_that_touch_at_a_vertex_stay_apart() {
         .collect();
     let topology = Topology::of(&mesh(full.positions().to_vec(), faces));
     assert_eq!(topology.nonmanifold_vertices.len(), 1);
-    // The holes open to the rim, so one outline passes the vertex twice, and each pass stays in its
-    // own fan.
+    // The holes open to the rim, so one outline visits the vertex twice, and each visit stays in
+    // its own fan.
     assert!(topology.boundary_loops.iter().all(|l| l.is_closed()));
     let edges: usize = topology.boundary_loops.iter().map(|l| l.halfedges.len()).sum();
     assert_eq!(edges, 16);
 
-    // Two triangles that touch in a vertex: two loops of three, in one piece.
+    // Two triangles that touch in a vertex: two loops of three edges, one boundary component.
     let bow_tie = mesh(
         vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [-1., 0., 0.], [-1., -1., 0.]],
         vec![[0, 1, 2], [0, 3, 4]],
@@ -86,19 +87,19 @@ fn loops_that_touch_at_a_vertex_stay_apart() {
 }
 
 #[test]
-fn three_triangles_on_one_edge() {
+fn three_triangles_at_one_edge() {
     let topology = Topology::of(&book(3));
     assert_eq!(topology.nonmanifold_edges, [Edge(0)]);
     assert_eq!(topology.nonmanifold_vertices, []);
     assert_eq!((topology.sheet_count, topology.components.len(), topology.euler_characteristic), (1, 1, 1));
     assert_eq!(topology.components[0].genus, None);
-    // Six boundary edges: two blades make a loop of four, the third an open chain of two.
+    // Six boundary edges: two blades form a loop of four, the third an open chain of two.
     let shape: Vec<_> = topology.boundary_loops.iter().map(|l| (l.halfedges.len(), l.is_closed())).collect();
     assert_eq!(shape, [(4, true), (2, false)]);
     let chain = &topology.boundary_loops[1];
     assert_eq!(chain.vertices.len(), 3);
     assert_eq!(topology.boundary_piece_count, 1);
-    // Nothing is carried across the edge: each blade is its own patch.
+    // Orientation is not transported across the edge: each blade is its own patch.
     let orientation = Orientation::of(&book(3));
     assert_eq!(orientation.patches.len(), 3);
     assert!(orientation.is_orientable() && orientation.is_consistent());
@@ -119,7 +120,7 @@ fn tetrahedra_that_share_a_vertex_an_edge_or_nothing() {
     assert_eq!(at_vertex.components[0].genus, None);
 
     let at_edge = Topology::of(&two_tetrahedra(2));
-    // The shared edge and its two ends count once: 2 + 2 - (2 - 1).
+    // The shared edge and its endpoints count once: 2 + 2 - (2 - 1).
     assert_eq!((at_edge.sheet_count, at_edge.components.len(), at_edge.euler_characteristic), (1, 1, 3));
     assert_eq!((at_edge.nonmanifold_edges.len(), at_edge.nonmanifold_vertices.len()), (1, 0));
     assert!(!at_edge.is_manifold() && at_edge.is_closed());
@@ -128,8 +129,8 @@ fn tetrahedra_that_share_a_vertex_an_edge_or_nothing() {
 }
 
 #[test]
-fn minority_of_area_is_turned_over() {
-    // Squares of a strip grow in area: the last two outweigh the first three.
+fn minority_of_area_is_flipped() {
+    // The areas of the strip's squares increase: the last two outweigh the first three.
     let strip = grid(5, 1);
     let widths = [0.0, 1.0, 2.0, 3.0, 10.0, 20.0];
     let positions = (0..12).map(|k| [widths[k / 2], (k % 2) as f64, 0.0]).collect();
@@ -137,20 +138,20 @@ fn minority_of_area_is_turned_over() {
     let orientation = Orientation::of(&strip);
     assert_eq!(orientation.flipped_faces(), (0..6).map(Face).collect::<Vec<_>>());
     assert_eq!((orientation.inconsistent_edges.len(), orientation.patches[0].flipped_face_count), (1, 6));
-    // On a tie the first face keeps its winding.
+    // On a tie the first face keeps its orientation.
     let halves = grid(2, 1).with_flipped_faces(|f| f.0 < 2);
     assert_eq!(Orientation::of(&halves).flipped_faces(), [Face(2), Face(3)]);
 }
 
 #[test]
-fn nonorientable_patch_has_a_witness_and_keeps_its_winding() {
+fn nonorientable_patch_has_a_witness_and_keeps_its_orientation() {
     let band = moebius(10, 2).with_flipped_faces(|f| f.0 % 3 == 0);
     let orientation = Orientation::of(&band);
     assert!(!orientation.is_orientable());
     let witness = orientation.patches[0].witness.expect("a witness");
     assert_eq!(band.edge_halfedges(witness).len(), 2);
     assert!(orientation.flipped_faces().is_empty());
-    // A second, orientable patch beside it is oriented all the same.
+    // A second, orientable patch next to it is oriented all the same.
     let mut positions = band.positions().to_vec();
     let start = positions.len() as u32;
     positions.extend([[9., 0., 0.], [8., 0., 0.], [8., 1., 0.], [9., 5., 0.]]);

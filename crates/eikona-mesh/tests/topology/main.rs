@@ -1,4 +1,4 @@
-//! Topology, orientation, validation, quality and repairs, on meshes with known answers and on the
+//! Topology, orientation, validation, quality and repairs, on meshes with known results and on the
 //! files of the data folder.
 
 mod data_files;

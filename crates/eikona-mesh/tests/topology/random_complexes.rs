@@ -1,5 +1,5 @@
-//! Random triangles on a few vertices: as nonmanifold as meshes get. What is found is checked
-//! against slow, obvious versions.
+//! Random triangles on a few vertices: highly nonmanifold meshes. Results are checked against slow,
+//! obvious implementations.
 
 use crate::shapes::{Random, mesh, projective_plane};
 use eikona_mesh::{
@@ -17,8 +17,8 @@ fn random_complex(random: &mut Random) -> TriangleMesh {
     mesh((0..vertices).map(|k| [k as f64, (k * k) as f64, (k * k * k % 11) as f64]).collect(), faces)
 }
 
-/// The least number of faces in each face's class, when `linked` faces are in one class: repeated
-/// until nothing changes.
+/// Returns the smallest face number in each face's equivalence class, where `linked` faces are
+/// equivalent: iterated until nothing changes.
 fn classes(faces: &[Face], linked: impl Fn(Face, Face) -> bool) -> Vec<u32> {
     let mut class: Vec<u32> = faces.iter().map(|f| f.0).collect();
     loop {
@@ -92,8 +92,8 @@ fn share_edge_at(mesh: &TriangleMesh, v: Vertex, f: Face, g: Face) -> bool {
     others(f).any(|u| others(g).any(|w| u == w))
 }
 
-/// Whether any choice of windings makes the faces alike across all edges with two faces: all
-/// choices tried.
+/// Returns whether any choice of orientations makes the faces consistent across all edges with two
+/// faces, by trying all choices.
 fn orientable_slowly(sample: &TriangleMesh) -> bool {
     (0..1u32 << sample.face_count()).any(|choice| {
         let turned = sample.with_flipped_faces(|f| choice >> f.0 & 1 == 1);
@@ -104,7 +104,7 @@ fn orientable_slowly(sample: &TriangleMesh) -> bool {
     })
 }
 
-/// Some faces of a projective plane, in any winding: bands with and without a twist.
+/// Returns some faces of a projective plane, in any orientation: bands with and without a twist.
 fn holed_projective_plane(random: &mut Random) -> TriangleMesh {
     let whole = projective_plane();
     let keep: Vec<_> = whole.triangles().iter().copied().filter(|_| random.below(4) > 0).collect();

@@ -1,4 +1,4 @@
-//! Numbering, winding, scale and place of a mesh do not change what is found.
+//! Results do not depend on the numbering, orientation, scale and position of a mesh.
 
 use crate::shapes::{
     Random, Seam, book, cube, glued_grid, grid, mesh, moebius, projective_plane, two_tetrahedra,
@@ -20,7 +20,7 @@ fn samples() -> Vec<TriangleMesh> {
     samples
 }
 
-/// Vertices and faces in another order, and the corners of each face turned round.
+/// Permutes vertices and faces, and rotates the corners of each face.
 fn renumbered(mesh_in: &TriangleMesh, random: &mut Random) -> TriangleMesh {
     let vertex = random.permutation(mesh_in.vertex_count());
     let face_order = random.permutation(mesh_in.face_count());
@@ -39,7 +39,7 @@ fn renumbered(mesh_in: &TriangleMesh, random: &mut Random) -> TriangleMesh {
     mesh(positions, faces)
 }
 
-/// Everything that numbering and winding must not change, in one line.
+/// Formats everything that is independent of numbering and orientation, in one line.
 fn invariants(mesh: &TriangleMesh) -> String {
     let t = Topology::of(mesh);
     let mut components: Vec<String> = t
@@ -76,7 +76,7 @@ fn invariants(mesh: &TriangleMesh) -> String {
 }
 
 #[test]
-fn topology_does_not_depend_on_numbering_or_winding() {
+fn topology_does_not_depend_on_numbering_or_orientation() {
     let mut random = Random(1);
     for sample in samples() {
         for _ in 0..5 {
@@ -89,8 +89,8 @@ fn topology_does_not_depend_on_numbering_or_winding() {
     }
 }
 
-/// Each halfedge of a loop joins the vertices before and after it, and all boundary edges are
-/// passed once.
+/// Each halfedge of a loop joins the vertices before and after it, and all boundary edges occur
+/// exactly once.
 #[test]
 fn boundary_loops_are_walks_over_all_boundary_edges() {
     let mut random = Random(7);
@@ -114,7 +114,7 @@ fn boundary_loops_are_walks_over_all_boundary_edges() {
 }
 
 #[test]
-fn turning_over_a_minority_changes_nothing() {
+fn flipping_a_minority_changes_nothing() {
     let mut random = Random(3);
     let torus = glued_grid(8, 7, [Seam::Joined, Seam::Joined]);
     let whole = Quality::of(&torus).area;
@@ -139,7 +139,7 @@ fn turning_over_a_minority_changes_nothing() {
 }
 
 #[test]
-fn size_and_place_change_neither_faults_nor_ratios() {
+fn scale_and_position_change_neither_faults_nor_ratios() {
     let sample = moebius(14, 3);
     let quality = Quality::of(&sample);
     for scale in [1e-200, 1e-8, 1e8, 1e200] {

@@ -1,4 +1,4 @@
-//! Repairs do what they say, and their index maps lead from old to new elements.
+//! Repairs do what they document, and their index maps lead from old to new elements.
 
 use crate::shapes::{Random, cube, grid, mesh, moebius, two_tetrahedra};
 use eikona_mesh::{
@@ -7,14 +7,14 @@ use eikona_mesh::{
     split_nonmanifold_vertices, validate, weld, weld_polygons,
 };
 
-/// Each face with corners of its own, as STL files have it.
+/// Gives each face its own corners, as in STL files.
 fn soup(mesh_in: &TriangleMesh) -> TriangleMesh {
     let positions = mesh_in.faces().flat_map(|f| mesh_in.face_positions(f)).collect();
     mesh(positions, (0..mesh_in.face_count() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect())
 }
 
-/// Every kept face has the corners of the old one, by the vertex map; kept elements are in order
-/// and all are reached.
+/// Checks that every kept face has the corners of the old one, by the vertex map, and that kept
+/// elements are in order and complete.
 fn check_maps(old: &TriangleMesh, new: &Repaired) {
     let IndexMaps { vertices, faces, flipped_faces } = &new.maps;
     assert_eq!((vertices.len(), faces.len()), (old.vertex_count(), old.face_count()));
@@ -31,7 +31,7 @@ fn check_maps(old: &TriangleMesh, new: &Repaired) {
 }
 
 #[test]
-fn welding_a_soup_gives_the_surface_back() {
+fn welding_a_soup_restores_the_surface() {
     for surface in [cube(), grid(4, 5), moebius(13, 3)] {
         for tolerance in [0.0, 1e-9] {
             let soup = soup(&surface);
@@ -47,7 +47,7 @@ fn welding_a_soup_gives_the_surface_back() {
     }
 }
 
-/// The rule of welding, all pairs.
+/// Applies the welding rule to all pairs.
 fn weld_slowly(positions: &[[f64; 3]], tolerance: f64) -> Vec<[f64; 3]> {
     let mut kept: Vec<[f64; 3]> = Vec::new();
     let mut result = Vec::new();
@@ -66,7 +66,7 @@ fn weld_slowly(positions: &[[f64; 3]], tolerance: f64) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn welding_with_a_tolerance_follows_its_rule() {
+fn welding_with_a_tolerance_follows_its_definition() {
     let mut random = Random(11);
     let mut coordinate = || random.below(1000) as f64 / 500.0 - 1.0;
     for tolerance in [0.01, 0.1, 0.3, 5.0] {
@@ -96,7 +96,7 @@ fn welding_drops_faces_that_collapse_and_keeps_minus_zero() {
 }
 
 #[test]
-fn impossible_tolerances_are_refused() {
+fn invalid_tolerances_are_errors() {
     for tolerance in [-1.0, f64::NAN, f64::INFINITY, 1e-30] {
         let refused = weld(&cube(), tolerance);
         assert!(matches!(refused, Err(MeshError::Parameter { name: "tolerance", .. })), "{tolerance}");
@@ -125,13 +125,13 @@ fn polygons_lose_repeated_corners() {
 }
 
 #[test]
-fn drops_and_their_maps_in_a_chain() {
+fn composed_drops_and_their_maps() {
     let mut positions = vec![[9., 9., 9.]];
     positions.extend(soup(&grid(2, 2)).positions());
     positions.push([5., 0., 0.]);
     let mut faces: Vec<[u32; 3]> = (0..8).map(|f| [3 * f + 1, 3 * f + 2, 3 * f + 3]).collect();
-    faces.insert(3, [3, 2, 1]); // the first face again, turned over
-    faces.push([1, 2, 25]); // no area
+    faces.insert(3, [3, 2, 1]); // the first face again, flipped
+    faces.push([1, 2, 25]); // zero area
     let input = mesh(positions, faces);
 
     let welded = weld(&input, 0.0).expect("tolerance");
@@ -152,14 +152,14 @@ fn drops_and_their_maps_in_a_chain() {
 }
 
 #[test]
-fn orienting_lists_the_faces_it_turns_over() {
+fn orient_lists_the_faces_it_flips() {
     let damaged = cube().with_flipped_faces(|f| f.0 == 2 || f.0 == 7);
     let oriented = orient(&damaged);
     check_maps(&damaged, &oriented);
     assert_eq!(oriented.maps.flipped_faces, [Face(2), Face(7)]);
     assert_eq!(oriented.mesh.triangles(), cube().triangles());
     assert!(Orientation::of(&oriented.mesh).is_consistent());
-    // Faces that are dropped before the turn are not turned; two turns cancel.
+    // Faces that are dropped before the flip are not flipped; two flips cancel.
     let first = drop_duplicate_faces(&damaged).maps.then(&oriented.maps);
     assert_eq!(first.flipped_faces, [Face(2), Face(7)]);
     assert_eq!(first.then(&oriented.maps).flipped_faces, []);

@@ -16,8 +16,8 @@ pub enum Seam {
     Reflected,
 }
 
-/// An `n` by `m` grid of squares, each cut in two, with its sides joined in both directions; all at
-/// generic positions.
+/// Returns an `n` by `m` grid of squares, each cut in two, with its sides joined in both
+/// directions, and all vertices at generic positions.
 pub fn glued_grid(n: u32, m: u32, seams: [Seam; 2]) -> TriangleMesh {
     let rows = if seams[1] == Seam::Open { m + 1 } else { m };
     let columns = if seams[0] == Seam::Open { n + 1 } else { n };
@@ -46,14 +46,14 @@ pub fn glued_grid(n: u32, m: u32, seams: [Seam; 2]) -> TriangleMesh {
     mesh((0..columns * rows).map(at).collect(), faces)
 }
 
-/// A flat grid of unit squares.
+/// Returns a flat grid of unit squares.
 pub fn grid(n: u32, m: u32) -> TriangleMesh {
     let flat = glued_grid(n, m, [Seam::Open; 2]);
     let positions = (0..(n + 1) * (m + 1)).map(|k| [(k / (m + 1)) as f64, (k % (m + 1)) as f64, 0.0]);
     flat.with_positions(positions.collect()).expect("finite")
 }
 
-/// A Moebius band that lies in space without touching itself.
+/// Returns an embedded Moebius band.
 pub fn moebius(n: u32, m: u32) -> TriangleMesh {
     let band = glued_grid(n, m, [Seam::Reflected, Seam::Open]);
     let positions = (0..n * (m + 1)).map(|k| {
@@ -64,7 +64,7 @@ pub fn moebius(n: u32, m: u32) -> TriangleMesh {
     band.with_positions(positions.collect()).expect("finite")
 }
 
-/// The projective plane with six vertices: all fifteen pairs are edges.
+/// Returns the projective plane with six vertices: all fifteen pairs are edges.
 pub fn projective_plane() -> TriangleMesh {
     let faces = vec![
         [0, 1, 2],
@@ -87,7 +87,7 @@ pub fn cube() -> TriangleMesh {
     mesh(positions, quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
 }
 
-/// `blades` triangles on the edge from vertex 0 to vertex 1.
+/// Returns `blades` triangles at the edge from vertex 0 to vertex 1.
 pub fn book(blades: u32) -> TriangleMesh {
     let mut positions = vec![[0., 0., 0.], [0., 0., 1.]];
     positions.extend((0..blades).map(|k| {
@@ -97,7 +97,7 @@ pub fn book(blades: u32) -> TriangleMesh {
     mesh(positions, (0..blades).map(|k| [0, 1, 2 + k]).collect())
 }
 
-/// Two tetrahedra that have their first `shared` vertices in common.
+/// Returns two tetrahedra that share their first `shared` vertices.
 pub fn two_tetrahedra(shared: u32) -> TriangleMesh {
     let second = |v: u32| if v < shared { v } else { 4 + v - shared };
     let first = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];

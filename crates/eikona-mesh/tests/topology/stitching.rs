@@ -6,7 +6,7 @@ use eikona_mesh::{
     weld,
 };
 
-/// reports.md F6: a square, and beside it two rectangles of half its height.
+/// Returns a square and two adjacent rectangles of half its height (reports.md F6).
 fn squares_of_different_height() -> TriangleMesh {
     let positions = vec![
         [0., 0., 0.],
@@ -22,8 +22,8 @@ fn squares_of_different_height() -> TriangleMesh {
     mesh(positions, faces)
 }
 
-/// A strip of unit height from x = 0 to 1, and one from 1 + gap to 2, in so many rows each; the
-/// second has vertices of its own.
+/// Returns a strip of unit height from x = 0 to 1, and one from 1 + gap to 2, with these numbers of
+/// rows; the second has its own vertices.
 fn strips(rows: [u32; 2], gap: f64) -> TriangleMesh {
     let (mut positions, mut faces) = (Vec::new(), Vec::new());
     for (n, x) in rows.into_iter().zip([[0.0, 1.0], [1.0 + gap, 2.0]]) {
@@ -53,7 +53,7 @@ fn stitched(mesh: &TriangleMesh) -> Stitched {
     stitched
 }
 
-/// To within a thousandth of its size, with its area as the sum of those of the parts.
+/// Returns whether a point is in a triangle to within a thousandth of its size, by comparing areas.
 fn in_triangle(p: [f64; 3], corners: [[f64; 3]; 3]) -> bool {
     let area = |t: [[f64; 3]; 3]| {
         let [u, v] = [1, 2].map(|k| [0, 1, 2].map(|i| t[k][i] - t[0][i]));
@@ -64,7 +64,7 @@ fn in_triangle(p: [f64; 3], corners: [[f64; 3]; 3]) -> bool {
     (parts / area(corners) - 1.0).abs() < 1e-3
 }
 
-/// The faces by the places of their corners, each from its smallest corner on, sorted.
+/// Returns the faces by the positions of their corners, each from its smallest corner on, sorted.
 fn surface(mesh: &TriangleMesh) -> Vec<Vec<[i64; 3]>> {
     let place = |p: [f64; 3]| p.map(|x| (x * 1e9).round() as i64);
     let mut faces: Vec<_> = mesh
@@ -97,8 +97,8 @@ fn a_vertex_inside_an_edge_is_found_and_inserted() {
 }
 
 #[test]
-fn every_vertex_of_either_side_of_a_seam_comes_into_the_other() {
-    // reports.md F6: 20 cells meet 21. Ends coincide, nothing else does.
+fn every_vertex_of_a_seam_is_inserted_on_the_other_side() {
+    // reports.md F6: 20 cells meet 21. Only the endpoints coincide.
     for (rows, gap) in
         [[20, 21], [10, 11], [1, 20], [20, 1], [6, 6], [4, 6]].into_iter().flat_map(|r| [(r, 0.0), (r, 1e-7)])
     {
@@ -112,7 +112,7 @@ fn every_vertex_of_either_side_of_a_seam_comes_into_the_other() {
         let topology = Topology::of(&result.mesh);
         assert!(topology.is_manifold());
         assert_eq!((topology.components.len(), topology.boundary_loops.len()), (1, 1));
-        // Each vertex of the seam but its ends divides a face on the other side.
+        // Each vertex of the seam except its endpoints subdivides a face on the other side.
         let faces = 2 * (rows[0] + rows[1]) as usize + seams.hanging.len();
         assert_eq!(result.mesh.face_count(), faces);
         let area = Quality::of(&result.mesh).area;
@@ -121,9 +121,9 @@ fn every_vertex_of_either_side_of_a_seam_comes_into_the_other() {
 }
 
 #[test]
-fn corners_of_the_boundary_may_hang_and_hold() {
-    // A square whose four sides are met by squares shifted by a half: a pinwheel with vertices at
-    // its corners and middles.
+fn boundary_corners_may_hang_while_their_edges_contain_others() {
+    // A square adjacent to four squares shifted by a half: a pinwheel with vertices at its corners
+    // and midpoints.
     let (mut positions, mut faces) = (Vec::new(), Vec::new());
     for [x, y] in [[0., 0.], [0.5, -1.], [1., 0.5], [-0.5, 1.], [-1., -0.5]] {
         let first = positions.len() as u32;
@@ -131,7 +131,7 @@ fn corners_of_the_boundary_may_hang_and_hold() {
         faces.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     }
     let input = mesh(positions, faces);
-    // Each corner of the middle square inside a side of another one, of which a corner is inside a
+    // Each corner of the middle square is inside a side of another one, which has a corner inside a
     // side of the middle one.
     assert_eq!(Seams::of(&input).hanging.len(), 8);
     let result = stitched(&input);
@@ -142,7 +142,7 @@ fn corners_of_the_boundary_may_hang_and_hold() {
 
 #[test]
 fn three_parts_at_one_line_become_a_nonmanifold_edge() {
-    // Two joined squares, and on their common side a wall of two rectangles.
+    // Two joined squares, and a wall of two rectangles on their common side.
     let positions = vec![
         [-1., 0., 0.],
         [0., 0., 0.],
@@ -166,7 +166,7 @@ fn three_parts_at_one_line_become_a_nonmanifold_edge() {
 }
 
 #[test]
-fn clean_meshes_stay_as_they_are() {
+fn clean_meshes_stay_unchanged() {
     for input in [cube(), grid(4, 5), moebius(13, 3), two_tetrahedra(1)] {
         assert!(Seams::of(&input).is_empty());
         let result = stitch(&input, None).expect("not too large");
@@ -179,15 +179,15 @@ fn clean_meshes_stay_as_they_are() {
 }
 
 #[test]
-fn boundaries_that_are_close_without_touching_are_no_cracks() {
-    // Ten times the tolerance is a gap that is meant.
+fn nearby_boundaries_are_not_cracks() {
+    // Ten times the tolerance is an intended gap.
     assert!(Seams::of(&strips([6, 6], 3e-5)).is_empty());
     assert!(Seams::of(&strips([6, 7], 3e-5)).is_empty());
     // A triangle over a square, with a corner on its diagonal.
     let mut positions = vec![[0., 0., 0.], [2., 0., 0.], [2., 2., 0.], [0., 2., 0.]];
     positions.extend([[1., 1., 0.], [3., 0.5, 0.], [3., 1.5, 0.]]);
     assert!(Seams::of(&mesh(positions, vec![[0, 1, 2], [0, 2, 3], [4, 5, 6]])).is_empty());
-    // A tiny part beside a large one is not closed upon itself: its own edges tell the scale.
+    // A tiny part next to a large one is not closed upon itself: its own edges determine the scale.
     let mut positions = vec![[0., 0., 0.], [1e7, 0., 0.], [0., 1e7, 0.]];
     positions.extend([
         [-5., 0., 0.],
@@ -215,7 +215,7 @@ fn a_given_tolerance_closes_wider_gaps() {
 }
 
 #[test]
-fn points_keep_their_place() {
+fn points_keep_their_position() {
     let input = strips([3, 5], 0.0);
     let result = stitched(&input);
     let mut random = Random(5);
@@ -242,9 +242,9 @@ fn points_keep_their_place() {
     }
 }
 
-/// A grid of `n` columns and rows cut along x = n / 2 into two parts with vertices of their own,
-/// where each boundary edge at the cut is divided at random places: on one side or on both. Also
-/// the same surface without the cut.
+/// Returns a grid of `n` columns and rows cut along x = n / 2 into two parts with separate
+/// vertices, where each boundary edge at the cut is subdivided at random positions, on one side or
+/// on both. Also returns the same surface without the cut.
 fn cut_grid(n: u32, random: &mut Random) -> (TriangleMesh, TriangleMesh) {
     let mut places: Vec<Vec<f64>> = Vec::new();
     let mut left = Vec::new();
@@ -267,7 +267,7 @@ fn cut_grid(n: u32, random: &mut Random) -> (TriangleMesh, TriangleMesh) {
         for i in columns.clone() {
             for j in 0..n {
                 let (a, b, c, d) = (number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1));
-                // The side at the cut, and the corner that faces it.
+                // The side at the cut, and its opposite corner.
                 let at_cut = [(i + 1 == middle, b, c, a), (i == middle, d, a, c)][side as usize];
                 let mut row = vec![at_cut.1];
                 if at_cut.0 {
@@ -312,7 +312,7 @@ fn random_t_junctions_are_stitched_to_the_conforming_mesh() {
         assert_eq!(surface(&result.mesh), surface(&conforming));
         assert_eq!(result.mesh.vertex_count(), conforming.vertex_count());
 
-        // Size, place in space and numbers change nothing.
+        // Scale, position and numbering change nothing.
         for scale in [1e-6, 1e6] {
             let other = stitched(&moved(&cut, |p| p.map(|x| x * scale)));
             assert_eq!(other.mesh.triangles(), result.mesh.triangles());
@@ -333,14 +333,14 @@ fn random_t_junctions_are_stitched_to_the_conforming_mesh() {
 }
 
 #[test]
-fn degenerate_inputs_take_no_quadratic_time() {
+fn degenerate_inputs_do_not_take_quadratic_time() {
     const FACES: u32 = 100_000;
     let soup = |place: &dyn Fn(u32) -> [f64; 3]| {
         mesh((0..3 * FACES).map(place).collect(), (0..FACES).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect())
     };
-    // All vertices in one place; all triangles in one place; corners of all triangles within the
-    // tolerance of one place; and a mesh that is smaller than the tolerance, since one face reaches
-    // far away.
+    // All vertices at one point; all triangles at one point; corners of all triangles within the
+    // tolerance of one point; and a mesh that is smaller than the tolerance, since one face is far
+    // away.
     let corner = |v: u32| [f64::from(v % 3), f64::from(v % 3 / 2), 0.0];
     let near = |v: u32| {
         if v.is_multiple_of(3) { [1e-9 * f64::from(v), 0., 0.] } else { [1.0, f64::from(v) + 1.0, 0.] }
@@ -362,7 +362,7 @@ fn degenerate_inputs_take_no_quadratic_time() {
 }
 
 #[test]
-fn a_point_in_a_face_of_an_edge_that_lost_nothing_is_unchanged() {
+fn a_point_in_a_face_with_unchanged_edges_is_unchanged() {
     let input = squares_of_different_height();
     let result = stitched(&input);
     let whole = SurfacePoint::Face { vertices: [0, 2, 3], bary: [0.2, 0.3, 0.5] };
