@@ -228,7 +228,7 @@ fn check_reversal(solver: &Solver, curves: &SurfaceCurves, options: &WindingOpti
     // over sides and seams of sheets.
     let is_carried = |text: &String| {
         text.contains("no consistent orientation")
-            || text.contains("three or more faces, where there is no left")
+            || text.contains("three or more faces, where left is undefined")
     };
     if w.is_cut()
         || w.report.warnings.iter().any(is_carried)
