@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_tree_agrees_with_all_pairs() {
+    fn the_tree_agrees_with_brute_force() {
         let mut state = 1u64;
         let mut next = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);

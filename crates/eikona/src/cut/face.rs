@@ -487,7 +487,7 @@ mod tests {
     }
 
     #[test]
-    fn near_misses_are_hits() {
+    fn near_misses_are_merged() {
         // The third point lies 1e-12 beside the segment; the fourth 1e-12 from its end.
         let points = vec![at(0.1, 0.2), at(0.5, 0.2), at(0.3, 0.2 + 1e-12), at(0.5 + 1e-12, 0.2)];
         let cut = check(&curves(points, vec![[3, 4], [5, 6]]));
@@ -496,7 +496,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crossing_beside_a_side_is_asked_for_on_it() {
+    fn a_crossing_beside_a_side_is_requested_on_it() {
         // Both start on the side and rise by 8e-9 of their length in opposite directions: they
         // cross at a height of 4e-10.
         let mut face = curves(vec![at(0.5, 2.4e-9), at(0.05, 2.0e-9)], vec![[3, 5], [4, 6]]);

@@ -15,7 +15,7 @@ pub(crate) struct Coordinates {
     ///
     /// Deviation: the public program treats the curve as absent there, so that the jumps at both
     /// ends of an edge differ and the derivative is no longer a 1-form. (Tests
-    /// `a_fin_is_warned_of_and_changes_little_elsewhere`,
+    /// `a_fin_gives_a_warning_and_changes_little_elsewhere`,
     /// `a_completed_loop_through_a_pinched_vertex_keeps_its_jumps`.)
     pub not_fans: Vec<Vertex>,
 }

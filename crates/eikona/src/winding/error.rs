@@ -143,7 +143,7 @@ mod tests {
     use eikona_numeric::Contradiction;
 
     #[test]
-    fn faults_of_the_program_name_edges_and_what_helps() {
+    fn faults_of_the_program_name_edges_and_a_remedy() {
         let mesh = shapes::torus(1.0, 0.4, 60, 30).unwrap();
         let edges: Vec<Edge> = mesh.edges().skip(7).collect();
         let [a, b] = mesh.edge_vertices(edges[2]).map(|v| v.index());
