@@ -1,4 +1,4 @@
-//! Any bytes as glTF, binary or JSON.
+//! Arbitrary bytes as glTF, binary or JSON.
 #![no_main]
 
 use eikona_mesh::io::MeshFormat;

@@ -1,4 +1,4 @@
-//! Any bytes as OBJ.
+//! Arbitrary bytes as OBJ.
 #![no_main]
 
 use eikona_mesh::io::MeshFormat;

@@ -1,4 +1,4 @@
-//! Any bytes as OFF.
+//! Arbitrary bytes as OFF.
 #![no_main]
 
 use eikona_mesh::io::MeshFormat;

@@ -1,4 +1,4 @@
-//! Any bytes as PLY.
+//! Arbitrary bytes as PLY.
 #![no_main]
 
 use eikona_mesh::io::MeshFormat;

@@ -1,4 +1,4 @@
-//! Any bytes as STL.
+//! Arbitrary bytes as STL.
 #![no_main]
 
 use eikona_mesh::io::MeshFormat;

@@ -1,4 +1,4 @@
-//! Any bytes as VTP.
+//! Arbitrary bytes as VTP.
 #![no_main]
 
 use eikona_mesh::io::MeshFormat;

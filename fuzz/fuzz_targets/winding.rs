@@ -1,4 +1,4 @@
-//! A small mesh of any shape, any curves, any options.
+//! Winding numbers on a small arbitrary mesh, with arbitrary curves and options.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| eikona_fuzz::winding::check(bytes));

@@ -1,32 +1,32 @@
-//! Structured choices out of fuzzer bytes. When the bytes run out every choice is the first one.
+//! Structured choices from fuzzer bytes. When the bytes run out, every choice is the first one.
 
 use arbitrary::Unstructured;
 
-/// Makes choices until the bytes run out.
+/// A source of choices from bytes.
 pub struct Choices<'a>(Unstructured<'a>);
 
 impl<'a> Choices<'a> {
-    /// All bytes are still there.
+    /// Starts with all bytes.
     pub fn new(bytes: &'a [u8]) -> Self {
         Choices(Unstructured::new(bytes))
     }
-    /// A number from 0 to `count - 1`; 0 if there is nothing to choose from.
+    /// Returns a number from 0 to `count - 1`; 0 if `count` is 0.
     pub fn below(&mut self, count: usize) -> usize {
         self.0.int_in_range(0..=count.saturating_sub(1)).unwrap_or(0)
     }
-    /// One of several values.
+    /// Returns one of several values.
     pub fn of<T: Copy, const N: usize>(&mut self, values: [T; N]) -> T {
         values[self.below(N)]
     }
-    /// A multiple of 1/255 from 0 to 1.
+    /// Returns a multiple of 1/255 from 0 to 1.
     pub fn share(&mut self) -> f64 {
         f64::from(self.0.arbitrary::<u8>().unwrap_or(0)) / 255.0
     }
-    /// Any float at all.
+    /// Returns a float with arbitrary bits.
     pub fn any_float(&mut self) -> f64 {
         f64::from_bits(self.0.arbitrary().unwrap_or(0))
     }
-    /// A float that is ordinary, or one of those that make trouble.
+    /// Returns an ordinary float or one of the troublesome ones.
     pub fn wild_float(&mut self) -> f64 {
         match self.below(6) {
             0 | 1 => self.share(),

@@ -1,4 +1,4 @@
-//! Bytes to curves on a small mesh, everything that can be asked of curves, and back to bytes.
+//! Bytes to curves on a small mesh, all operations on curves, and back to bytes.
 
 use eikona::curves::{CurveReport, DEFAULT_TOLERANCE, straighten_curve, trace_curve, trace_polyline};
 use eikona::spatial::Bvh;
@@ -13,8 +13,8 @@ use std::sync::OnceLock;
 const FORMATS: [CurveFormat; 4] =
     [CurveFormat::Json, CurveFormat::Obj, CurveFormat::SignedHeatDemo, CurveFormat::SurfaceWinding];
 
-/// A bent sheet of 3 x 2 squares, a tetrahedron apart from it, three faces at one edge, and an
-/// unused vertex.
+/// A bent sheet of 3 x 2 squares, a separate tetrahedron, an edge of three faces, and an unused
+/// vertex.
 pub fn mesh() -> &'static TriangleMesh {
     static MESH: OnceLock<TriangleMesh> = OnceLock::new();
     MESH.get_or_init(|| {
@@ -36,14 +36,14 @@ pub fn mesh() -> &'static TriangleMesh {
         faces.extend([[12, 14, 13], [12, 13, 15], [13, 14, 15], [14, 12, 15]]);
         positions.extend([[1.5, 1., 2.], [-5., -5., -5.]]);
         faces.push([5, 6, 16]);
-        TriangleMesh::new(positions, faces).expect("the mesh is written out above")
+        TriangleMesh::new(positions, faces).expect("the mesh above is valid")
     })
 }
 
-/// Reads the bytes in every format; what can be read must survive all that can be done with it.
+/// Reads the bytes in every format; whatever can be read must survive all operations on it.
 ///
 /// # Panics
-/// When our own output can not be read again, or a traced curve does not lie in the faces.
+/// If our own output cannot be read again, or a traced curve does not lie in the faces.
 pub fn check(bytes: &[u8]) {
     black_box(CurveFormat::detect(Path::new("curve.txt"), bytes));
     for format in FORMATS {
@@ -64,7 +64,7 @@ fn check_file(file: &CurveFile) {
         let Ok(text) = format_curves(file, format, mesh()) else { continue };
         let again = match read_curves_bytes(text.as_bytes(), format, mesh()) {
             Ok(again) => again,
-            Err(fault) => panic!("our own {format:?} can not be read: {fault}\n{text}"),
+            Err(fault) => panic!("our own {format:?} cannot be read: {fault}\n{text}"),
         };
         if format == CurveFormat::Json {
             assert_eq!((&again.curves, &again.polylines), (&file.curves, &file.polylines), "{text}");

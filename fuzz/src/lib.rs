@@ -1,5 +1,5 @@
-//! What the fuzz targets check. A check panics when the library breaks a promise; whatever the
-//! library itself does with bad input (panic, hang, take too much memory) is seen by libFuzzer.
+//! Checks run by the fuzz targets. A check panics if the library breaks a promise; libFuzzer itself
+//! detects panics, hangs and excessive memory use on bad input.
 
 pub mod choices;
 pub mod curves;

@@ -1,4 +1,4 @@
-//! Bytes to mesh, everything that can be asked of a mesh, and back to bytes in every format.
+//! Bytes to meshes, all operations on meshes, and back to bytes in every format.
 
 use eikona_mesh::io::{Encoding, MeshFile, MeshFormat, MeshOut, read_mesh_bytes, write_mesh_bytes};
 use eikona_mesh::{
@@ -18,10 +18,10 @@ const FORMATS: [MeshFormat; 7] = [
     MeshFormat::Vtp,
 ];
 
-/// Reads the bytes; what can be read must survive all that can be done with it.
+/// Reads the bytes; whatever can be read must survive all operations on it.
 ///
 /// # Panics
-/// When our own output can not be read again or has lost vertices or faces, or a repair makes an
+/// If our own output cannot be read again or has lost vertices or faces, or a repair makes an
 /// invalid mesh.
 pub fn check(bytes: &[u8], format: MeshFormat) {
     black_box(MeshFormat::sniff(bytes));
@@ -45,12 +45,12 @@ pub fn check(bytes: &[u8], format: MeshFormat) {
     }
     let sound = drop_broken_polygons(&file.mesh).mesh;
     if file.mesh.positions.iter().flatten().all(|x| x.is_finite()) {
-        let (mesh, _) = sound.triangulate().expect("polygons without faults make a mesh");
+        let (mesh, _) = sound.triangulate().expect("valid polygons make a mesh");
         check_mesh(&mesh);
     }
 }
 
-/// What a format takes it must give back.
+/// A format must return everything that it accepts.
 fn check_written(out: &MeshOut, format: MeshFormat, vertices: usize, faces: usize) {
     let mut bytes = Vec::new();
     if write_mesh_bytes(&mut bytes, format, out).is_err() {
@@ -62,7 +62,7 @@ fn check_written(out: &MeshOut, format: MeshFormat, vertices: usize, faces: usiz
     let again: MeshFile = match read_mesh_bytes(&bytes, format) {
         Ok(file) => file,
         Err(fault) => {
-            panic!("our own {format:?} can not be read: {fault}\n{}", String::from_utf8_lossy(&bytes))
+            panic!("our own {format:?} cannot be read: {fault}\n{}", String::from_utf8_lossy(&bytes))
         }
     };
     assert_eq!(again.mesh.face_count(), faces, "faces of {format:?} {:?}", out.encoding);
@@ -76,7 +76,7 @@ fn check_mesh(mesh: &TriangleMesh) {
     let orientation = Orientation::of(mesh);
     if orientation.is_orientable() {
         let turned = orient(mesh).mesh;
-        assert!(Orientation::of(&turned).flipped_faces().is_empty(), "orienting twice turns faces again");
+        assert!(Orientation::of(&turned).flipped_faces().is_empty(), "orienting twice flips faces again");
     }
     let size = mesh.positions().iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
     for tolerance in [0.0, 1e-6 * size, 0.3 * size, size, f64::MAX, f64::MIN_POSITIVE] {

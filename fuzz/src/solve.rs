@@ -15,7 +15,7 @@ const MOST_FACES: usize = 60;
 /// Builds a solver and solves for every kind of level sets.
 ///
 /// # Panics
-/// When a solution has an infinite value, or one that is NaN without a warning.
+/// If a solution has an infinite value, or a NaN without a warning.
 pub fn check(bytes: &[u8]) {
     let mut choices = Choices::new(bytes);
     let solver_options = solver_options(&mut choices);
@@ -46,8 +46,8 @@ pub fn check(bytes: &[u8]) {
     }
 }
 
-/// Looks curves over and traces them, on meshes that are as bad as can be; keeps the traced ones if
-/// asked to.
+/// Checks reports and tracing of curves on degenerate meshes; with `keep` the traced curves replace
+/// the source.
 fn check_contours(mesh: &TriangleMesh, source: &mut SurfaceCurves, keep: bool) {
     if let Ok(report) = CurveReport::of(mesh, source) {
         black_box(report.warnings(source));
@@ -119,8 +119,8 @@ fn solve_options(choices: &mut Choices) -> SolveOptions {
     }
 }
 
-/// A patch of a grid, a strip that may be twisted, or any faces at all; then some positions and
-/// faces are spoilt.
+/// Builds a patch of a grid, a strip that may be twisted, or arbitrary faces; then corrupts some
+/// positions and faces.
 pub(crate) fn mesh(choices: &mut Choices) -> Result<TriangleMesh, eikona_mesh::MeshError> {
     let mut positions: Vec<[f64; 3]> = Vec::new();
     let mut faces: Vec<[u32; 3]> = Vec::new();
@@ -242,7 +242,7 @@ pub(crate) fn source(choices: &mut Choices, mesh: &TriangleMesh) -> SurfaceCurve
     source
 }
 
-/// A point of the face, mostly: its weights or vertices may be wrong.
+/// Returns a point, usually in the face; its weights or vertices may be wrong.
 fn point(choices: &mut Choices, mesh: &TriangleMesh, face: usize) -> SurfacePoint {
     if face >= mesh.face_count() {
         return SurfacePoint::Vertex { vertex: choices.below(50) as u32 };
@@ -277,7 +277,7 @@ fn point(choices: &mut Choices, mesh: &TriangleMesh, face: usize) -> SurfacePoin
     }
 }
 
-/// The same face, or another one at the point.
+/// Returns the same face, or another one at the point.
 fn next_face(choices: &mut Choices, mesh: &TriangleMesh, face: usize, point: SurfacePoint) -> usize {
     let around: Vec<Face> = match point {
         SurfacePoint::Vertex { vertex } if (vertex as usize) < mesh.vertex_count() => {

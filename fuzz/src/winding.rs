@@ -12,13 +12,13 @@ use eikona_mesh::{
 };
 use std::hint::black_box;
 
-/// Jumps are whole numbers: what a solve is allowed to be off, as a share of the largest of them.
+/// Largest accepted error of a solve, relative to the largest jump (jumps are integers).
 const TOLERANCE: f64 = 1e-6;
 
-/// Solves, and checks what holds for every input.
+/// Solves, and checks properties of every result.
 ///
 /// # Panics
-/// When something does not hold.
+/// If a property is violated.
 pub fn check(bytes: &[u8]) {
     let mut choices = Choices::new(bytes);
     let mut options = options(&mut choices);
@@ -56,7 +56,7 @@ fn check_fields(w: &Winding) {
     assert_eq!(w.island.as_slice().len(), faces);
     let fans: Vec<Option<bool>> = mesh.vertices().map(|v| fan(mesh, v).map(|f| f.1)).collect();
     for v in &w.endpoints {
-        assert_eq!(fans[v.index()], Some(true), "{v} is an endpoint but no inner vertex");
+        assert_eq!(fans[v.index()], Some(true), "{v} is an endpoint but not an inner vertex");
     }
     for f in mesh.faces() {
         let corners = 3 * f.index()..3 * f.index() + 3;
@@ -70,7 +70,7 @@ fn check_fields(w: &Winding) {
         assert!((0.0..=0.5).contains(&w.margin[f]), "{f}: {}", w.margin[f]);
         let shift = w.shift[w.island[f] as usize];
         assert!(shift.is_finite());
-        // Between a completion on edges and the straight one labels change, and values do not.
+        // Between a completion on edges and the straight one, labels change but values do not.
         if !values.is_empty() && straightened(w) == 0 {
             let mean = values.iter().sum::<f64>() / values.len() as f64;
             let off = (mean + shift - f64::from(w.labels[f])).abs();
@@ -81,19 +81,19 @@ fn check_fields(w: &Winding) {
     assert!(w.report.residual < 1e-6, "{:?}", w.report);
     if let Some(program) = &w.report.program {
         let c = &program.certificate;
-        // A sum of lengths may be larger than any double.
+        // A sum of lengths may exceed the largest double.
         assert!(program.objective.is_finite() || (program.objective > 0.0 && !is_ordinary(&w.mesh)));
         assert!(c.gap < 1e-6 && c.overflow < 1e-6 && c.violation < 1e-6, "{:?}", w.report);
         assert!(program.lower_bound <= program.objective, "{:?}", w.report);
     }
 }
 
-/// Number of pieces of the completion that were straightened.
+/// Returns the number of straightened pieces of the completion.
 fn straightened(w: &Winding) -> usize {
     w.report.completion.as_ref().map_or(0, |c| c.straightened)
 }
 
-/// The largest multiplicity, at least 1.
+/// Returns the largest multiplicity, at least 1.
 fn scale(w: &Winding) -> f64 {
     w.jump.iter().fold(1.0, |m, (_, c)| f64::from(c.abs()).max(m))
 }
@@ -108,7 +108,7 @@ fn check_jumps(w: &Winding, options: &WindingOptions) {
         let (c, t) = (f64::from(w.jump[e]), w.nonbounding[e]);
         assert!(t.is_finite(), "{e}: {t}");
         let &[a, b] = mesh.edge_halfedges(e) else {
-            assert_eq!((c, t), (0.0, 0.0), "{e} has not two faces");
+            assert_eq!((c, t), (0.0, 0.0), "{e} does not have two faces");
             continue;
         };
         if c != 0.0 && limits_kept {
@@ -141,14 +141,14 @@ fn check_jumps(w: &Winding, options: &WindingOptions) {
     }
 }
 
-/// The corner at `v` in the face of a halfedge that begins or ends there.
+/// Returns the corner at `v` in the face of a halfedge that starts or ends there.
 fn corner_at(mesh: &TriangleMesh, h: Halfedge, v: Vertex) -> usize {
     let f = h.face();
-    3 * f.index() + (0..3).find(|&k| mesh.face_vertices(f)[k] == v).expect("the edge ends at the vertex")
+    3 * f.index() + (0..3).find(|&k| mesh.face_vertices(f)[k] == v).expect("the halfedge touches the vertex")
 }
 
-/// The edges that are crossed in a walk around a vertex whose faces are one fan, each with whether
-/// it is from its first face to its second; and whether the walk closes.
+/// Returns the edges crossed on a walk around a vertex whose faces are one fan, each with whether
+/// it is crossed from its first face to its second; and whether the walk closes.
 fn fan(mesh: &TriangleMesh, v: Vertex) -> Option<(Vec<(Edge, bool)>, bool)> {
     let corners = mesh.vertex_corners(v);
     let sides = |f: Face| -> Vec<Halfedge> {
@@ -190,7 +190,7 @@ fn check_parts(w: &Winding, curves: &SurfaceCurves) {
     assert_eq!(parts.iter().map(|p| p.segment_count()).sum::<usize>(), steps - left_out);
     for part in parts {
         if let Err(fault) = part.segments(&w.mesh) {
-            panic!("a part is refused: {fault}");
+            panic!("a part is invalid: {fault}");
         }
     }
     for polyline in w.bounding_loops.iter().chain(&w.nonbounding_loops) {
@@ -220,15 +220,15 @@ fn check_answers(input: &TriangleMesh, w: &Winding, choices: &mut Choices) {
     black_box(w.label_at(Face(choices.below(300) as u32), wild));
 }
 
-/// Curves turned over turn over the nonbounding part, which costs as much. Only the cost is
-/// compared: of loops with the same cost either may be taken.
+/// Reversing the curves reverses the nonbounding part at equal cost. Only the cost is compared: of
+/// loops with equal cost either may be found.
 fn check_reversal(solver: &Solver, curves: &SurfaceCurves, options: &WindingOptions, w: &Winding) {
     let Some(program) = &w.report.program else { return };
-    // Cuts may differ, and the side of a curve is told by its first face, from where it is carried
-    // over sides and seams of sheets.
+    // Cuts may differ, and the side of a curve is taken from its first face and transported across
+    // edges and seams of sheets.
     let is_carried = |text: &String| {
         text.contains("no consistent orientation")
-            || text.contains("three or more faces, where there is no left")
+            || text.contains("three or more faces, where left is undefined")
     };
     if w.is_cut()
         || w.report.warnings.iter().any(is_carried)
@@ -254,7 +254,7 @@ fn check_reversal(solver: &Solver, curves: &SurfaceCurves, options: &WindingOpti
         return;
     }
     let longest = w.mesh.edges().map(|e| length(&w.mesh, e)).fold(0.0, f64::max);
-    // Ties are decided by changes of up to 1e-4.
+    // Ties are broken by changes of up to 1e-4.
     let most = 1e-3 * there.max(back) + TOLERANCE * scale(w) * longest;
     assert!((there - back).abs() <= most, "costs {there}, reversed {back}");
 }
@@ -264,7 +264,7 @@ fn length(mesh: &TriangleMesh, e: Edge) -> f64 {
     (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Whether all edges are of comparable length, so that there is no excuse.
+/// Whether all edges are of comparable length, so that every solve must succeed.
 fn is_ordinary(mesh: &TriangleMesh) -> bool {
     let lengths = mesh.edges().map(|e| length(mesh, e)).filter(|l| *l > 0.0);
     let (short, long) = lengths.fold((f64::INFINITY, 0.0f64), |(s, l), x| (s.min(x), l.max(x)));
@@ -287,7 +287,7 @@ fn options(choices: &mut Choices) -> WindingOptions {
     }
 }
 
-/// A shape, or two side by side; whole or damaged.
+/// Returns a shape, or two side by side; intact or damaged.
 fn mesh(choices: &mut Choices) -> Result<TriangleMesh, MeshError> {
     let mut mesh = shape(choices)?;
     if choices.below(6) == 5 {
@@ -346,10 +346,10 @@ fn shape(choices: &mut Choices) -> Result<TriangleMesh, MeshError> {
     }
 }
 
-/// A torus one quad wide: both sides of each quad along the strip are the same edge, but for a
-/// turn.
+/// A torus one quad wide: both sides of each quad along the strip are the same edge, up to a
+/// rotation.
 fn strip_torus(n: u32) -> TriangleMesh {
-    // A triangle of vertices a step makes a tube; every step is glued to the next.
+    // A triangle of vertices per step makes a tube; every step is glued to the next.
     let at = |i: u32, j: u32| 3 * (i % n) + j % 3;
     let mut faces = Vec::new();
     for i in 0..n {
@@ -365,7 +365,7 @@ fn strip_torus(n: u32) -> TriangleMesh {
         [r * a.cos(), r * a.sin(), 0.3 * b.sin()]
     };
     TriangleMesh::new((0..3 * n).map(position).collect(), faces)
-        .expect("three vertices at least around both ways")
+        .expect("at least three vertices in both directions")
 }
 
 fn beside(a: &TriangleMesh, b: &TriangleMesh) -> Result<TriangleMesh, MeshError> {
@@ -404,7 +404,7 @@ fn curves(choices: &mut Choices, mesh: &TriangleMesh) -> SurfaceCurves {
     SurfaceCurves { curves, points: Vec::new() }
 }
 
-/// One curve, or the pieces of one.
+/// Returns one curve, or the pieces of one.
 fn curve(choices: &mut Choices, mesh: &TriangleMesh) -> Vec<Curve> {
     let vertex = |choices: &mut Choices| Vertex(choices.below(mesh.vertex_count()) as u32);
     let some_edge = |choices: &mut Choices, wanted: &dyn Fn(usize) -> bool| {
@@ -413,7 +413,7 @@ fn curve(choices: &mut Choices, mesh: &TriangleMesh) -> Vec<Curve> {
     };
     match choices.below(10) {
         0 | 1 => {
-            // Along the rim of a patch of faces, of which some steps may miss.
+            // Along the boundary of a patch of faces, with some steps missing.
             let centre = vertex(choices);
             let reach = 1 + choices.below(4);
             let missing = choices.of([0, 0, 4, 3, 7]);
@@ -468,7 +468,8 @@ fn neighbours(mesh: &TriangleMesh, v: Vertex) -> Vec<Vertex> {
     around
 }
 
-/// The sides between the faces within some steps of a vertex and the rest, a curve each.
+/// Returns the sides between the faces within some steps of a vertex and the rest, one curve per
+/// side.
 fn rim(mesh: &TriangleMesh, centre: Vertex, reach: usize) -> Vec<Curve> {
     let mut near = vec![false; mesh.vertex_count()];
     let mut inside = vec![false; mesh.face_count()];

@@ -108,7 +108,7 @@ fn a_seam_of_equal_vertices_names_weld() {
     folder.warned("sdf s.obj --points 0 -o d.csv", &["7 boundary vertices touch another one", "add --weld"]);
     // For a curve from one part to the other, the error also names the repairs.
     folder.write("c.obj", "v .2 .5 0\nv 1.8 .5 0\nl 1 2\n");
-    folder.refused("sdf s.obj --curve c.obj -o d.csv", 3, &["that no edge joins", "--weld", "--stitch"]);
+    folder.refused("sdf s.obj --curve c.obj -o d.csv", 3, &["no path on the surface", "--weld", "--stitch"]);
     for repair in ["--weld", "--stitch"] {
         folder.done(&format!("sdf s.obj --curve c.obj -o d.csv --strict {repair}"));
     }

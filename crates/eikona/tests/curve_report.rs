@@ -1,4 +1,4 @@
-//! Reports on curves with known faults.
+//! Reports on curves with known defects.
 
 mod shapes;
 use eikona::contour::plane_cut;
@@ -52,7 +52,7 @@ fn crossings_inside_faces_and_at_nodes() {
     let across = [Curve::signed(vertices(&[3, 4, 5])), Curve::signed(vertices(&[1, 4, 7]))];
     let found = report(&mesh, across.to_vec());
     assert_eq!((found.meetings.len(), found.meetings[0].kind), (1, MeetingKind::SharedNode));
-    // A curve that ends on another touches it; one that ends where another begins goes on as it.
+    // A curve that ends on another touches it; one that ends where another starts continues it.
     let touching = report(&mesh, vec![across[0].clone(), Curve::signed(vertices(&[1, 4]))]);
     assert_eq!((touching.meetings.len(), touching.meetings[0].kind), (1, MeetingKind::Touching));
     assert!(report(&mesh, vec![across[0].clone(), Curve::signed(vertices(&[5, 8]))]).meetings.is_empty());
@@ -61,7 +61,7 @@ fn crossings_inside_faces_and_at_nodes() {
 }
 
 #[test]
-fn doubled_pieces_and_segments_of_no_face() {
+fn doubled_pieces_and_segments_across_faces() {
     let mesh = flat_grid(2);
     let curves = vec![
         Curve::signed(vertices(&[0, 1, 2])),
@@ -83,12 +83,12 @@ fn doubled_pieces_and_segments_of_no_face() {
 }
 
 #[test]
-fn the_middle_of_a_moebius_strip_has_one_side() {
+fn the_core_of_a_moebius_strip_is_one_sided() {
     let mesh = moebius(24, 4);
     let round: Vec<Vertex> = (0..=24).map(|i| Vertex((i % 24) * 5 + 2)).collect();
     let found = report(&mesh, vec![Curve::signed(round)]);
     assert!(found.curves[0].closed && found.curves[0].one_sided);
-    // Once round beside the middle and once more: two sides, whatever the order of the corners.
+    // Once around beside the middle and once more: two sides, whatever the order of the corners.
     let twice: Vec<Vertex> =
         (0..=48).map(|i| Vertex((i % 24) * 5 + if i / 24 % 2 == 0 { 1 } else { 3 })).collect();
     for mesh in [&mesh, &mesh.with_flipped_faces(|f| f.0 % 7 < 3)] {
@@ -102,7 +102,7 @@ fn the_middle_of_a_moebius_strip_has_one_side() {
 }
 
 #[test]
-fn a_traced_figure_of_many_turns_is_counted() {
+fn crossings_of_a_traced_pentagram_are_counted() {
     // A pentagram crosses itself five times.
     let mesh = flat_grid(50);
     let star: Vec<[f64; 3]> = (0..5)
@@ -150,10 +150,10 @@ fn curves_of_the_data_folder_are_reported() {
     println!("reports on {run} files");
 }
 
-/// A curve that passes a vertex of 20,000 faces 20,000 times, on a fan wound alike and on one with
-/// a face turned over.
+/// A curve that passes a vertex of 20,000 faces 20,000 times, on a consistently oriented fan and on
+/// one with a flipped face.
 #[test]
-fn a_hub_that_is_passed_often_takes_no_time() {
+fn a_hub_passed_many_times_is_fast() {
     let n = 20_000u32;
     let rim = |i: u32| {
         let angle = std::f64::consts::TAU * f64::from(i) / f64::from(n);

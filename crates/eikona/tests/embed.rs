@@ -1,5 +1,4 @@
-//! Curves made edges of the mesh: the cut mesh is the same surface, and every curve walks its
-//! edges.
+//! Cutting along curves: the cut mesh is the same surface, and every curve runs along its edges.
 
 mod embedding;
 mod shapes;
@@ -17,7 +16,7 @@ fn vertex(vertex: u32) -> SurfacePoint {
 }
 
 #[test]
-fn nothing_to_cut_changes_nothing() {
+fn curves_along_edges_leave_the_mesh_unchanged() {
     let mesh = square();
     let cut = embed("none", &mesh, Vec::new());
     assert_eq!(cut.mesh.triangles(), mesh.triangles());
@@ -29,7 +28,7 @@ fn nothing_to_cut_changes_nothing() {
     );
     let multiplicities = cut.chain().multiplicities;
     let of = |a, b| multiplicities[mesh.find_edge(Vertex(a), Vertex(b)).unwrap()];
-    assert_eq!((of(0, 1), of(0, 2), of(1, 2)), (1, 1, 0), "edge 02 was first met as 20");
+    assert_eq!((of(0, 1), of(0, 2), of(1, 2)), (1, 1, 0), "edge 02 is first met as 20");
 }
 
 #[test]
@@ -63,7 +62,7 @@ fn three_curves_through_one_point_share_one_vertex() {
 }
 
 #[test]
-fn doubled_and_opposite_pieces_count() {
+fn multiplicities_of_doubled_and_opposite_pieces_add_up() {
     let mesh = square();
     let point = |x: f64| inside([0, 1, 2], x, 0.2);
     let curves = vec![
@@ -113,7 +112,7 @@ fn zero_length_and_isolated_points() {
 }
 
 #[test]
-fn faces_with_the_same_corners_stay_apart() {
+fn faces_with_the_same_corners_stay_distinct() {
     let mesh = pillow();
     let around = Curve::signed([edge(0, 1, 0.5), edge(1, 2, 0.5), edge(2, 0, 0.5), edge(0, 1, 0.5)]);
     let cut = embed("pillow", &mesh, vec![around, Curve::signed([vertex(0), edge(1, 2, 0.25)])]);
@@ -142,11 +141,11 @@ fn short_pieces_get_eight_edges() {
     let mesh = flat_grid(4);
     let curves = vec![
         Curve::signed([vertex(6), vertex(7)]),               // 1 edge: into 8
-        Curve::signed([vertex(16), vertex(17), vertex(22)]), // 2 edges: into 4 each
-        Curve::signed([vertex(11), vertex(12), vertex(13)]), // these
-        // are one piece of 3 edges: into 4 each
+        Curve::signed([vertex(16), vertex(17), vertex(22)]), // 2 edges: split into 4 each
+        // The next two form one piece of 3 edges: split into 4 each.
+        Curve::signed([vertex(11), vertex(12), vertex(13)]),
         Curve::unsigned([vertex(8), vertex(13), vertex(12)]),
-        Curve::signed((19..20).map(vertex).chain([24, 23, 18, 19].map(vertex))), // closed: stays
+        Curve::signed((19..20).map(vertex).chain([24, 23, 18, 19].map(vertex))), // closed: kept
     ];
     let curves = SurfaceCurves { curves, points: vec![inside([8, 9, 14], 0.2, 0.2)] };
     let cut = embed_with("short", &mesh, &curves, 0.0);
@@ -158,7 +157,7 @@ fn short_pieces_get_eight_edges() {
     assert_eq!(finer.points, cut.points);
     let again = finer.split_short().unwrap();
     assert_eq!(again.mesh.face_count(), finer.mesh.face_count());
-    // Inside faces too: the place of a vertex in the middle is found through both meshes.
+    // Also inside faces: the place of a midpoint is found through both meshes.
     let curves = SurfaceCurves::from_curve(Curve::signed([
         inside([8, 9, 14], 0.2, 0.2),
         edge(8, 14, 0.5),
@@ -170,7 +169,7 @@ fn short_pieces_get_eight_edges() {
 }
 
 #[test]
-fn fields_go_back_to_the_input() {
+fn fields_transfer_back_to_the_input() {
     let mesh = square();
     let cut = embed("fields", &mesh, vec![Curve::signed([edge(0, 1, 0.5), edge(0, 2, 0.5)])]);
     let heights: Vec<f64> = cut.mesh.positions().iter().map(|p| p[0] + 2.0 * p[1]).collect();
@@ -237,8 +236,8 @@ fn faults_name_curve_and_node() {
 #[test]
 fn a_crossing_beside_an_edge_is_moved_onto_it() {
     let mesh = square();
-    // Two curves rise from the diagonal by 8e-9 of their ways, against each other: they cross 4e-10
-    // beside it.
+    // Two curves rise from the diagonal by 8e-9 of their length in opposite directions: they cross
+    // 4e-10 beside it.
     let face = [0, 1, 2];
     let curves = vec![
         Curve::signed([edge(0, 2, 0.2), inside(face, 2.4e-9, 0.5)]),
@@ -253,13 +252,13 @@ fn a_crossing_beside_an_edge_is_moved_onto_it() {
     assert!(lowest_height(&mesh, &cut) > 1e-10);
     assert!(
         cut.face_parent.iter().filter(|f| f.0 == 1).count() == 4,
-        "the other face at the edge has the points too"
+        "the other face at the edge has the points, too"
     );
 }
 
 #[test]
 fn degenerate_faces_are_cut() {
-    // A face of height 0, one of height 1e-14, and one with two corners in one place.
+    // A face of height 0, one of height 1e-14, and one with two coinciding corners.
     for corner in [[0.5, 0.0, 0.0], [0.3, 1e-14, 0.0], [0.0, 0.0, 0.0]] {
         let corners = vec![[0., 0., 0.], [1., 0., 0.], corner, [0.5, -1., 0.]];
         let mesh = TriangleMesh::new(corners, vec![[0, 1, 2], [1, 0, 3]]).unwrap();

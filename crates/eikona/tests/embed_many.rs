@@ -1,5 +1,5 @@
-//! Curves made edges of the mesh: random walks, dust, heaps of segments, and the files of the data
-//! folder.
+//! Cutting along many curves: random walks, clusters of points, thousands of segments in one face,
+//! and the files of the data folder.
 
 mod embedding;
 mod shapes;
@@ -31,8 +31,8 @@ fn book(n: usize, pages: usize) -> TriangleMesh {
     TriangleMesh::new(positions, faces).unwrap()
 }
 
-/// A walk over a mesh with each step in one face: to inner points, to edges (often to the same
-/// places) and to vertices. `jitter` moves some of them by as much.
+/// A random walk over a mesh with each step in one face: to inner points, to edges (often to the
+/// same places) and to vertices. Some points are moved by `jitter`.
 fn random_walk(mesh: &TriangleMesh, random: &mut Random, steps: usize, jitter: f64) -> Curve {
     let mut here = Located::Vertex(Vertex((random.next() % mesh.vertex_count() as u64) as u32));
     if here.faces(mesh).is_empty() {
@@ -62,7 +62,7 @@ fn random_walk(mesh: &TriangleMesh, random: &mut Random, steps: usize, jitter: f
             w[corner] = (w[corner] + jitter * random.unit()).abs();
         }
         let next = Located::in_face(mesh, face, w);
-        // The point is named by vertices, so it has to be found in the first of doubled faces.
+        // The point is named by vertices, so it must be located in the first of doubled faces.
         if let Ok(place) = next.to_surface_point(mesh).locate(mesh)
             && eikona_mesh::segment_host(mesh, here, place).is_some()
         {
@@ -82,7 +82,7 @@ fn some_mesh(i: u64, seed: u64) -> (&'static str, TriangleMesh) {
         4 => ("moebius", moebius(9, 2)),
         5 => ("book", book(2, 3)),
         6 => ("square", square()),
-        7 => ("wound both ways", flat_square([[0, 1, 2], [0, 3, 2]])),
+        7 => ("inconsistently oriented", flat_square([[0, 1, 2], [0, 3, 2]])),
         8 => ("pillow", pillow()),
         _ => ("book of five", book(1, 5)),
     }
@@ -108,7 +108,7 @@ fn random_walks_over_random_meshes() {
         steps += cut.curves.iter().map(|c| c.segments.len()).sum::<usize>();
         let finer = cut.split_short().unwrap();
         check(&format!("{name}, finer"), &mesh, &curves, &finer, 1e-15);
-        // What is embedded already stays as it is.
+        // An embedded curve stays as it is.
         let again = embed_with("again", &cut.mesh, &cut.curves_on_mesh(), 0.0);
         assert_eq!(again.mesh.triangles(), cut.mesh.triangles(), "{name}");
     }
@@ -132,7 +132,7 @@ fn random_walks_with_near_misses() {
 }
 
 #[test]
-fn dust_is_embedded_wherever_it_lies() {
+fn clusters_of_points_are_embedded_anywhere() {
     let mesh = square();
     let mut thinnest = f64::INFINITY;
     for seed in 0..120u64 {
@@ -156,8 +156,8 @@ fn dust_is_embedded_wherever_it_lies() {
         let cut = embed_with(&format!("dust, seed {seed}"), &mesh, &curves, 5e-9);
         thinnest = thinnest.min(lowest_height(&mesh, &cut));
     }
-    // Three grains of dust may happen to lie on a line, so this is below the tolerance; but it is
-    // far above rounding.
+    // Three points of a cluster may happen to be nearly collinear, so this is below the tolerance,
+    // but far above rounding.
     println!("dust: lowest height {thinnest:e} of a face of sides 1");
     assert!(thinnest > 1e-12, "{thinnest:e}");
 }
@@ -195,7 +195,7 @@ fn random_polylines_traced_over_random_meshes() {
 }
 
 #[test]
-fn scale_place_and_winding_do_not_matter() {
+fn scale_position_and_orientation_do_not_matter() {
     let mesh = rough_grid(4, 3);
     let mut random = Random(5);
     let curves: Vec<Curve> = (0..3).map(|_| random_walk(&mesh, &mut random, 25, 0.0)).collect();
@@ -210,7 +210,7 @@ fn scale_place_and_winding_do_not_matter() {
     let back = embed("reversed", &mesh, curves.iter().cloned().map(Curve::reversed).collect());
     assert_eq!(back.mesh.vertex_count(), cut.mesh.vertex_count());
     let turned = mesh.with_flipped_faces(|f| f.0 % 3 == 0);
-    let other = embed("turned over", &turned, curves);
+    let other = embed("flipped", &turned, curves);
     assert_eq!(other.mesh.face_count(), cut.mesh.face_count());
     assert_eq!(other.mesh.vertex_count(), cut.mesh.vertex_count());
 }
@@ -277,13 +277,13 @@ fn ten_thousand_segments_in_one_face() {
     });
     let cut = cut_along("one and the same", same.collect());
     assert!(cut.chain().edges.iter().all(|e| e.multiplicity == 0 && e.walks.len() == 10_000));
-    // All nodes in a heap of 1e-12, each segment out of it and back.
+    // All nodes in a cluster of size 1e-12, with each segment leaving it and returning.
     let heap = (0..2_000).map(|i| match i % 2 {
         0 => inside(face, 0.4 + 1e-12 * random.unit(), 0.3 + 1e-12 * random.unit()),
         _ => inside(face, 0.1 + 0.5 * random.unit(), 0.1 + 0.3 * random.unit()),
     });
     cut_along("heap", vec![Curve::signed(heap)]);
-    // All nodes about as near to each other as the tolerance.
+    // All nodes about as close together as the tolerance.
     for size in [1e-9, 3e-9, 1e-8] {
         let dust = (0..300).map(|_| inside(face, 0.4 + size * random.unit(), 0.3 + size * random.unit()));
         cut_along("dust", vec![Curve::signed(dust)]);

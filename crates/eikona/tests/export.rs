@@ -1,4 +1,4 @@
-//! Curves written for other programs come back as they were.
+//! Exported curves: what is read back equals what was written.
 
 mod shapes;
 use eikona::contour::{obj_lines, plane_cut, ply_edges, polylines, svg_paths};
@@ -8,7 +8,7 @@ use eikona_mesh::{Curve, CurveError, CurveFormat, CurveKind, Vertex, read_curves
 use shapes::{flat_grid, sphere};
 
 #[test]
-fn a_cut_written_as_obj_is_read_and_traced_to_itself() {
+fn a_cut_written_as_obj_traces_back_to_itself() {
     let mesh = sphere(3);
     let curves = plane_cut(&mesh, [0.0, 0.0, 0.2], [0.1, 0.0, 1.0]).unwrap();
     let text = obj_lines(&polylines(&mesh, &curves).unwrap()).unwrap();
@@ -38,7 +38,7 @@ fn ply_counts_and_svg_flatness() {
 }
 
 #[test]
-fn a_node_that_is_not_on_the_mesh_is_named_with_its_curve() {
+fn a_node_off_the_mesh_is_reported_with_its_curve() {
     let mesh = flat_grid(4);
     let curves = [Curve::signed([0, 1].map(Vertex)), Curve::signed([0, 1, 99].map(Vertex))];
     let fault = polylines(&mesh, &curves).unwrap_err();

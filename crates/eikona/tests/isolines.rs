@@ -1,5 +1,5 @@
-//! Isolines and plane cuts: known shapes, closedness, orientation, and the cases that tear curves
-//! elsewhere.
+//! Isolines and plane cuts: known shapes, closedness, orientation, and cases that often tear
+//! curves.
 
 mod shapes;
 use eikona::contour::{isolines, plane_cut, polylines};
@@ -37,7 +37,7 @@ fn an_isoline_of_x_is_a_straight_line_upwards() {
 }
 
 #[test]
-fn a_level_through_vertices_gives_one_whole_line() {
+fn a_level_through_vertices_gives_one_line() {
     let mesh = flat_grid(8);
     let sets = isolines(&mesh, &field(&mesh, |p| p[0]), &[0.0, 0.5, 1.0]).unwrap();
     assert_eq!(sets.iter().map(|s| s.curves.len()).collect::<Vec<_>>(), [0, 1, 1]);
@@ -66,7 +66,7 @@ fn plane_cuts_of_sphere_and_torus() {
     assert!(equator[0].is_closed());
     check(&mesh, &equator);
     assert!((length(&mesh, &equator[0]) - TAU).abs() < 0.01);
-    // Through vertices and along edges: the coordinate planes are mirrors of the icosahedron.
+    // Through vertices and along edges: the coordinate planes are mirror planes of the icosahedron.
     for normal in [[1., 0., 0.], [0., 1., 0.], [0., 0., -1.]] {
         let cut = plane_cut(&mesh, [0.0; 3], normal).unwrap();
         assert_eq!((cut.len(), cut[0].is_closed()), (1, true));
@@ -91,21 +91,21 @@ fn plane_cuts_of_sphere_and_torus() {
 }
 
 #[test]
-fn faces_in_the_plane_are_cut_along_their_rim_on_one_side_only() {
+fn faces_in_the_plane_are_cut_along_their_boundary_on_one_side_only() {
     let mesh = cube(4);
-    // The top lies on the normal's side of its own plane and all else below: the cut is the rim of
-    // the top.
+    // The top lies on the normal's side of its own plane and all else below: the cut is the
+    // boundary of the top.
     let top = plane_cut(&mesh, [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).unwrap();
     assert_eq!((top.len(), top[0].is_closed()), (1, true));
     assert!((length(&mesh, &top[0]) - 4.0).abs() < 1e-12);
-    // Seen from the other side nothing is below it.
+    // With the normal reversed, nothing is below it.
     assert!(plane_cut(&mesh, [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]).unwrap().is_empty());
     // An isolated vertex on the level, all others below: touched, not crossed.
     let mesh = flat_grid(4);
     let peak = field(&mesh, |p| -((p[0] - 0.5).abs() + (p[1] - 0.5).abs()));
     assert!(isolines(&mesh, &peak, &[0.0]).unwrap()[0].curves.is_empty());
-    // A ridge on the level from rim to rim: the line once up and once down, which cancel as
-    // sources.
+    // A ridge on the level from boundary to boundary: the line once up and once down, which cancel
+    // as sources.
     let ridge = field(&mesh, |p| -(p[0] - 0.5).abs());
     let set = isolines(&mesh, &ridge, &[0.0]).unwrap().remove(0);
     assert_eq!(set.curves.len(), 2);
@@ -113,7 +113,7 @@ fn faces_in_the_plane_are_cut_along_their_rim_on_one_side_only() {
 }
 
 #[test]
-fn values_that_are_missing_end_the_curves() {
+fn curves_end_at_missing_values() {
     let mesh = flat_grid(10);
     let holed = field(&mesh, |p| {
         let hole = (p[0] - 0.5).abs() < 0.01 && (p[1] - 0.5).abs() < 0.01;
@@ -139,12 +139,12 @@ fn curves_end_at_nonmanifold_edges() {
 }
 
 #[test]
-fn a_moebius_strip_is_cut_in_whole_curves_that_carry_their_side() {
+fn cuts_of_a_moebius_strip_transport_their_side() {
     let mesh = moebius(40, 6);
     let cut = plane_cut(&mesh, [0.0, 0.013, 0.0], [0.0, 1.0, 0.0]).unwrap();
     check(&mesh, &cut);
     assert_eq!(cut.len(), 2, "once across the strip on each side of the axis");
-    // Flipping faces of a flat grid changes no curve, only that `up` is needed.
+    // Flipping faces of a flat grid changes no curve; it only requires `up`.
     let mesh = flat_grid(9);
     let mixed = mesh.with_flipped_faces(|f| f.0 % 5 < 2);
     let of =
@@ -153,14 +153,13 @@ fn a_moebius_strip_is_cut_in_whole_curves_that_carry_their_side() {
     assert_eq!(turned.curves.len(), 1);
     let up = turned.curves[0].up.unwrap();
     assert!(plain.curves[0].up.is_none() && up[2].abs() == 1.0);
-    // Seen from `up`, the smaller x must be on the left: upwards where it is +z, downwards where it
-    // is -z.
+    // Seen from `up`, the smaller x must be on the left: upwards where `up` is +z, downwards where
+    // it is -z.
     let p = polylines(&mixed, &turned.curves).unwrap().remove(0);
     assert!(p.windows(2).all(|p| (p[1][1] - p[0][1]) * up[2] > 0.0));
 }
 
-/// No curve may be torn: on a closed mesh every curve is closed, for fields with many exact ties
-/// too.
+/// No curve is torn: on a closed mesh every curve is closed, also for fields with many exact ties.
 #[test]
 fn all_curves_are_closed_on_closed_meshes() {
     for seed in 0..60 {
@@ -177,7 +176,7 @@ fn all_curves_are_closed_on_closed_meshes() {
 
 /// The smaller values are on the left of every segment inside a face.
 #[test]
-fn the_side_is_right_everywhere() {
+fn smaller_values_are_always_on_the_left() {
     let mesh = sphere(3);
     let value = |p: [f64; 3]| (3.0 * p[0]).sin() + p[1] * p[2];
     let values = field(&mesh, value);
@@ -203,7 +202,7 @@ fn the_side_is_right_everywhere() {
 
 #[test]
 #[cfg_attr(not(data_folder), ignore = "needs the data folder")]
-fn meshes_of_the_data_folder_are_cut_without_tears() {
+fn plane_cuts_of_the_data_folder_are_closed() {
     let mut run = 0;
     for (name, closed) in [
         ("closed/bunny.obj", true),

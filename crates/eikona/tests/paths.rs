@@ -1,4 +1,4 @@
-//! Shortest paths: exact lengths on flat meshes and a cube, and what must hold anywhere.
+//! Shortest paths: exact lengths on flat meshes and a cube, and properties that hold everywhere.
 
 mod shapes;
 use eikona::contour::polylines;
@@ -11,7 +11,7 @@ fn length(mesh: &TriangleMesh, curve: &Curve) -> f64 {
     points.windows(2).map(|p| (0..3).map(|k| (p[0][k] - p[1][k]).powi(2)).sum::<f64>().sqrt()).sum()
 }
 
-/// Lengths before and after straightening the edge path between two vertices.
+/// Returns the lengths before and after straightening the edge path between two vertices.
 fn shorten(mesh: &TriangleMesh, a: u32, b: u32) -> (f64, f64) {
     let path = Curve::signed(shortest_vertex_path(mesh, &[Vertex(a), Vertex(b)]).unwrap());
     let straight = straighten_curve(mesh, &path).unwrap();
@@ -51,9 +51,9 @@ fn on_flat_meshes_paths_become_straight_lines() {
 }
 
 #[test]
-fn over_the_edge_of_a_cube() {
+fn a_path_over_the_edge_of_a_cube_is_straight_in_the_net() {
     let mesh = cube(8);
-    // From the middle of the top to the middle of a side, unfolded: 1. Off the middle: along the
+    // From the centre of the top to the centre of a side, unfolded: 1. Off the centre: along the
     // diagonal of the net.
     let (_, across) = shorten(&mesh, vertex_at(&mesh, [0.5, 0.5, 1.0]), vertex_at(&mesh, [1.0, 0.5, 0.5]));
     assert!((across - 1.0).abs() < 1e-12);
@@ -64,7 +64,7 @@ fn over_the_edge_of_a_cube() {
 }
 
 #[test]
-fn round_a_hole_the_path_hugs_its_corners() {
+fn around_a_hole_the_path_touches_its_corners() {
     let mesh = flat_grid(20);
     let keep: Vec<[u32; 3]> = mesh
         .triangles()
@@ -98,7 +98,7 @@ fn on_the_sphere_paths_become_great_circles() {
 }
 
 #[test]
-fn straight_paths_stay_and_any_path_is_never_longer() {
+fn straight_paths_are_unchanged_and_no_path_gets_longer() {
     for (seed, mesh) in [rough_grid(25, 5), torus(30, 15, 0.3), sphere(3)].into_iter().enumerate() {
         let mut random = Random(seed as u64);
         for _ in 0..20 {

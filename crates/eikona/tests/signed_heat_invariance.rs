@@ -181,7 +181,10 @@ fn flipped_faces_change_nothing() {
             let after = solve(&flipped, &source, PAPER_TIME, level_sets);
             let name = format!("{share} flipped, {level_sets:?}");
             assert_same(&name, before.distance.as_slice(), after.distance.as_slice(), tolerance(level_sets));
-            assert!(after.report.all_warnings().any(|w| w.contains("turned over")), "{name}: no word of it");
+            assert!(
+                after.report.all_warnings().any(|w| w.contains("flipped to make")),
+                "{name}: no word of it"
+            );
             assert!(!after.report.preparation.real_form);
         }
     }

@@ -89,7 +89,7 @@ fn curve_along_the_edge_of_the_fin() {
         let untold = ask(nodes, None);
         let [left, right] = [[0.0; 3], [3.0, 0.0, 0.0]].map(|p| untold.distance[vertex_at(&mesh, p)]);
         assert!((left.abs() - 1.5).abs() < 1e-6 && (left + right).abs() < 1e-6, "{name}: {left} {right}");
-        let warned = untold.report.all_warnings().any(|text| text.contains("tell it by `up`"));
+        let warned = untold.report.all_warnings().any(|text| text.contains("specify `up`"));
         assert_eq!(warned, name.contains("left of") || name.contains("right of"), "{name}");
     }
 }

@@ -1,4 +1,4 @@
-//! Closest points: the tree against asking every triangle.
+//! Closest points: the tree against brute force over all triangles.
 
 mod shapes;
 use eikona::spatial::{Bvh, closest_point_of_triangle};
@@ -20,7 +20,7 @@ fn agree(mesh: &TriangleMesh, points: usize, seed: u64) {
     let bvh = Bvh::new(mesh);
     let mut random = Random(seed);
     for i in 0..points {
-        // Vertices themselves are the hardest ties: all their faces are equally near.
+        // Vertices are the hardest ties: all their faces are equally near.
         let p = if i % 3 == 0 {
             mesh.positions()[random.next() as usize % mesh.vertex_count()]
         } else {
@@ -36,14 +36,14 @@ fn agree(mesh: &TriangleMesh, points: usize, seed: u64) {
 }
 
 #[test]
-fn the_tree_finds_what_asking_every_triangle_finds() {
+fn the_tree_agrees_with_brute_force() {
     agree(&sphere(3), 300, 1);
     agree(&rough_grid(20, 2), 300, 2);
     agree(&cube(5), 300, 3);
 }
 
 #[test]
-fn triangles_without_area_are_found_like_the_lines_that_they_are() {
+fn zero_area_triangles_act_as_segments() {
     let positions = vec![[0., 0., 0.], [1., 0., 0.], [2., 0., 0.], [2., 0., 0.], [0., 1e-13, 0.]];
     let faces = vec![[0, 1, 2], [1, 2, 3], [0, 2, 4]];
     let mesh = TriangleMesh::new(positions, faces).unwrap();
@@ -54,7 +54,7 @@ fn triangles_without_area_are_found_like_the_lines_that_they_are() {
 }
 
 #[test]
-fn the_distance_to_a_fine_sphere_is_that_to_the_sphere() {
+fn the_distance_to_a_fine_sphere_converges_to_the_exact_one() {
     let bvh = Bvh::new(&sphere(5));
     let mut random = Random(5);
     for _ in 0..200 {
@@ -65,7 +65,7 @@ fn the_distance_to_a_fine_sphere_is_that_to_the_sphere() {
 }
 
 #[test]
-fn nothing_is_near_an_empty_mesh_or_a_point_at_infinity() {
+fn empty_meshes_and_infinite_points_have_no_closest_point() {
     let empty = TriangleMesh::new(vec![], vec![]).unwrap();
     assert!(Bvh::new(&empty).closest_point([0.0; 3]).is_none());
     let bvh = Bvh::new(&sphere(0));
@@ -74,7 +74,7 @@ fn nothing_is_near_an_empty_mesh_or_a_point_at_infinity() {
     assert!(bvh.closest_point([1e300, 0.0, 0.0]).is_some());
 }
 
-/// Prints the time; the promise of the docs is half a second a million faces on a quiet machine.
+/// Prints the time; the documented figure is half a second per million faces on a quiet machine.
 #[test]
 fn a_million_faces() {
     let mesh = shapes::flat_grid(708);

@@ -1,4 +1,4 @@
-//! Tracing: every segment of every result lies in one face, and known lengths come out.
+//! Tracing: every segment of every result lies in one face, and known lengths are reproduced.
 
 mod shapes;
 use eikona::contour::polylines;
@@ -23,7 +23,7 @@ fn trace(mesh: &TriangleMesh, points: &[[f64; 3]], closed: bool) -> Traced {
     traced
 }
 
-/// Each segment in one face, and none so short that it is an artefact.
+/// Checks that each segment lies in one face and that none is so short that it is an artefact.
 fn check(mesh: &TriangleMesh, traced: &Traced) {
     let segments = SurfaceCurves::from_curve(traced.curve.clone()).segments(mesh).unwrap();
     assert_eq!(segments.len(), traced.curve.nodes.len() - 1, "no segment of length zero");
@@ -78,14 +78,14 @@ fn a_latitude_circle_converges_to_its_length() {
 }
 
 #[test]
-fn long_segments_go_over_curved_and_folded_surfaces() {
-    // A square of four chords about a sphere, through whose inside they run.
+fn long_segments_follow_curved_and_folded_surfaces() {
+    // A square of four chords through the inside of a sphere.
     let mesh = sphere(4);
     let square = [[1., 0.1, 0.], [0., 1., 0.1], [-1., 0., 0.2], [0.1, -1., 0.]];
     let traced = trace(&mesh, &square, true);
     let around = length(&mesh, &traced.curve);
     assert!(around > 0.99 * TAU && around < 1.1 * TAU, "{around}");
-    // From the middle of one side of a cube to that of the next: 1 is the shortest way.
+    // From the centre of one side of a cube to that of the next: 1 is the shortest path.
     let mesh = cube(7);
     let traced = trace(&mesh, &[[0.4, 0.45, 1.0], [1.0, 0.45, 0.4]], false);
     assert!((length(&mesh, &traced.curve) - 1.2).abs() < 1e-9);
@@ -97,8 +97,8 @@ fn long_segments_go_over_curved_and_folded_surfaces() {
 }
 
 #[test]
-fn the_plain_edge_path_replaces_a_walk_round_a_hole() {
-    // A thin plate with two sides: the nearest way over the rim.
+fn the_shortest_path_replaces_a_walk_around_a_hole() {
+    // A thin plate with two sides: the nearest path leads over the rim.
     let mesh = shapes::grid(20, |x, y| [x, y, 0.0]);
     let keep: Vec<[u32; 3]> = mesh
         .faces()
@@ -111,7 +111,7 @@ fn the_plain_edge_path_replaces_a_walk_round_a_hole() {
         .collect();
     let mesh = TriangleMesh::new(mesh.positions().to_vec(), keep).unwrap();
     let traced = trace(&mesh, &[[0.1, 0.5, 0.0], [0.9, 0.5, 0.0]], false);
-    // The hole is as wide on one side of the line as on the other.
+    // The hole is equally wide on both sides of the line.
     assert_eq!((traced.edge_paths.len(), traced.ambiguous.len(), traced.warnings().len()), (1, 1, 2));
     let exact = 2.0 * (0.2f64.powi(2) + 0.2f64.powi(2)).sqrt() + 0.4;
     let found = length(&mesh, &traced.curve);
@@ -137,7 +137,7 @@ fn random_polylines_on_rough_surfaces() {
         walked += traced.curve.nodes.len();
         halved += traced.subdivided.len();
         replaced += traced.edge_paths.len();
-        // What is traced once stays as it is.
+        // A traced curve stays as it is.
         let again = trace_curve(&mesh, &traced.curve).unwrap();
         assert_eq!(again.curve.nodes.len(), traced.curve.nodes.len());
         let both = polylines(&mesh, [&again.curve, &traced.curve]).unwrap();
@@ -160,7 +160,7 @@ fn scale_and_place_change_nothing() {
 }
 
 #[test]
-fn a_curve_of_far_vertices_is_traced() {
+fn a_curve_of_distant_vertices_is_traced() {
     let mesh = flat_grid(10);
     let curve = Curve::unsigned([Vertex(0), Vertex(120), Vertex(10)]);
     let traced = trace_curve(&mesh, &curve).unwrap();
@@ -170,7 +170,7 @@ fn a_curve_of_far_vertices_is_traced() {
 }
 
 #[test]
-fn wrong_input_is_refused_in_words() {
+fn invalid_input_is_refused_with_a_reason() {
     let mesh = flat_grid(2);
     let bvh = Bvh::new(&mesh);
     let run = |points: &[[f64; 3]], tolerance| {

@@ -1,5 +1,5 @@
-//! Polylines whose nodes lie far apart on curved surfaces (reports.md F1): they take the shortest
-//! way, whose length a formula knows, or a warning names the segment.
+//! Polylines whose nodes lie far apart on curved surfaces: they take the shortest path, whose
+//! length is known in closed form, or a warning names the segment.
 
 mod shapes;
 use eikona::contour::polylines;
@@ -41,12 +41,13 @@ fn unit(p: Point) -> Point {
     p.map(|x| x / l)
 }
 
-/// The length on the unit sphere of the polygon with these corners.
+/// Returns the length on the unit sphere of the polygon with these corners.
 fn arcs(corners: &[Point]) -> f64 {
     corners.windows(2).map(|p| dot(cross(p[0], p[1]), cross(p[0], p[1])).sqrt().atan2(dot(p[0], p[1]))).sum()
 }
 
-/// The solid angle on the left of a closed polygon, modulo 4 pi (van Oosterom and Strackee 1983).
+/// Returns the solid angle on the left of a closed polygon, modulo 4 pi (van Oosterom and Strackee
+/// 1983).
 fn solid_angle(path: &[Point]) -> f64 {
     let apex = unit([0.123, 0.456, 0.789]);
     let triangle = |p: &[Point]| {
@@ -56,7 +57,7 @@ fn solid_angle(path: &[Point]) -> f64 {
     path.windows(2).map(triangle).sum::<f64>().rem_euclid(2.0 * TAU)
 }
 
-/// Nodes on the circle at this height of the unit sphere, turned by a random rotation.
+/// Returns nodes on the circle at this height of the unit sphere, rotated at random.
 fn circle(n: usize, z: f64, seed: u64) -> Vec<Point> {
     let mut random = Random(seed);
     let axis = unit(if seed == 0 { [0.0, 0.0, 1.0] } else { random.point(-1.0, 1.0) });
@@ -82,7 +83,7 @@ fn a_great_circle_of_any_number_of_nodes_converges_to_its_length_and_halves_the_
                 let share = solid_angle(&path) / (2.0 * TAU);
                 let h = 1.0 / frequency as f64;
                 assert!(error < 0.2 * h * h, "{n} nodes, frequency {frequency}: {error}");
-                // The plane of a wide turn is as exact as the normals of single faces are.
+                // The plane of a wide turn is as accurate as the normals of single faces.
                 assert!((share - 0.5).abs() < 0.1 * h, "{n} nodes, frequency {frequency}: {share}");
                 assert!(traced.warnings().is_empty(), "{:?}", traced.warnings());
                 errors.push(error);
@@ -113,7 +114,7 @@ fn polygons_of_great_arcs_have_their_length_and_area() {
 }
 
 #[test]
-fn great_arcs_cross_poles_and_follow_rims() {
+fn great_arcs_cross_poles_and_follow_boundaries() {
     let meshes = [uv_sphere(64, 31).unwrap(), cube_sphere(20).unwrap()];
     for (m, mesh) in meshes.iter().enumerate() {
         for seed in 0..30 {
@@ -185,13 +186,13 @@ fn opposite_nodes_take_half_a_great_circle_each_and_a_warning_names_them() {
 }
 
 #[test]
-fn circles_of_a_torus_keep_to_it() {
+fn circles_on_a_torus_stay_on_it() {
     let mesh = torus(1.0, 0.4, 96, 48).unwrap();
     for n in [3, 4, 5] {
         let angles: Vec<f64> = (0..n).map(|i| TAU * i as f64 / n as f64 + 0.1).collect();
         let tube: Vec<Point> = angles.iter().map(|b| [1.0 + 0.4 * b.cos(), 0.0, 0.4 * b.sin()]).collect();
         let inner: Vec<Point> = angles.iter().map(|a| [0.6 * a.cos(), 0.6 * a.sin(), 0.0]).collect();
-        // The way over the top from node to node of three on the outer circle is shorter by less
+        // The path over the top between two of three nodes on the outer circle is shorter by less
         // than 5 %.
         let outer: Vec<Point> = angles.iter().map(|a| [1.4 * a.cos(), 1.4 * a.sin(), 0.0]).collect();
         for (nodes, exact) in [(tube, TAU * 0.4), (inner, TAU * 0.6), (outer, TAU * 1.4)] {
@@ -203,7 +204,7 @@ fn circles_of_a_torus_keep_to_it() {
 }
 
 #[test]
-fn on_a_cylinder_the_way_is_a_helix() {
+fn paths_on_a_cylinder_are_helices() {
     let mesh = cylinder(1.0, 4.0, 96, 40, Ends::Open).unwrap();
     for (turn, rise) in [(1.0, 0.0), (1.6, 0.3), (2.0, 1.5), (2.5, 0.0), (2.8, 3.0)] {
         for start in [0.0f64, 0.4, 2.0] {
@@ -220,7 +221,7 @@ fn on_a_cylinder_the_way_is_a_helix() {
 }
 
 #[test]
-fn the_spider_finds_the_fly_over_five_walls() {
+fn the_spider_reaches_the_fly_over_five_walls() {
     // Dudeney's room, 30 by 12 by 12: 40 feet over five walls, 42 straight up and down, 40.7 over
     // four.
     let mesh = cuboid([30.0, 12.0, 12.0], [30, 12, 12]).unwrap();
@@ -230,7 +231,7 @@ fn the_spider_finds_the_fly_over_five_walls() {
 }
 
 #[test]
-fn through_a_thin_plate_the_way_leads_over_the_nearest_rim() {
+fn paths_around_a_thin_plate_pass_the_nearest_rim() {
     let mesh = cuboid([1.0, 1.0, 0.02], [20, 20, 1]).unwrap();
     for (top, bottom, exact) in [
         ([0.3, 0.1], [0.3, 0.1], 0.42),
@@ -245,7 +246,7 @@ fn through_a_thin_plate_the_way_leads_over_the_nearest_rim() {
 }
 
 #[test]
-fn across_a_plate_from_rim_to_rim_both_sides_will_do() {
+fn across_a_plate_from_rim_to_rim_both_sides_are_accepted() {
     let mesh = cuboid([1.0, 1.0, 0.02], [20, 20, 1]).unwrap();
     let (traced, path) = trace(&mesh, &[[-0.5, 0.1, 0.0], [0.5, 0.1, 0.0]], false);
     assert!((length(&path) / 1.02 - 1.0).abs() < 1e-9, "{}", length(&path));
@@ -253,13 +254,13 @@ fn across_a_plate_from_rim_to_rim_both_sides_will_do() {
 }
 
 #[test]
-fn over_the_edges_of_a_cube_no_way_is_much_longer_than_the_shortest_unfolding() {
+fn paths_on_a_cube_are_hardly_longer_than_the_shortest_unfolding() {
     let mesh = cube(9);
     let mut random = Random(3);
     for _ in 0..300 {
         let [a, b, c, d] = [0; 4].map(|_| random.unit());
-        // From the top to the side x = 1: unfolded over their edge, or over the side y = 0 or y = 1
-        // beside both.
+        // From the top to the side x = 1: unfolded over their common edge, or over the side y = 0
+        // or y = 1 adjacent to both.
         let over_edge = f64::hypot(1.0 - a + 1.0 - c, b - d);
         let around = |b: f64, d: f64| f64::hypot(1.0 - a + d, b + 1.0 - c);
         let exact = over_edge.min(around(b, d)).min(around(1.0 - b, 1.0 - d));
@@ -270,7 +271,7 @@ fn over_the_edges_of_a_cube_no_way_is_much_longer_than_the_shortest_unfolding() 
 }
 
 #[test]
-fn along_a_flat_ellipsoid_the_way_crosses_the_thin_side() {
+fn paths_on_a_flat_ellipsoid_cross_the_thin_side() {
     let axes = [1.0, 0.8, 0.05];
     let sphere = geodesic_sphere(30).unwrap();
     let positions = sphere.positions().iter().map(|p| [0, 1, 2].map(|k| axes[k] * p[k])).collect();
@@ -281,7 +282,7 @@ fn along_a_flat_ellipsoid_the_way_crosses_the_thin_side() {
     let exact = length(&(0..=n).map(point).collect::<Vec<_>>());
     let (traced, path) = trace(&mesh, &[[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]], false);
     assert!((length(&path) / exact - 1.0).abs() < 0.02);
-    assert_eq!(traced.ambiguous, [0], "one way leads over each side");
+    assert_eq!(traced.ambiguous, [0], "one path leads over each side");
 }
 
 #[test]
@@ -322,8 +323,8 @@ fn neither_orientation_nor_numbering_nor_scale_matters() {
             }
             if traced.ambiguous.is_empty() {
                 let (_, p) = trace(&shuffle(&mesh, seed).unwrap().mesh, &nodes, seed % 2 == 0);
-                // Where walks pass vertices, and strips between regular faces are equally long,
-                // numbering chooses.
+                // Where walks pass vertices, and where strips of regular faces are equally long,
+                // the numbering decides.
                 assert!((length(&p) / length(&path) - 1.0).abs() < 1e-3, "mesh {m}, seed {seed}");
             }
         }
@@ -332,7 +333,7 @@ fn neither_orientation_nor_numbering_nor_scale_matters() {
 }
 
 #[test]
-fn curves_of_far_points_on_the_mesh_take_the_shortest_way_too() {
+fn curves_of_distant_points_on_the_mesh_take_the_shortest_path() {
     let mesh = geodesic_sphere(20).unwrap();
     let bvh = Bvh::new(&mesh);
     let mut nodes: Vec<SurfacePoint> = circle(3, 0.0, 5)

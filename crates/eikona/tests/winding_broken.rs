@@ -1,5 +1,5 @@
-//! Labels of level sets of which half is missing at random (SHM section 9.5.3), against those of
-//! the whole curve and against other rules for the level on the same winding number. Every test
+//! Labels of level sets of which half is missing at random (SHM section 9.5.3), compared with those
+//! of the whole curve and with other rules for the level on the same winding number. Every test
 //! prints its table.
 
 #[path = "../examples/broken_curves/surfaces.rs"]
@@ -19,10 +19,10 @@ use std::sync::OnceLock;
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
 
-/// A surface with its name and its lowest functions.
+/// A surface with its name and its lowest eigenfunctions.
 type Surface = (&'static str, TriangleMesh, Vec<(f64, Vec<f64>)>);
 
-/// The surfaces, made once for all tests.
+/// The surfaces, built once for all tests.
 fn surfaces() -> &'static [Surface] {
     static SURFACES: OnceLock<Vec<Surface>> = OnceLock::new();
     SURFACES.get_or_init(|| {
@@ -34,8 +34,8 @@ fn surfaces() -> &'static [Surface] {
     })
 }
 
-/// Six surfaces made by formulas, and three files if the data folder is there; one that it lacks is
-/// a fault.
+/// Six analytic surfaces, and three files if the data folder exists; a file missing from it is an
+/// error.
 fn meshes() -> Vec<(&'static str, TriangleMesh)> {
     let torus = shapes::torus(1.0, 0.4, 72, 36).unwrap();
     let cylinder = shapes::cylinder(0.5, 2.0, 48, 60, shapes::Ends::Open).unwrap();
@@ -58,7 +58,7 @@ fn meshes() -> Vec<(&'static str, TriangleMesh)> {
 }
 
 #[test]
-fn the_lowest_functions_of_the_sphere_have_its_eigenvalues() {
+fn the_lowest_eigenfunctions_of_the_sphere_have_its_eigenvalues() {
     let sphere = shapes::geodesic_sphere(16).unwrap();
     let functions = eigenfunctions(&sphere, 5);
     for ((value, _), exact) in functions.iter().zip([2.0, 2.0, 2.0, 6.0, 6.0]) {
@@ -66,7 +66,7 @@ fn the_lowest_functions_of_the_sphere_have_its_eigenvalues() {
     }
 }
 
-/// The faces with the largest values, up to a share of the area.
+/// Returns the faces with the largest values, up to a share of the area.
 fn upper_part(mesh: &TriangleMesh, values: &[f64], share: f64) -> Vec<bool> {
     let sum = |f: Face| mesh.face_vertices(f).iter().map(|v| values[v.index()]).sum::<f64>();
     let mut order: Vec<Face> = mesh.faces().collect();
@@ -80,7 +80,7 @@ fn upper_part(mesh: &TriangleMesh, values: &[f64], share: f64) -> Vec<bool> {
     inside
 }
 
-/// The region and a strip of triangles around it.
+/// Returns the region and a strip of triangles around it.
 fn grown(mesh: &TriangleMesh, inside: &[bool]) -> Vec<bool> {
     let mut result = inside.to_vec();
     for v in mesh.vertices() {
@@ -92,8 +92,8 @@ fn grown(mesh: &TriangleMesh, inside: &[bool]) -> Vec<bool> {
     result
 }
 
-/// The boundary of a region, with the region on its left, as walks from vertex to vertex: loops, or
-/// from rim to rim.
+/// Returns the boundary of a region, with the region on its left, as walks along vertices: loops,
+/// or from boundary to boundary.
 fn walks_around(mesh: &TriangleMesh, inside: &[bool]) -> Vec<Vec<Vertex>> {
     let mut leaving: BTreeMap<Vertex, Vec<Vertex>> = BTreeMap::new();
     let mut entered = BTreeSet::new();
@@ -105,7 +105,7 @@ fn walks_around(mesh: &TriangleMesh, inside: &[bool]) -> Vec<Vec<Vertex>> {
         leaving.entry(from).or_default().push(to);
         entered.insert(to);
     }
-    // Those first that nothing leads to.
+    // Start with vertices that nothing leads to.
     let mut starts: Vec<Vertex> = leaving.keys().copied().collect();
     starts.sort_by_key(|v| entered.contains(v));
     let mut walks = Vec::new();
@@ -124,8 +124,8 @@ fn walks_around(mesh: &TriangleMesh, inside: &[bool]) -> Vec<Vec<Vertex>> {
     walks
 }
 
-/// What is left of a walk when half of it is missing: pieces of random length, about `mean` edges,
-/// between gaps of random length.
+/// Deletes half of a walk: leaves pieces of random length, about `mean` edges, between gaps of
+/// random length.
 fn halved(walk: &[Vertex], mean: f64, random: &mut Random) -> Vec<Vec<Vertex>> {
     let edges = walk.len() - 1;
     let is_closed = walk[0] == walk[edges];
@@ -168,10 +168,10 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 struct Rules {
     /// The mean value of each face.
     faces: Vec<f64>,
-    /// Value on the left of the curve, and length, an edge.
+    /// Value on the left of the curve, and length, per edge.
     left: Vec<(f64, f64)>,
-    /// The mean of the values. That of the public program's is zero, as its Laplacian has 1e-8
-    /// added on the diagonal.
+    /// The mean of the values. In the public program it is zero, since its Laplacian has 1e-8 added
+    /// on the diagonal.
     mean: f64,
 }
 
@@ -197,7 +197,7 @@ impl Rules {
         self.faces.iter().map(|x| if x.is_nan() { 0 } else { (x + shift).round() as i32 }).collect()
     }
 
-    /// The shift of the public program if this was added to the values before.
+    /// The shift of the public program if this constant was added to the values before.
     fn public_shift(&self, constant: f64) -> f64 {
         let off = |(a, _): &(f64, f64)| ((a + constant).round() - (a + constant)).abs();
         constant + mean(self.left.iter().map(off))
@@ -207,8 +207,8 @@ impl Rules {
         self.rounded(self.public_shift(-self.mean))
     }
 
-    /// SHM section 9.5.3: inside begins with the rounded value that appears most often along (the
-    /// left of) the curve.
+    /// SHM section 9.5.3: inside starts at the most frequent rounded value on the left of the
+    /// curve.
     fn most_often(&self) -> Vec<i32> {
         let shift = self.public_shift(-self.mean);
         let mut lengths: BTreeMap<i32, f64> = BTreeMap::new();
@@ -220,35 +220,34 @@ impl Rules {
     }
 }
 
-/// A region, and how labels compare with it.
+/// A region, for comparison with labels.
 struct Truth {
     areas: Vec<f64>,
     label: Vec<i32>,
-    /// Counted as right whatever the label.
+    /// Faces that count as right whatever the label.
     free: Vec<bool>,
 }
 
 impl Truth {
-    /// On the mesh of a result, where faces may have been cut, from label and freedom of the faces
-    /// of the input.
+    /// On the mesh of a result, which may be cut, from label and freedom of the input faces.
     fn on(w: &Winding, of_input: impl Fn(usize) -> (i32, bool)) -> Truth {
         let parent = |f: Face| w.face_parent[f.index()].index();
         let (label, free) = w.mesh.faces().map(|f| of_input(parent(f))).unzip();
         Truth { areas: w.mesh.faces().map(|f| area(&w.mesh, f)).collect(), label, free }
     }
 
-    /// Share of the area where the labels are others.
+    /// Returns the share of the area where the labels differ.
     fn strictly(&self, label: &[i32]) -> f64 {
         self.share(|f| label[f] != self.label[f])
     }
 
-    /// The same for labels that are off by the best constant: what the level alone costs.
+    /// The same, minimised over a constant added to the labels: the cost of the level alone.
     fn up_to_constant(&self, label: &[i32]) -> f64 {
         let with = |c: i32| self.share(|f| label[f] + c != self.label[f]);
         (-3..=3).map(with).fold(1.0, f64::min)
     }
 
-    /// The same if all labels from one on are inside. All of the surface can not be inside.
+    /// The same if all labels from one on are inside. Not all of the surface can be inside.
     fn in_or_out(&self, label: &[i32]) -> f64 {
         let from = |c: i32| self.share(|f| (label[f] >= c) != (self.label[f] > 0));
         let lowest = label.iter().min().unwrap();
@@ -262,7 +261,7 @@ impl Truth {
         wrong / self.areas.iter().sum::<f64>()
     }
 
-    /// With the label of the largest area 0.
+    /// Shifts labels so that the label of the largest area is 0.
     fn zeroed(&self, label: &[i32]) -> Vec<i32> {
         let mut areas: BTreeMap<i32, f64> = BTreeMap::new();
         label.iter().zip(&self.areas).for_each(|(&l, a)| *areas.entry(l).or_default() += a);
@@ -296,8 +295,8 @@ impl Column {
 const FUNCTIONS: usize = 5;
 const DRAWS: u64 = 3;
 
-/// Runs every surface, function and draw; `case` has the shares of the names for a region and a
-/// seeded generator, and how many endpoints the curve has.
+/// Runs every surface, function and draw; `case` returns the named shares for a region and a seeded
+/// generator, and the number of endpoints of the curve.
 fn table<const N: usize>(
     names: [&str; N],
     case: impl Fn(&TriangleMesh, Vec<bool>, &mut Random) -> (usize, f64, [f64; N]),
@@ -336,7 +335,7 @@ fn missing_of(whole: &[Vec<Vertex>], kept: &[Vec<Vertex>]) -> f64 {
     1.0 - edges(kept) / edges(whole)
 }
 
-/// A row for a curve with pieces of about `mean` edges.
+/// Returns a row for a curve with pieces of about `mean` edges.
 fn one_curve(
     mesh: &TriangleMesh,
     inside: Vec<bool>,
@@ -350,7 +349,7 @@ fn one_curve(
         let zeroed = Truth { label, areas: truth.areas.clone(), free: truth.free.clone() };
         (truth, zeroed)
     };
-    // The whole curve gives the region itself.
+    // The whole curve yields the region itself.
     let w = solve(mesh, &whole);
     assert_eq!(truths(&w).1.strictly(w.labels.as_slice()), 0.0);
     let kept: Vec<Vec<Vertex>> = whole.iter().flat_map(|walk| halved(walk, mean, random)).collect();
@@ -379,11 +378,11 @@ const NAMES: [&str; 7] = [
     "public",
     "public, mean over constants of w",
     "most often along the curve",
-    "best level there is",
+    "best level",
 ];
 
 #[test]
-fn half_of_a_level_set_labels_nearly_all_of_the_surface_right() {
+fn half_of_a_level_set_labels_almost_all_of_the_surface_correctly() {
     let [ours_with_zero, ours, public_with_zero, public, any_constant, most_often, _] =
         table(NAMES, |mesh, inside, random| one_curve(mesh, inside, 8.0, random));
     assert_eq!(ours_with_zero.above_half, 0);
@@ -394,7 +393,7 @@ fn half_of_a_level_set_labels_nearly_all_of_the_surface_right() {
     }
 }
 
-/// Most loops are left with one to three pieces here. Still, no zero lies on the wrong side.
+/// Most loops keep one to three pieces here. Still, no zero lies on the wrong side.
 #[test]
 fn long_gaps_are_closed_better_than_by_the_public_rule() {
     let [ours_with_zero, ours, public_with_zero, public, any_constant, most_often, _] =
@@ -407,11 +406,11 @@ fn long_gaps_are_closed_better_than_by_the_public_rule() {
     }
 }
 
-/// As in the paper the curve is joined by its offset, the boundary of the region and two strips of
-/// triangles around it, before half of both is deleted. What is inside of one and outside of the
-/// other may be either.
+/// As in the paper, the curve is joined by its offset, the boundary of the region grown by two
+/// strips of triangles, before half of both is deleted. Faces inside one and outside the other may
+/// have either label.
 #[test]
-fn half_of_a_curve_and_of_its_offset_part_inside_from_outside() {
+fn half_of_a_curve_and_of_its_offset_separate_inside_from_outside() {
     let names = ["ours", "public", "most often along the curve"];
     let [ours, public, most_often] = table(names, |mesh, inside, random| {
         let outer = grown(mesh, &grown(mesh, &inside));
@@ -430,10 +429,10 @@ fn half_of_a_curve_and_of_its_offset_part_inside_from_outside() {
     }
 }
 
-/// The nonbounding jump of such a loop is the larger the less is missing, and makes up for it in
+/// The less is missing of such a loop, the larger its nonbounding jump, which compensates for it in
 /// the gaps.
 #[test]
-fn a_broken_loop_around_a_tube_parts_nothing() {
+fn a_broken_loop_around_a_tube_separates_nothing() {
     let (nu, nv) = (40, 20);
     let torus = shapes::torus(1.0, 0.4, nu, nv).unwrap();
     let torus = damage::jitter(&torus, 0.15, 5).unwrap();

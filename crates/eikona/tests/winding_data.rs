@@ -1,6 +1,5 @@
-//! Winding numbers of the curve files that came with the public program, where they are there: what
-//! an independent reference program and the public one found for them, and what must hold for
-//! closed curves.
+//! Winding numbers of the curve files of the public program, where available: comparison with an
+//! independent reference program and with the public one, and identities for closed curves.
 
 mod regions;
 
@@ -12,23 +11,23 @@ use std::path::Path;
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
 
-/// What a file must give.
+/// Expected results for one file.
 struct Expected {
     curve: &'static str,
     surface: &'static str,
     endpoints: usize,
-    /// Segments of the input that bound, and that do not.
+    /// Number of bounding and of nonbounding segments of the input.
     segments: [usize; 2],
-    /// Vertices and faces of the mesh that is cut along the curve.
+    /// Number of vertices and faces of the mesh cut along the curve.
     size: [usize; 2],
-    /// The cost of the nonbounding part, where an independent program has found it.
+    /// The cost of the nonbounding part, where an independent program has computed it.
     objective: Option<f64>,
 }
 
-/// The first four as in the table of both programs. The others bound as a whole: spheres have
-/// nothing else, and the loop of double-torus parts its two holes. Each point of theirs inside of
-/// an edge adds one vertex and two faces to the surface; the 122 open pieces of spots-on-spot have
-/// two ends each.
+/// The first four agree with the tables of both programs. The others bound as a whole: on spheres
+/// every curve does, and the loop of double-torus separates its two holes. Each of their points
+/// inside an edge adds one vertex and two faces to the surface; the 122 open pieces of
+/// spots-on-spot have two ends each.
 #[rustfmt::skip]
 const EXPECTED: [Expected; 7] = [
     Expected { curve: "torus-phi", surface: "curves/swn/torus.obj", endpoints: 26, segments: [52, 36], size: [3840, 7680], objective: Some(0.47934477) },
@@ -40,7 +39,7 @@ const EXPECTED: [Expected; 7] = [
     Expected { curve: "spots-on-spot", surface: "curves/swn/spots-on-spot.obj", endpoints: 244, segments: [260, 0], size: [17895, 35786], objective: None },
 ];
 
-/// Surface and curves of a file. A folder that lacks the file is a fault.
+/// Loads surface and curves of a file. A file missing from an existing folder is an error.
 fn load(file: &Expected) -> (TriangleMesh, SurfaceCurves) {
     let mesh = io::read_mesh(Path::new(DATA).join(file.surface)).unwrap().mesh.triangulate().unwrap().0;
     let path = Path::new(DATA).join(format!("curves/swn/{}.txt", file.curve));
@@ -54,7 +53,7 @@ fn load_named(curve: &str) -> (TriangleMesh, SurfaceCurves) {
 }
 
 fn solve(mesh: &TriangleMesh, curves: &SurfaceCurves, completion: Completion) -> Winding {
-    // The figures of the other programs are for the meshes as given: short pieces stay as they are,
+    // The figures of the other programs refer to the meshes as given: no splitting of short pieces,
     // completions on edges.
     let options = WindingOptions {
         completion,
@@ -70,14 +69,14 @@ fn length(mesh: &TriangleMesh, e: Edge) -> f64 {
     dot(sub(a, b), sub(a, b)).sqrt()
 }
 
-/// The cost of the nonbounding part, added up from what is given out.
+/// Returns the cost of the nonbounding part, summed from the result.
 fn cost(w: &Winding, epsilon: f64) -> f64 {
     let price = |e: Edge| if w.jump[e] == 0 { 1.0 } else { epsilon };
     w.mesh.edges().map(|e| price(e) * length(&w.mesh, e) * w.nonbounding[e].abs()).sum()
 }
 
-/// How many segments of the input bound, and how many do not. A segment of a cut mesh bounds if its
-/// first step does.
+/// Returns how many segments of the input bound, and how many do not. A segment of a cut mesh
+/// bounds if its first step does.
 fn segments(w: &Winding) -> [usize; 2] {
     let mut count = [0, 0];
     for (curve, parts) in w.curves.iter().zip(&w.parts) {
@@ -120,8 +119,8 @@ fn every_curve_file_gives_what_both_programs_found() {
             assert_eq!(w.report.program.is_some(), file.segments[1] > 0, "{name}");
             if let Some(objective) = file.objective {
                 let found = w.report.program.as_ref().unwrap().objective;
-                // Eight digits are known. The public program comes 1.2e-6 above, as it shifts its
-                // Hodge system.
+                // Eight digits are known. The public program is 1.2e-6 higher, as it regularises
+                // its Hodge system.
                 assert!((found / objective - 1.0).abs() < 1e-7, "{name}: {found}");
             }
             if file.endpoints == 0 {
@@ -141,8 +140,8 @@ fn every_curve_file_gives_what_both_programs_found() {
     assert_eq!(count, EXPECTED.len());
 }
 
-/// The area that triangles of two cuts of one mesh have in common, face by face of that mesh, for
-/// pairs that `differ`.
+/// Returns the common area of the triangles of two cuts of one mesh, face by face of that mesh,
+/// over pairs that `differ`.
 fn area_in_common(mesh: &TriangleMesh, [a, b]: [&Winding; 2], differ: impl Fn(Face, Face) -> bool) -> f64 {
     let pieces = |w: &Winding| {
         let mut pieces = vec![Vec::new(); mesh.face_count()];
@@ -162,8 +161,8 @@ fn area_in_common(mesh: &TriangleMesh, [a, b]: [&Winding; 2], differ: impl Fn(Fa
     sum
 }
 
-/// The area that two triangles in the plane of a face have in common: one is clipped at the sides
-/// of the other.
+/// Returns the common area of two triangles in the plane of a face: one is clipped by the sides of
+/// the other.
 fn overlap(plane: [[f64; 3]; 3], a: [[f64; 3]; 3], b: [[f64; 3]; 3]) -> f64 {
     let normal = cross(sub(plane[1], plane[0]), sub(plane[2], plane[0]));
     let unit = normal.map(|x| x / dot(normal, normal).sqrt());
@@ -189,9 +188,9 @@ fn overlap(plane: [[f64; 3]; 3], a: [[f64; 3]; 3], b: [[f64; 3]; 3]) -> f64 {
     (1..polygon.len().saturating_sub(1)).map(|i| 0.5 * twice(i)).sum()
 }
 
-/// The cut meshes differ where segments are missing, so labels are compared on the pieces that
-/// faces of both have in common: the label that covers most of an input face would hide just the
-/// slivers along the curve.
+/// The cut meshes differ where segments are missing, so labels are compared on the common pieces of
+/// both: the label that covers most of an input face would hide exactly the slivers along the
+/// curve.
 #[test]
 #[cfg_attr(not(data_folder), ignore = "needs the data folder")]
 fn a_heart_and_the_broken_heart_have_the_same_inside() {
@@ -206,14 +205,15 @@ fn a_heart_and_the_broken_heart_have_the_same_inside() {
     println!("labels agree on {:.4} % of the area", 100.0 * (1.0 - wrong / total));
     println!("and differ by {:.2} % of the heart; 2 curve files run", 100.0 * wrong / heart);
     assert!(heart > 0.01 * total && wrong < 0.01 * total);
-    // The surface is large, so the heart itself is the harder measure. The gap is 5 of 97 segments.
+    // The surface is large, so the heart itself is the stricter measure. The gap is 5 of 97
+    // segments.
     assert!(wrong < 0.02 * heart, "{wrong} of {heart}");
 }
 
-/// Where the nonbounding part is taken off changes values near its completion, not regions.
+/// Where the nonbounding part is subtracted affects values near its completion, not regions.
 #[test]
 #[cfg_attr(not(data_folder), ignore = "needs the data folder")]
-fn both_completions_label_alike() {
+fn both_completions_give_the_same_labels() {
     for file in &EXPECTED {
         let (mesh, curves) = load(file);
         let [full, curve] = [Completion::Full, Completion::Curve].map(|c| solve(&mesh, &curves, c));
@@ -228,19 +228,19 @@ fn both_completions_label_alike() {
             100.0 * share,
             high - low
         );
-        // Torus-phi is the one file whose nonbounding part leaves the curve.
+        // Torus-phi is the only file whose nonbounding part leaves the curve.
         let held = if file.curve == "torus-phi" { 0.01 } else { 0.0 };
         assert!(share <= held, "{}: {share}", file.curve);
     }
     println!("{} curve files run", EXPECTED.len());
 }
 
-/// What holds for every curve holds on the files: jumps are those asked for at both ends of every
-/// edge, the nonbounding part is closed and lies between nothing and the curve, and turning the
-/// curves over turns over everything.
+/// The identities of all curves hold on the files: jumps are as prescribed at both ends of every
+/// edge, the nonbounding part is closed and lies between zero and the curve, and reversing the
+/// curves reverses everything.
 #[test]
 #[cfg_attr(not(data_folder), ignore = "needs the data folder")]
-fn every_curve_file_keeps_what_holds_for_all_curves() {
+fn every_curve_file_satisfies_the_identities() {
     for file in &EXPECTED {
         let (mesh, curves) = load(file);
         let name = file.curve;
@@ -301,8 +301,8 @@ fn every_curve_file_keeps_what_holds_for_all_curves() {
     println!("{} curve files run", EXPECTED.len());
 }
 
-/// How the answers at the middles of the faces of a mesh differ from those at the faces in their
-/// order there: the faces with another label, and the largest difference of values.
+/// Compares the results at the centres of the faces of a mesh with those at the same faces in their
+/// order there: returns the faces with different labels, and the largest difference of values.
 fn differences(
     w: &Winding,
     mesh: &TriangleMesh,
@@ -318,10 +318,10 @@ fn differences(
     (labels, most)
 }
 
-/// Where a surface lies, how large it is and how its elements are numbered change nothing.
+/// Position, size and numbering of a surface change nothing.
 #[test]
 #[cfg_attr(not(data_folder), ignore = "needs the data folder")]
-fn place_size_and_numbers_change_no_curve_file() {
+fn position_size_and_numbering_change_no_curve_file() {
     let (c, s) = (0.6, 0.8);
     let turned = |[x, y, z]: [f64; 3]| [c * x - s * z, y, s * x + c * z];
     for file in &EXPECTED {

@@ -1,5 +1,5 @@
-//! Winding numbers where surfaces have boundary, parts, one side, flipped faces or more than two
-//! faces at an edge; and bad input.
+//! Winding numbers on surfaces with boundary, several components, one side, flipped faces or
+//! nonmanifold edges; and bad input.
 
 mod regions;
 use eikona::contour::plane_cut;
@@ -15,7 +15,7 @@ fn solve(mesh: &TriangleMesh, curves: Vec<Curve>) -> Winding {
     surface_winding_number(mesh, &curves, &WindingOptions::default()).unwrap()
 }
 
-/// The edges of a disturbed annulus whose ends lie on a circle of rings or on a ray.
+/// An annulus with radii 1 and 2.
 fn annulus() -> TriangleMesh {
     shapes::annulus(1.0, 2.0, 12, 40).unwrap()
 }
@@ -28,7 +28,7 @@ fn nearest(mesh: &TriangleMesh, p: [f64; 3]) -> Vertex {
 #[test]
 fn a_circle_around_the_hole_of_an_annulus_bounds_and_a_ray_does_not() {
     let mesh = annulus();
-    // The middle circle: the rim of all that lies inside of it.
+    // The middle circle: the boundary of everything inside it.
     let inner = |f: Face| centre(&mesh, f).iter().map(|x| x * x).sum::<f64>().sqrt() < 1.5;
     let w = solve(&mesh, boundary_of(&mesh, inner));
     assert!(w.endpoints.is_empty() && w.report.largest_nonbounding < 1e-9);
@@ -36,7 +36,7 @@ fn a_circle_around_the_hole_of_an_annulus_bounds_and_a_ray_does_not() {
         assert_eq!(w.labels[f] - w.labels[Face(0)], i32::from(inner(f)) - i32::from(inner(Face(0))));
         assert!(w.margin[f] > 0.5 - 1e-9);
     }
-    // From rim to rim: it ends on the boundary, which is no endpoint.
+    // From boundary to boundary: the curve ends there without an endpoint.
     let ends = [nearest(&mesh, [1.0, 0.0, 0.0]), nearest(&mesh, [2.0, 0.0, 0.0])];
     let ray = Curve::signed(shortest_vertex_path(&mesh, &ends).unwrap());
     let w = solve(&mesh, vec![ray]);
@@ -57,13 +57,13 @@ fn flipped_faces_change_no_label() {
     let flipped = damage::flip_faces(&torus, 0.3, 4).unwrap().mesh;
     let same = solve(&flipped, curves);
     assert!(torus.faces().all(|f| whole.labels[f] == same.labels[f]));
-    assert!(same.report.warnings.iter().any(|w| w.contains("turned over")), "{:?}", same.report.warnings);
+    assert!(same.report.warnings.iter().any(|w| w.contains("flipped to make")), "{:?}", same.report.warnings);
 }
 
 #[test]
-fn a_disk_on_a_moebius_band_is_one_inside() {
+fn a_disk_on_a_moebius_band_has_label_one() {
     let band = shapes::moebius_band(1.0, 0.6, 80, 10).unwrap();
-    // At [1, 0, 0] the winding of the faces turns over.
+    // At [1, 0, 0] the orientation of the faces changes.
     for middle in [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]] {
         let distance = |p: [f64; 3]| (0..3).map(|k| (p[k] - middle[k]).powi(2)).sum::<f64>().sqrt();
         one_inside(&band, |f| distance(centre(&band, f)) < 0.22);
@@ -71,10 +71,10 @@ fn a_disk_on_a_moebius_band_is_one_inside() {
 }
 
 #[test]
-fn a_disk_on_a_klein_bottle_is_one_inside() {
+fn a_disk_on_a_klein_bottle_has_label_one() {
     let (nu, nv) = (60, 30);
     let bottle = shapes::klein_bottle(2.5, nu, nv).unwrap();
-    // At column 0 the winding of the faces turns over, and row j meets row 29 - j.
+    // At column 0 the orientation of the faces changes, and row j meets row 29 - j.
     for column in [30, 0] {
         let near = |v: Vertex| {
             let (i, j) = (v.index() / nv, v.index() % nv);
@@ -84,11 +84,11 @@ fn a_disk_on_a_klein_bottle_is_one_inside() {
     }
 }
 
-/// Two curves around the tube of a Klein bottle part it into two bands. Whether they bound one of
-/// them, or add up to a jump of two on the way along the bottle, is for their normals to say: the
-/// winding of the faces turns over somewhere.
+/// Two curves around the tube of a Klein bottle separate it into two bands. Their normals decide
+/// whether they bound one of them, or add up to a jump of two along the bottle: the orientation of
+/// the faces changes somewhere.
 #[test]
-fn normals_tell_the_sides_of_curves_around_a_klein_bottle() {
+fn normals_determine_the_sides_of_curves_around_a_klein_bottle() {
     let (nu, nv) = (60, 30);
     let bottle = shapes::klein_bottle(2.5, nu, nv).unwrap();
     let columns = [10, 46];
@@ -110,7 +110,7 @@ fn normals_tell_the_sides_of_curves_around_a_klein_bottle() {
             assert!(w.labels.iter().all(|(_, label)| *label == 0));
             assert!((w.report.largest_nonbounding - 1.0).abs() < 1e-9);
         } else {
-            // The wider band is 0, and left of the first curve, seen from its normal, is one more
+            // The wider band is 0, and left of the first curve, seen from its normal, is one higher
             // than right.
             assert!(w.parts.iter().flatten().all(|part| *part == Part::Bounding), "{sides:?}");
             let [a, b] = [0, 1].map(|j| Vertex((nv * columns[0] + j) as u32));
@@ -129,10 +129,10 @@ fn normal(mesh: &TriangleMesh, f: Face) -> [f64; 3] {
     [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 }
 
-/// The curve around a disk on a surface with one side: labels, completed loop, and the side that a
-/// normal tells.
+/// Checks the curve around a disk on a one-sided surface: labels, completed loop, and the side
+/// given by a normal.
 fn one_inside(band: &TriangleMesh, inside: impl Fn(Face) -> bool) {
-    // One closed walk, so that its side is carried around.
+    // One closed walk, so that its side is transported.
     let mut sides: Vec<[SurfacePoint; 2]> =
         boundary_of(band, &inside).into_iter().map(|c| [c.nodes[0], c.nodes[1]]).collect();
     let count = sides.len();
@@ -155,7 +155,7 @@ fn one_inside(band: &TriangleMesh, inside: impl Fn(Face) -> bool) {
     assert_eq!((round.vertices.len(), round.vertices.first()), (count + 1, round.vertices.last()));
     assert_eq!(round.jump, 1.0);
 
-    // Seen from the other side, left is right: the side can be told by a normal.
+    // Seen from the other side, left is right: a normal can choose the side.
     let [a, b] = [0, 1].map(|i| match nodes[i] {
         SurfacePoint::Vertex { vertex } => Vertex(vertex),
         _ => panic!("nodes are vertices"),
@@ -169,10 +169,10 @@ fn one_inside(band: &TriangleMesh, inside: impl Fn(Face) -> bool) {
     }
 }
 
-/// The core of a Moebius band has one side: there is a place where left becomes right. It is warned
-/// of, and it bounds nothing.
+/// The core of a Moebius band is one-sided: somewhere left becomes right. A warning says so, and
+/// the core bounds nothing.
 #[test]
-fn a_one_sided_curve_is_warned_of() {
+fn one_sided_curves_give_a_warning() {
     let band = shapes::moebius_band(1.0, 0.6, 80, 10).unwrap();
     // Vertices in the middle of the band.
     let core: Vec<Vertex> = band
@@ -197,10 +197,10 @@ fn a_one_sided_curve_is_warned_of() {
     assert!(w.report.residual < 1e-9);
 }
 
-/// Two spheres with one vertex in common, through which a curve runs on both: each has a constant
-/// of its own.
+/// Two spheres with one common vertex, through which a curve runs on both: each has its own
+/// constant.
 #[test]
-fn spheres_that_touch_in_a_vertex_of_the_curve_are_levelled_each() {
+fn spheres_touching_in_a_vertex_of_the_curve_have_separate_levels() {
     let sphere = shapes::geodesic_sphere(10).unwrap();
     let top =
         sphere.vertices().max_by(|a, b| sphere.position(*a)[2].total_cmp(&sphere.position(*b)[2])).unwrap();
@@ -213,7 +213,7 @@ fn spheres_that_touch_in_a_vertex_of_the_curve_are_levelled_each() {
     let mut faces = sphere.triangles().to_vec();
     faces.extend(sphere.triangles().iter().map(|f| f.map(other)));
     let both = TriangleMesh::new(positions, faces).unwrap();
-    // A half of each, cut through the vertex they share.
+    // Half of each, cut through the common vertex.
     let middle = sphere.position(top)[0];
     let half = |f: Face| centre(&both, f)[0] > middle;
     let curves = boundary_of(&both, half);
@@ -231,7 +231,7 @@ fn spheres_that_touch_in_a_vertex_of_the_curve_are_levelled_each() {
 }
 
 #[test]
-fn a_mesh_with_edges_of_three_faces_is_warned_of_even_if_the_curve_is_elsewhere() {
+fn nonmanifold_edges_give_a_warning_even_away_from_the_curve() {
     let torus = shapes::torus(1.0, 0.4, 24, 12).unwrap();
     let mut positions = torus.positions().to_vec();
     positions.push([0.0, 0.0, 3.0]);
@@ -260,7 +260,7 @@ fn components_have_their_own_zero() {
     let cap = |f: Face| centre(&both, f)[2] > 0.5 && centre(&both, f)[0] < 1.5;
     let w = solve(&both, boundary_of(&both, cap));
     assert!(both.faces().all(|f| w.labels[f] == i32::from(cap(f))));
-    // Another zero where it is asked for, in that component only.
+    // A reference face moves the zero in its component only.
     let top = both.faces().find(|&f| cap(f)).unwrap();
     let options = WindingOptions { reference: Reference::Face(top), ..Default::default() };
     let curves = SurfaceCurves { curves: boundary_of(&both, cap), points: Vec::new() };
@@ -270,11 +270,11 @@ fn components_have_their_own_zero() {
 }
 
 #[test]
-fn a_fin_is_warned_of_and_changes_little_elsewhere() {
+fn a_fin_gives_a_warning_and_changes_little_elsewhere() {
     let sphere = shapes::geodesic_sphere(10).unwrap();
     let cap = |f: Face| centre(&sphere, f)[2] > 0.3;
     let curves = boundary_of(&sphere, cap);
-    // A triangle on an edge of the curve.
+    // A triangle attached to an edge of the curve.
     let &[SurfacePoint::Vertex { vertex: a }, SurfacePoint::Vertex { vertex: b }] =
         curves[0].nodes.as_slice()
     else {
@@ -291,13 +291,16 @@ fn a_fin_is_warned_of_and_changes_little_elsewhere() {
         "{:?}",
         w.report.warnings
     );
-    assert!(w.values.iter().filter(|(_, v)| v.is_nan()).count() < 40, "all but the ends have values");
+    assert!(
+        w.values.iter().filter(|(_, v)| v.is_nan()).count() < 40,
+        "all corners but those at the ends have values"
+    );
     let wrong = sphere.faces().filter(|&f| w.labels[f] != i32::from(cap(f))).count();
     assert!(wrong < sphere.face_count() / 50, "{wrong} faces");
 }
 
 #[test]
-fn moving_turning_and_scaling_change_no_label() {
+fn rigid_motions_and_scaling_change_no_label() {
     let torus = damage::jitter(&shapes::torus(1.0, 0.4, 24, 12).unwrap(), 0.2, 3).unwrap();
     let mut open = boundary_of(&torus, |f| centre(&torus, f)[0] > 1.1);
     open.truncate(open.len() * 3 / 4);
@@ -340,7 +343,7 @@ fn bad_input_is_refused_with_the_reason() {
 }
 
 #[test]
-fn copies_that_cancel_leave_nothing_and_say_so() {
+fn cancelling_copies_leave_nothing_and_give_a_warning() {
     let sphere = shapes::geodesic_sphere(6).unwrap();
     let loops = boundary_of(&sphere, |f| centre(&sphere, f)[2] > 0.2);
     let back: Vec<Curve> = loops.iter().cloned().map(Curve::reversed).collect();
@@ -352,7 +355,7 @@ fn copies_that_cancel_leave_nothing_and_say_so() {
     assert!(sphere.faces().all(|f| w.labels[f] == if centre(&sphere, f)[2] > 0.2 { 2 } else { 0 }));
 }
 
-/// A curve across the faces: the mesh is cut along it.
+/// A curve across faces: the mesh is cut along it.
 #[test]
 fn a_circle_across_the_faces_of_a_sphere_and_of_a_torus() {
     let sphere = shapes::geodesic_sphere(12).unwrap();
@@ -384,7 +387,7 @@ fn a_circle_across_the_faces_of_a_sphere_and_of_a_torus() {
     let w = surface_winding_number(&torus, &one, &WindingOptions::default()).unwrap();
     assert!(w.labels.iter().all(|(_, label)| *label == 0));
     assert!((w.report.largest_nonbounding - 1.0).abs() < 1e-9);
-    // Both cuts, as the plane makes them, bound a half.
+    // The plane makes both cuts, which bound a half.
     let both = SurfaceCurves { curves: halves, points: Vec::new() };
     let w = surface_winding_number(&torus, &both, &WindingOptions::default()).unwrap();
     assert!(w.report.largest_nonbounding < 1e-9);
@@ -395,7 +398,7 @@ fn a_circle_across_the_faces_of_a_sphere_and_of_a_torus() {
     );
 }
 
-/// Only lengths along the surface enter: a sheet folded along a line of edges has the same winding
+/// Only lengths along the surface matter: a sheet folded along a line of edges has the same winding
 /// numbers.
 #[test]
 fn folding_changes_nothing() {
@@ -423,9 +426,9 @@ fn folding_changes_nothing() {
     }
 }
 
-/// Two vertices of a torus made one, in the gap of a broken loop around the tube: the loop is
-/// completed through it. There the winding number has no value; everywhere else its jumps are the
-/// same at both ends of an edge.
+/// Two vertices of a torus merged in the gap of a broken loop around the tube: the loop is
+/// completed through them. The winding number is undefined there; elsewhere its jumps are the same
+/// at both ends of an edge.
 #[test]
 fn a_completed_loop_through_a_pinched_vertex_keeps_its_jumps() {
     let torus = shapes::torus(1.0, 0.4, 30, 15).unwrap();
@@ -440,7 +443,7 @@ fn a_completed_loop_through_a_pinched_vertex_keeps_its_jumps() {
         let options = WindingOptions { completion, intrinsic_delaunay, ..Default::default() };
         let w = surface_winding_number(&mesh, &arc, &options).unwrap();
         let is_full = completion == Completion::Full;
-        assert_eq!(w.report.warnings.iter().any(|text| text.contains("the first is vertex 117")), is_full);
+        assert_eq!(w.report.warnings.iter().any(|text| text.contains("(first: vertex 117)")), is_full);
         let mut most = 0.0f64;
         for e in w.mesh.edges() {
             let &[a, b] = w.mesh.edge_halfedges(e) else { continue };
@@ -462,7 +465,7 @@ fn a_completed_loop_through_a_pinched_vertex_keeps_its_jumps() {
     }
 }
 
-/// The reference face is told by its largest part, at any scale.
+/// The largest part of the reference face decides, at any scale.
 #[test]
 fn the_reference_of_a_cut_face_does_not_depend_on_scale() {
     let square = shapes::grid(1, 1, 1.0, 1.0, shapes::Diagonal::Alternating).unwrap();

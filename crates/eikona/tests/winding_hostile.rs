@@ -1,5 +1,5 @@
-//! Winding numbers of curves and on surfaces as bad as they come: nothing panics, and what is
-//! returned is sound.
+//! Winding numbers of degenerate curves on degenerate surfaces: nothing panics, and results are
+//! sound.
 
 mod regions;
 mod smooth;
@@ -33,7 +33,7 @@ fn solve(mesh: &TriangleMesh, curves: Vec<Curve>) -> Winding {
     solve_with(mesh, curves, &WindingOptions::default()).unwrap()
 }
 
-/// With the short pieces of the curve as they are.
+/// Solves without splitting short pieces of the curve.
 fn solve_uncut(mesh: &TriangleMesh, curves: Vec<Curve>) -> Winding {
     solve_uncut_with(mesh, curves, Diagnosis::Always)
 }
@@ -57,8 +57,8 @@ fn is_between_endpoints(w: &Winding, v: Vertex) -> bool {
     }
 }
 
-/// What holds for every result: a value wherever the curve does not end and the surface is
-/// manifold, jumps as asked for, labels that are the values rounded if completions are on edges,
+/// Checks properties of every result: a value wherever the curve does not end and the surface is
+/// manifold, the prescribed jumps, labels equal to the rounded values if completions are on edges,
 /// and parts that add up.
 fn check(w: &Winding, full: bool, on_edges: bool) {
     let mesh = &w.mesh;
@@ -127,7 +127,7 @@ fn sphere() -> TriangleMesh {
 }
 
 #[test]
-fn a_vertex_out_of_range_is_named() {
+fn a_vertex_out_of_range_is_reported() {
     let mesh = sphere();
     let count = mesh.vertex_count() as u32;
     let [a, b] = mesh.edge_vertices(Edge(0));
@@ -137,7 +137,7 @@ fn a_vertex_out_of_range_is_named() {
         let WindingError::Curve(fault) = error else { panic!("{error}") };
         assert!(fault.to_string().contains("curve 0, node 2"), "{fault}");
     }
-    // Nor may a step lead where there is no edge or face.
+    // A step must not lead where there is no edge or face.
     let curve = Curve::signed([Vertex(0), Vertex(count / 2)]);
     let error = solve_with(&mesh, vec![curve], &WindingOptions::default()).unwrap_err();
     assert!(matches!(error, WindingError::Curve(_) | WindingError::Embed(_)), "{error}");
@@ -159,7 +159,7 @@ fn opposite_copies_leave_zero_everywhere_and_a_warning() {
         assert!(w.margin.iter().all(|(_, margin)| *margin == 0.5));
         assert!(w.jump.iter().all(|(_, c)| *c == 0) && w.endpoints.is_empty());
         assert!(w.parts.iter().flatten().all(|part| *part == Part::LeftOut));
-        assert!(warned(&w, "nothing is left of the curve"), "{:?}", w.report.warnings);
+        assert!(warned(&w, "no edge has a jump"), "{:?}", w.report.warnings);
     }
 }
 
@@ -183,7 +183,7 @@ fn a_thousand_copies_count_a_thousand() {
 }
 
 #[test]
-fn a_million_walks_of_an_edge_are_the_most() {
+fn at_most_a_million_copies_of_an_edge_are_accepted() {
     const MOST: usize = 1_000_000;
     let mesh = shapes::octahedron().unwrap();
     let around = |rounds: usize| {
@@ -208,7 +208,7 @@ fn a_million_walks_of_an_edge_are_the_most() {
 }
 
 #[test]
-fn a_step_along_an_edge_of_three_faces_is_left_out() {
+fn steps_along_nonmanifold_edges_are_ignored() {
     // Three pages; the curve runs along the spine, and across it.
     let corners = [[0., 0., 0.], [0., 0., 1.], [1., 0., 0.], [-1., 1., 0.], [-1., -1., 0.], [0., 0., 2.]];
     let mesh = TriangleMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]]).unwrap();
@@ -222,10 +222,10 @@ fn a_step_along_an_edge_of_three_faces_is_left_out() {
     }
 }
 
-/// Around a handle all faces of a ring are joined by edges of the curve alone, and more has to be
-/// climbed around it than they allow: their limits contradict the harmonic part.
+/// Around a handle, edges of the curve are the only edges connecting the faces of a ring, and the
+/// harmonic part jumps by more around it than they allow: their limits are infeasible.
 #[test]
-fn limits_that_contradict_each_other_are_dropped_with_a_warning() {
+fn infeasible_limits_are_relaxed_with_a_warning() {
     let (nu, nv) = (5, 12);
     let torus = shapes::torus(1.0, 0.4, nu, nv).unwrap();
     let at = |i: usize, j: usize| Vertex(((i % nu) * nv + j % nv) as u32);
@@ -255,10 +255,10 @@ fn limits_that_contradict_each_other_are_dropped_with_a_warning() {
     }
 }
 
-/// Every ring of faces around the tube hangs on the next by edges of the curve alone, two of five
-/// the wrong way round.
+/// Edges of the curve are the only edges connecting the rings of faces around the tube; two of five
+/// are reversed.
 #[test]
-fn rings_that_contradict_each_other_are_freed_in_few_attempts() {
+fn infeasible_rings_are_relaxed_in_few_attempts() {
     let (rings, around) = (400, 4);
     let torus = shapes::torus(1.0, 0.4, rings, around).unwrap();
     let step = |e| {
@@ -279,13 +279,13 @@ fn rings_that_contradict_each_other_are_freed_in_few_attempts() {
     });
     let outside = outside.count();
     assert!(outside > 100 && program.freed >= outside, "{outside} of {program:?}");
-    assert!(warned(&w, &format!("{} edges of the curve are all that joins", program.freed)));
+    assert!(warned(&w, &format!("{} edges of the curve are the only edges", program.freed)));
 }
 
-/// Costs are in the unit of the mesh, bounds for the lengths that were taken and for the true ones
-/// are told apart.
+/// Costs are in the unit of the mesh, with separate bounds for the increased lengths and for the
+/// true ones.
 #[test]
-fn the_certificate_is_about_the_cost() {
+fn the_certificate_bounds_the_cost() {
     let torus = shapes::torus(1.0, 0.4, 30, 14).unwrap();
     let around = Curve::signed((0..=14).map(|j| Vertex(3 * 14 + j % 14)));
     let broken = Curve::signed((1..9).map(|j| Vertex(9 * 14 + j % 14)));
@@ -325,19 +325,19 @@ fn curves_that_end_on_the_boundary_have_no_endpoint_there() {
 }
 
 #[test]
-fn a_curve_on_the_boundary_jumps_nowhere() {
+fn a_curve_on_the_boundary_has_no_jumps() {
     for mesh in [shapes::disk(3, 9, 1.0).unwrap(), shapes::annulus(0.5, 1.0, 2, 9).unwrap()] {
         let sides = mesh.edges().filter(|&e| is_boundary(&mesh, e));
         let curves = sides.map(|e| Curve::signed(mesh.edge_vertices(e))).collect();
         let w = solve(&mesh, curves);
         assert!(w.labels.iter().all(|(_, label)| *label == 0) && w.endpoints.is_empty());
-        assert!(warned(&w, "along the boundary") && warned(&w, "nothing is left of the curve"));
+        assert!(warned(&w, "along the boundary") && warned(&w, "no edge has a jump"));
         assert!(w.report.program.is_none());
     }
 }
 
 #[test]
-fn unused_vertices_and_parts_without_curve_change_nothing() {
+fn unused_vertices_and_components_without_curve_change_nothing() {
     let sphere = sphere();
     let cap = |f: Face| f.index() < sphere.face_count() && centre(&sphere, f)[2] > 0.3;
     let plain = solve(&sphere, boundary_of(&sphere, cap));
@@ -347,7 +347,7 @@ fn unused_vertices_and_parts_without_curve_change_nothing() {
     let lonely = TriangleMesh::new(positions.clone(), faces.clone()).unwrap();
     let w = solve(&lonely, boundary_of(&lonely, cap));
     assert_eq!(w.labels, plain.labels);
-    // A curve of one vertex that has no faces is no step.
+    // A curve of one vertex without faces has no steps.
     let mut curves = boundary_of(&lonely, cap);
     let unused = Vertex(lonely.vertex_count() as u32 - 1);
     curves.push(Curve::signed([unused, unused]));
@@ -355,7 +355,7 @@ fn unused_vertices_and_parts_without_curve_change_nothing() {
         Ok(w) => assert_eq!(w.labels, plain.labels),
         Err(fault) => assert!(matches!(fault, WindingError::Curve(_)), "{fault}"),
     }
-    // A torus and a triangle beside it, without curve.
+    // A torus and a triangle beside it, without a curve.
     let torus = shapes::torus(1.0, 0.4, 9, 6).unwrap();
     let mut all = faces;
     let first = positions.len() as u32;
@@ -383,7 +383,7 @@ fn two_triangles_and_three_endpoints_in_a_face() {
     let w = solve(&back_to_back, vec![Curve::signed([0, 1, 2, 0].map(Vertex))]);
     assert_eq!((w.labels[Face(0)] - w.labels[Face(1)]).abs(), 1);
 
-    // Three edges from the corners of a face outwards.
+    // Three edges outwards from the corners of a face.
     let mesh = sphere();
     let corners = mesh.face_vertices(Face(40));
     let outwards = |v: Vertex| {
@@ -399,7 +399,7 @@ fn two_triangles_and_three_endpoints_in_a_face() {
 }
 
 #[test]
-fn one_sided_surfaces() {
+fn curves_on_one_sided_surfaces_are_solved() {
     let band = shapes::moebius_band(1.0, 0.6, 24, 4).unwrap();
     let mut core: Vec<Vertex> = band
         .vertices()
@@ -412,9 +412,9 @@ fn one_sided_surfaces() {
     core.push(core[0]);
     let w = solve(&band, vec![Curve::signed(core.clone())]);
     assert!(warned(&w, "is one-sided") && warned(&w, "no consistent orientation"), "{:?}", w.report.warnings);
-    // Left and right change at its first node.
+    // Left and right switch at its first node.
     assert_eq!(w.endpoints, [core[0]]);
-    // Twice around it comes back as it left: but every step cancels.
+    // After two turns the curve closes with the same sides, but every step cancels.
     let twice: Vec<Vertex> = core[..24].iter().chain(&core).copied().collect();
     let w = solve(&band, vec![Curve::signed(twice)]);
     assert!(w.endpoints.is_empty() && w.labels.iter().all(|(_, label)| *label == 0));
@@ -434,9 +434,9 @@ fn one_sided_surfaces() {
     solve(&plane, vec![Curve::signed(path)]);
 }
 
-/// Found by fuzzing: values were NaN from lengths of 1e155 on.
+/// Found by fuzzing: values were NaN for lengths of 1e155 and more.
 #[test]
-fn meshes_of_any_size_are_labelled_alike() {
+fn labels_do_not_depend_on_the_size_of_the_mesh() {
     let torus = shapes::torus(1.0, 0.4, 24, 12).unwrap();
     let cap = |f: Face| centre(&torus, f)[0] > 1.1;
     let mut open = boundary_of(&torus, cap);

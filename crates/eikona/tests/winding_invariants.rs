@@ -1,4 +1,4 @@
-//! What must hold for winding numbers on surfaces (spec 2.6), on shapes where the answer is known.
+//! Identities of surface winding numbers on shapes with known answers.
 
 mod regions;
 use eikona::mesh::{Curve, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, shapes};
@@ -12,8 +12,8 @@ fn solve(mesh: &TriangleMesh, curves: &[Curve]) -> Winding {
     surface_winding_number(mesh, &curves, &WindingOptions::default()).unwrap()
 }
 
-/// A torus whose vertex (i, j) has number i * nv + j, slightly disturbed so that no two loops are
-/// equally long.
+/// A torus whose vertex (i, j) has number i * nv + j, slightly perturbed so that no two loops have
+/// equal length.
 fn torus(nu: usize, nv: usize) -> TriangleMesh {
     let torus = shapes::torus(1.0, 0.4, nu, nv).unwrap();
     eikona::mesh::damage::jitter(&torus, 0.15, 5).unwrap()
@@ -23,7 +23,7 @@ fn around_tube(nv: usize, i: usize) -> Curve {
     Curve::signed((0..=nv).map(|j| Vertex((i * nv + j % nv) as u32)))
 }
 
-/// Largest deviation of the values from label minus shift.
+/// Returns the largest deviation of the values from label minus shift.
 fn roughness(w: &Winding) -> f64 {
     w.mesh
         .faces()
@@ -70,7 +70,7 @@ fn a_loop_around_the_tube_of_a_torus_bounds_nothing() {
     }
     assert!(w.labels.iter().all(|(_, l)| *l == 0));
     let (low, high) = w.values.iter().fold((f64::MAX, f64::MIN), |(l, h), (_, v)| (l.min(*v), h.max(*v)));
-    assert!(high - low < 1e-9, "constant but for rounding");
+    assert!(high - low < 1e-9, "constant except for rounding");
     assert!(w.parts[0].iter().all(|part| *part == Part::Nonbounding));
     assert!(w.bounding_loops.is_empty());
     assert_eq!(w.nonbounding_loops.len(), 1);
@@ -92,12 +92,12 @@ fn opposite_loops_bound_a_band_and_parallel_ones_do_not() {
 
     let w = solve(&torus, &[around_tube(20, 7), around_tube(20, 15)]);
     for e in torus.edges() {
-        assert!((w.nonbounding[e] - f64::from(w.jump[e])).abs() < 1e-9, "neither may move onto the other");
+        assert!((w.nonbounding[e] - f64::from(w.jump[e])).abs() < 1e-9, "neither moves onto the other");
     }
 }
 
 #[test]
-fn a_loop_that_bounds_nothing_leaves_a_disk_alone() {
+fn a_nonbounding_loop_does_not_affect_a_disk() {
     let torus = torus(48, 24);
     let disk = |f: Face| {
         let [x, y, z] = centre(&torus, f);
@@ -118,7 +118,7 @@ fn a_loop_that_bounds_nothing_leaves_a_disk_alone() {
 }
 
 #[test]
-fn reversal_turns_the_sign() {
+fn reversal_negates_values_and_labels() {
     let torus = torus(30, 15);
     let disk = |f: Face| centre(&torus, f)[0] > 1.2;
     let mut curves = boundary_of(&torus, disk);
@@ -134,7 +134,7 @@ fn reversal_turns_the_sign() {
 }
 
 #[test]
-fn jumps_of_the_values_are_those_asked_for() {
+fn values_jump_as_prescribed() {
     let torus = torus(40, 20);
     let mut broken = around_tube(20, 7);
     broken.nodes.truncate(15);
@@ -169,11 +169,11 @@ fn jumps_of_the_values_are_those_asked_for() {
                 let jump = at(a) - at(b);
                 assert!(jump.is_nan() || (jump - w.bounding_jump(e)).abs() < 1e-12, "{jump} at {e:?}");
             }
-            // Between nothing and the curve.
+            // Between zero and the curve.
             let (t, c) = (w.nonbounding[e], f64::from(w.jump[e]));
             assert!(c == 0.0 || (t / c >= -1e-9 && t / c <= 1.0 + 1e-9));
         }
-        // Closed: around every vertex the nonbounding jumps add up to nothing.
+        // Closed: around every vertex the nonbounding jumps sum to zero.
         let mut sum = vec![0.0; mesh.vertex_count()];
         for e in mesh.edges() {
             let first = mesh.edge_halfedges(e)[0];
@@ -185,11 +185,11 @@ fn jumps_of_the_values_are_those_asked_for() {
 }
 
 #[test]
-fn a_broken_circle_on_the_sphere_labels_nearly_all_faces_right() {
+fn a_broken_circle_on_the_sphere_labels_almost_all_faces_correctly() {
     let sphere = shapes::geodesic_sphere(40).unwrap();
     let cap = |f: Face| centre(&sphere, f)[2] > 0.3;
     let whole = boundary_of(&sphere, cap);
-    // A quarter is missing, in three gaps, told by the angle.
+    // A quarter is missing, in three gaps selected by angle.
     let kept: Vec<Curve> = whole
         .into_iter()
         .filter(|c| {
@@ -209,7 +209,7 @@ fn a_broken_circle_on_the_sphere_labels_nearly_all_faces_right() {
 }
 
 #[test]
-fn one_solver_answers_as_fresh_ones_do() {
+fn a_reused_solver_agrees_with_fresh_ones() {
     let torus = torus(30, 15);
     let solver = Solver::new(&torus).unwrap();
     let mut open = around_tube(15, 3);
@@ -223,10 +223,10 @@ fn one_solver_answers_as_fresh_ones_do() {
     }
 }
 
-/// The degree of an endpoint is what leaves it less what arrives, and all degrees add up to
-/// nothing, as a chain's ends do.
+/// The degree of an endpoint is the number of departures minus arrivals; all degrees sum to zero,
+/// like the boundary of a chain.
 #[test]
-fn degrees_of_endpoints_add_up_to_nothing() {
+fn degrees_of_endpoints_sum_to_zero() {
     let sphere = shapes::geodesic_sphere(12).unwrap();
     // Three arms from one vertex, one of them double, and one that leads back.
     let path = |from: u32, to: u32| {
@@ -250,15 +250,15 @@ fn degrees_of_endpoints_add_up_to_nothing() {
     assert_eq!(sphere.vertices().filter(|&v| degree(v) != 0).count(), 4);
 }
 
-/// A loop around a disk adds the disk's indicator, whatever else is there.
+/// A bounding loop around a disk adds the disk's indicator, whatever else is there.
 #[test]
-fn a_loop_that_bounds_adds_its_indicator() {
+fn a_bounding_loop_adds_its_indicator() {
     let torus = torus(48, 24);
     let disk = |f: Face| {
         let [x, y, z] = centre(&torus, f);
         ((x + 1.0).powi(2) + y.powi(2) + (z - 0.35).powi(2)).sqrt() < 0.25
     };
-    // A loop that bounds nothing and a region that the disk lies across.
+    // A nonbounding loop, and a region that overlaps the disk.
     let mut curves = boundary_of(&torus, |f| centre(&torus, f)[1] > 0.1 && centre(&torus, f)[0] < 0.0);
     curves.push(around_tube(24, 2));
     let before = solve(&torus, &curves);
@@ -280,8 +280,8 @@ fn a_loop_that_bounds_adds_its_indicator() {
     }
 }
 
-/// Numbers of vertices and faces, the first corner of a face and the direction of an edge mean
-/// nothing.
+/// The numbering of vertices and faces, the first corner of a face and the direction of an edge do
+/// not matter.
 #[test]
 fn numbering_changes_nothing() {
     let torus = torus(30, 15);
@@ -291,7 +291,7 @@ fn numbering_changes_nothing() {
     curves.push(open);
     curves.push(Curve::signed((4..20).map(|i| Vertex(15 * i + 3))));
     let (n, m) = (torus.vertex_count(), torus.face_count());
-    // Multiplying by what has no factor in common permutes.
+    // Multiplication by a coprime number permutes.
     let vertex = |v: u32| (v as usize * 101 % n) as u32;
     let face = |f: usize| f * 103 % m;
     assert!(n % 101 != 0 && m % 103 != 0);
@@ -320,7 +320,7 @@ fn numbering_changes_nothing() {
     assert_eq!(by_place(&w, &|f| f), by_place(&r, &face));
     let objective = |w: &Winding| w.report.program.as_ref().unwrap().objective;
     assert!((objective(&w) / objective(&r) - 1.0).abs() < 1e-9, "{} {}", objective(&w), objective(&r));
-    // Values at middles of faces, near endpoints and far from them.
+    // Values at face centres, near endpoints and far from them.
     for f in 0..m {
         let one = w.value_at(Face(f as u32), [1.0 / 3.0; 3]);
         let other = r.value_at(Face(face(f) as u32), [1.0 / 3.0; 3]);

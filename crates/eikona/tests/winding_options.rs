@@ -1,5 +1,5 @@
-//! What the options of winding numbers do: intrinsic Delaunay triangles, short pieces, the look at
-//! the curve's orientation; and the way back to the faces of the input.
+//! Options of winding number solves: intrinsic Delaunay triangles, short pieces, the orientation
+//! check; and maps back to the faces of the input.
 
 mod regions;
 use eikona::contour::plane_cut;
@@ -16,14 +16,14 @@ fn solve(mesh: &TriangleMesh, curves: &[Curve], options: &WindingOptions) -> Win
     surface_winding_number(mesh, &curves, options).unwrap()
 }
 
-/// The share of the area on which labels are wrong.
+/// Returns the share of the area on which labels are wrong.
 fn wrong(w: &Winding, right: impl Fn(Face) -> i32) -> f64 {
     let faces = || w.mesh.faces();
     let wrong: f64 = faces().filter(|&f| w.labels[f] != right(f)).map(|f| area(&w.mesh, f)).sum();
     wrong / faces().map(|f| area(&w.mesh, f)).sum::<f64>()
 }
 
-/// Four arcs of the rim of a cap of the sphere, which leave out a quarter of it.
+/// Four arcs of the boundary of a cap of the sphere, without a quarter of it.
 fn arcs_of_a_circle(sphere: &TriangleMesh, height: f64) -> Vec<Curve> {
     let mut sides = boundary_of(sphere, |f| centre(sphere, f)[2] > height);
     let mut round = sides.swap_remove(0).nodes;
@@ -31,7 +31,7 @@ fn arcs_of_a_circle(sphere: &TriangleMesh, height: f64) -> Vec<Curve> {
         round.push(sides.swap_remove(i).nodes[1]);
     }
     assert!(sides.is_empty() && round.first() == round.last());
-    // From where it is farthest along x, so that arcs of two circles lie beside each other.
+    // Start where it is farthest along x, so that arcs of two circles lie beside each other.
     round.pop();
     let along_x = |node: &SurfacePoint| node.locate(sphere).unwrap().position(sphere)[0];
     let first = (0..round.len()).max_by(|&i, &j| along_x(&round[i]).total_cmp(&along_x(&round[j]))).unwrap();
@@ -46,7 +46,7 @@ fn arcs_of_a_circle(sphere: &TriangleMesh, height: f64) -> Vec<Curve> {
 }
 
 #[test]
-fn a_reversed_arc_is_found_and_its_effect_told() {
+fn a_reversed_arc_is_reported_with_its_effect() {
     let sphere = shapes::geodesic_sphere(24).unwrap();
     let arcs = arcs_of_a_circle(&sphere, 0.3);
     let w = solve(&sphere, &arcs, &WindingOptions::default());
@@ -67,7 +67,7 @@ fn a_reversed_arc_is_found_and_its_effect_told() {
             "{:?}",
             w.report.warnings
         );
-        // The effect is that of turning it over; it is told for completions along edges.
+        // The effect is that of reversing it, for completions along edges.
         let edges = WindingOptions { completion_shape: CompletionShape::Edges, ..Default::default() };
         let [right, turned] = [&arcs, &given].map(|arcs| solve(&sphere, arcs, &edges));
         let changed = wrong(&turned, |f| right.labels[f]);
@@ -80,7 +80,7 @@ fn a_reversed_arc_is_found_and_its_effect_told() {
 #[test]
 fn too_many_stretches_are_not_compared() {
     let sphere = shapes::geodesic_sphere(40).unwrap();
-    // Edges without a vertex in common, each a curve of its own.
+    // Edges without a common vertex, each a curve of its own.
     let mut taken = vec![false; sphere.vertex_count()];
     let mut pieces: Vec<Curve> = Vec::new();
     for [a, b] in sphere.edges().map(|e| sphere.edge_vertices(e)) {
@@ -93,17 +93,21 @@ fn too_many_stretches_are_not_compared() {
     let always = WindingOptions { diagnosis: Diagnosis::Always, split_short: false, ..Default::default() };
     let w = solve(&sphere, &pieces, &always);
     assert!(w.report.orientation.is_none());
-    assert!(w.report.warnings.iter().any(|text| text.contains("at most 2000")), "{:?}", w.report.warnings);
-    // Nearly all vertices are endpoints: what is left has labels all the same.
+    assert!(
+        w.report.warnings.iter().any(|text| text.contains("more than the 2000")),
+        "{:?}",
+        w.report.warnings
+    );
+    // Nearly all vertices are endpoints; labels exist nevertheless.
     assert_eq!(w.labels.as_slice().len(), sphere.face_count());
     assert!(w.labels.iter().all(|(_, label)| label.abs() < 10));
     assert!(solve(&sphere, &pieces[..40], &always).report.orientation.is_some());
 }
 
 #[test]
-fn loops_are_taken_as_they_are_given() {
-    // Two loops the same way around a tube: turned over, one would bound a band with the other; but
-    // it may be meant so.
+fn loops_are_kept_as_given() {
+    // Two loops in the same direction around a tube: with one reversed they would bound a band, but
+    // the input may be intended.
     let torus = shapes::torus(1.0, 0.4, 40, 20).unwrap();
     let around = |i: usize| Curve::signed((0..=20).map(|j| Vertex((i * 20 + j % 20) as u32)));
     let w = solve(&torus, &[around(7), around(15)], &WindingOptions::default());
@@ -111,10 +115,9 @@ fn loops_are_taken_as_they_are_given() {
     assert_eq!((orientation.stretches, orientation.reversed.len()), (2, 0));
 }
 
-/// Curves that mean what they say are left alone, although turning a part over would lower the
-/// energy.
+/// Deliberate curves are kept, although reversing a part would lower the energy.
 #[test]
-fn copies_offsets_and_cuts_are_taken_as_they_are_given() {
+fn copies_offsets_and_cuts_are_kept_as_given() {
     let reversed = |mesh: &TriangleMesh, curves: &[Curve]| {
         let w = solve(mesh, curves, &WindingOptions::default());
         w.report.orientation.unwrap().reversed.len()
@@ -126,11 +129,11 @@ fn copies_offsets_and_cuts_are_taken_as_they_are_given() {
     // A circle and its offset, both broken.
     let offset = arcs_of_a_circle(&sphere, 0.2);
     assert_eq!(reversed(&sphere, &[arcs.clone(), offset.clone()].concat()), 0);
-    // And one piece of both that is turned over indeed.
+    // And one piece of both that is indeed reversed.
     let mut wrong = [arcs, offset].concat();
     wrong[2] = wrong[2].clone().reversed();
     assert_eq!(reversed(&sphere, &wrong), wrong[2].nodes.len() - 1);
-    // Two cuts from rim to rim of an annulus, both inwards.
+    // Two cuts from boundary to boundary of an annulus, both inwards.
     let annulus = shapes::annulus(1.0, 2.0, 10, 40).unwrap();
     let nearest = |p: [f64; 3]| {
         let d = |v: &Vertex| (0..3).map(|k| (annulus.position(*v)[k] - p[k]).powi(2)).sum::<f64>();
@@ -141,8 +144,8 @@ fn copies_offsets_and_cuts_are_taken_as_they_are_given() {
         Curve::signed(eikona::curves::shortest_vertex_path(&annulus, &ends).unwrap())
     };
     assert_eq!(reversed(&annulus, &[cut(1.0, 0.0), cut(0.0, 1.0)]), 0);
-    // A loop that bounds beside a group of arcs of which the longer ones are reversed: only the
-    // shorter is named.
+    // A bounding loop beside a group of arcs of which the longer ones are reversed: only the
+    // shorter one is reported.
     let mut group = arcs_of_a_circle(&sphere, 0.3);
     for i in 1..4 {
         group[i] = group[i].clone().reversed();
@@ -154,8 +157,8 @@ fn copies_offsets_and_cuts_are_taken_as_they_are_given() {
 }
 
 #[test]
-fn delaunay_triangles_keep_exact_answers_exact() {
-    // Closed curves on badly shaped faces: a disk and a loop that bounds nothing.
+fn delaunay_triangles_keep_exact_solutions_exact() {
+    // Closed curves on badly shaped faces: a disk and a nonbounding loop.
     let torus = damage::jitter(&shapes::torus(1.0, 0.4, 40, 20).unwrap(), 0.4, 3).unwrap();
     let disk = |f: Face| centre(&torus, f)[0] > 1.25;
     let mut curves = boundary_of(&torus, disk);
@@ -163,7 +166,7 @@ fn delaunay_triangles_keep_exact_answers_exact() {
     let options = WindingOptions { intrinsic_delaunay: true, ..Default::default() };
     let solver = Solver::new(&torus).unwrap();
     let input = SurfaceCurves { curves: curves.clone(), points: Vec::new() };
-    // Twice, as the second one takes what the first has made.
+    // Twice, as the second solve reuses the operators of the first.
     for _ in 0..2 {
         let w = solver.solve(&input, &options).unwrap();
         for f in torus.faces() {
@@ -175,11 +178,12 @@ fn delaunay_triangles_keep_exact_answers_exact() {
     }
 }
 
-/// The winding number of a cut from the middle of a disk to its rim is the angle: exactly so,
+/// The winding number of a cut from the centre of a disk to its boundary is the angle, exactly,
 /// whatever the cut.
 #[test]
 fn delaunay_triangles_are_better_where_faces_are_badly_shaped() {
-    // Rings of vertices joined by long, thin faces that wind outwards, and a cut along such edges.
+    // Rings of vertices joined by long, thin faces that spiral outwards, and a cut along such
+    // edges.
     let (rings, around, twist) = (12u32, 72u32, 3u32);
     let number = |k: u32, j: u32| 1 + (k - 1) * around + j % around;
     let mut positions = vec![[0.0; 3]];
@@ -206,13 +210,13 @@ fn delaunay_triangles_are_better_where_faces_are_badly_shaped() {
         let options = WindingOptions { intrinsic_delaunay, completion_shape, ..Default::default() };
         let w = solve(&disk, std::slice::from_ref(&cut), &options);
         assert_eq!(w.endpoints, [Vertex(0)]);
-        // Turns by which the value differs from the angle, up to whole ones and to one constant.
+        // Turns by which the value differs from the angle, modulo integers and one constant.
         let [mut x, mut y] = [0.0, 0.0];
         let mut differences = Vec::new();
         for v in disk.vertices().skip(1) {
             let p = disk.position(v);
             let value = w.values.as_slice()[disk.vertex_corners(v)[0].index()];
-            // Left of the cut, where the angle begins, it is highest.
+            // The value is highest left of the cut, where the angle starts.
             let turns = value + p[1].atan2(p[0]) / TAU;
             (x, y) = (x + (TAU * turns).cos(), y + (TAU * turns).sin());
             differences.push(turns);
@@ -227,7 +231,7 @@ fn delaunay_triangles_are_better_where_faces_are_badly_shaped() {
 }
 
 #[test]
-fn short_pieces_are_felt_when_they_are_split() {
+fn short_pieces_take_effect_when_split() {
     let sphere = shapes::geodesic_sphere(16).unwrap();
     let cap = |f: Face| centre(&sphere, f)[2] > 0.3;
     // Every other edge of the circle.
@@ -256,7 +260,7 @@ fn short_pieces_are_felt_when_they_are_split() {
 
 #[test]
 fn points_of_input_faces_have_labels() {
-    // A cut across faces, and half of the faces wound the other way.
+    // A cut across faces, with half of the faces flipped.
     let sphere = shapes::geodesic_sphere(12).unwrap();
     let circle = plane_cut(&sphere, [0.0, 0.0, 0.31], [0.0, 0.0, 1.0]).unwrap().remove(0);
     let flipped = damage::flip_faces(&sphere, 0.4, 2).unwrap().mesh;
@@ -287,7 +291,7 @@ fn top(mesh: &TriangleMesh) -> Face {
 }
 
 #[test]
-fn steps_know_the_segments_they_come_from() {
+fn steps_name_their_segments() {
     let torus = shapes::torus(1.0, 0.4, 30, 16).unwrap();
     let halves = plane_cut(&torus, [0.0, 0.011, 0.0], [0.0, 1.0, 0.0]).unwrap();
     let w = solve(&torus, &halves[..1], &WindingOptions::default());
@@ -300,10 +304,10 @@ fn steps_know_the_segments_they_come_from() {
     assert!(matches!(halves[0].nodes[0], SurfacePoint::Edge { .. }));
 }
 
-/// A third of a loop around the tube of a torus, beside two whole ones: what it is a part of is
-/// open, so is the level of all the rest.
+/// A third of a loop around the tube of a torus, beside two whole ones: whether it bounds is
+/// undetermined, and so is the level of everything else.
 #[test]
-fn labels_that_are_guesses_are_warned_of() {
+fn uncertain_labels_give_a_warning() {
     let torus = shapes::torus(1.0, 0.4, 60, 30).unwrap();
     let around = |i: u32, kept: u32| Curve::signed((0..=kept).map(|j| Vertex(30 * i + j % 30)));
     let ask = |kept: u32| {
@@ -313,7 +317,8 @@ fn labels_that_are_guesses_are_warned_of() {
     let total: f64 = torus.faces().map(|f| area(&torus, f)).sum();
     let guessed: f64 = w.mesh.faces().filter(|&f| w.margin[f] < 0.1).map(|f| area(&w.mesh, f)).sum();
     assert!((w.report.uncertain_area - guessed / total).abs() < 1e-12 && guessed > 0.5 * total);
-    let share = format!("on {:.0} % of the area the label is next to a guess", 100.0 * guessed / total);
+    let share =
+        format!("labels are uncertain (margin below 0.1) on {:.0} % of the area", 100.0 * guessed / total);
     assert!(w.report.warnings.iter().any(|text| text.starts_with(&share)), "{:?}", w.report.warnings);
     let w = ask(30);
     assert_eq!(w.report.uncertain_area, 0.0);
@@ -323,7 +328,7 @@ fn labels_that_are_guesses_are_warned_of() {
 /// What is suggested saves energy, also where pieces run alongside each other, which is not weighed
 /// at first.
 #[test]
-fn reversals_that_are_suggested_save_energy() {
+fn suggested_reversals_save_energy() {
     let torus = shapes::torus(1.0, 0.4, 40, 20).unwrap();
     let arc = |from: [u32; 2], step: [u32; 2], count: u32| {
         Curve::signed(

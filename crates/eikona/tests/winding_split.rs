@@ -12,7 +12,7 @@ fn solve(mesh: &TriangleMesh, curves: Vec<Curve>) -> Winding {
     surface_winding_number(mesh, &curves, &WindingOptions::default()).unwrap()
 }
 
-/// The split, after what holds for every one: places are kept, first copies keep their number,
+/// Splits, and checks what holds for every split: places are kept, first copies keep their number,
 /// every vertex has one label, and edges between equal labels are whole.
 fn split(w: &Winding) -> Split {
     let split = w.split().unwrap();
@@ -38,7 +38,7 @@ fn split(w: &Winding) -> Split {
     split
 }
 
-/// The Euler characteristics of the components, sorted.
+/// Returns the Euler characteristics of the components, sorted.
 fn characteristics(mesh: &TriangleMesh) -> Vec<i64> {
     let topology = Topology::of(mesh);
     assert!(topology.is_manifold());
@@ -48,7 +48,7 @@ fn characteristics(mesh: &TriangleMesh) -> Vec<i64> {
 }
 
 #[test]
-fn a_cap_leaves_a_sphere_in_two_disks() {
+fn a_cap_splits_a_sphere_into_two_disks() {
     let sphere = shapes::geodesic_sphere(10).unwrap();
     let rim = boundary_of(&sphere, |f| centre(&sphere, f)[2] > 0.4);
     let rim_length = rim.len();
@@ -59,7 +59,7 @@ fn a_cap_leaves_a_sphere_in_two_disks() {
 }
 
 #[test]
-fn a_band_leaves_a_torus_in_two_annuli() {
+fn a_band_splits_a_torus_into_two_annuli() {
     let torus = shapes::torus(1.0, 0.4, 24, 12).unwrap();
     let band = |f: Face| (0.1..1.3).contains(&centre(&torus, f)[1].atan2(centre(&torus, f)[0]));
     let w = solve(&torus, boundary_of(&torus, band));
@@ -70,7 +70,7 @@ fn a_band_leaves_a_torus_in_two_annuli() {
 }
 
 #[test]
-fn a_loop_that_bounds_nothing_leaves_the_mesh_whole() {
+fn a_nonbounding_loop_does_not_split_the_mesh() {
     let torus = shapes::torus(1.0, 0.4, 24, 12).unwrap();
     let meridian = Curve::signed((0..=12).map(|j| Vertex(j % 12)));
     let w = solve(&torus, vec![meridian]);
@@ -81,7 +81,7 @@ fn a_loop_that_bounds_nothing_leaves_the_mesh_whole() {
 }
 
 #[test]
-fn where_two_loops_cross_there_are_four_copies() {
+fn a_crossing_of_two_loops_has_four_copies() {
     let sphere = shapes::octahedron().unwrap();
     let sides =
         |axis: usize| boundary_of(&sphere, move |f| centre(&shapes::octahedron().unwrap(), f)[axis] > 0.0);
@@ -96,12 +96,12 @@ fn where_two_loops_cross_there_are_four_copies() {
 }
 
 #[test]
-fn circles_and_rays_cut_surfaces_with_boundary() {
+fn circles_and_rays_split_surfaces_with_boundary() {
     let annulus = shapes::annulus(1.0, 2.0, 6, 24).unwrap();
     let inner = |f: Face| centre(&annulus, f)[0].hypot(centre(&annulus, f)[1]) < 1.5;
     let cut = split(&solve(&annulus, boundary_of(&annulus, inner)));
     assert_eq!(characteristics(&cut.mesh), [0, 0]);
-    // From rim to rim, twice: half of the annulus.
+    // From boundary to boundary, twice: half of the annulus.
     let half = |f: Face| centre(&annulus, f)[1] > 0.0;
     let w = solve(&annulus, boundary_of(&annulus, half));
     assert!(w.endpoints.is_empty());
@@ -109,7 +109,7 @@ fn circles_and_rays_cut_surfaces_with_boundary() {
 }
 
 #[test]
-fn faces_that_were_cut_know_their_parents_and_give_them_labels() {
+fn cut_faces_have_parents_and_pass_labels_to_them() {
     let sphere = shapes::geodesic_sphere(8).unwrap();
     let mut circle = plane_cut(&sphere, [0.0, 0.0, 0.31], [0.0, 0.0, 1.0]).unwrap();
     assert_eq!(circle.len(), 1);
@@ -118,7 +118,7 @@ fn faces_that_were_cut_know_their_parents_and_give_them_labels() {
     assert_eq!(characteristics(&cut.mesh), [1, 1]);
     assert!(cut.mesh.face_count() > sphere.face_count());
     assert_eq!(cut.face_parent, w.face_parent);
-    // All pieces lie in the planes of their parents, inside of their spans.
+    // All pieces lie in the planes of their parents, within their extents.
     for f in cut.mesh.faces() {
         let (piece, parent) = (centre(&cut.mesh, f), sphere.face_positions(cut.face_parent[f.index()]));
         for axis in 0..3 {
@@ -127,7 +127,7 @@ fn faces_that_were_cut_know_their_parents_and_give_them_labels() {
             assert!((low - 1e-9..=high + 1e-9).contains(&piece[axis]));
         }
     }
-    // One side is 0, the other is 1 or -1, whichever way the circle runs.
+    // One side is 0, the other is 1 or -1, depending on the direction of the circle.
     let labels = w.input_labels();
     assert_eq!(labels.len(), sphere.face_count());
     let top = labels[sphere.faces().find(|&f| centre(&sphere, f)[2] > 0.8).unwrap()];
@@ -156,7 +156,7 @@ fn faces_that_were_cut_know_their_parents_and_give_them_labels() {
     }
 }
 
-/// Labels of one's own on a mesh of one's own.
+/// A hand-made result with these labels.
 fn labelled(positions: Vec<[f64; 3]>, faces: Vec<[u32; 3]>, labels: Vec<i32>) -> Winding {
     let disk = shapes::disk(3, 6, 1.0).unwrap();
     let ring = Curve::signed([1, 2, 3, 4, 5, 6, 1].map(Vertex));
@@ -167,7 +167,7 @@ fn labelled(positions: Vec<[f64; 3]>, faces: Vec<[u32; 3]>, labels: Vec<i32>) ->
 }
 
 #[test]
-fn pages_of_equal_label_stay_together_at_an_edge_of_many() {
+fn pages_of_equal_label_stay_joined_at_a_nonmanifold_edge() {
     // A book of four pages.
     let positions =
         vec![[0., 0., 0.], [0., 0., 1.], [1., 0., 0.], [0., 1., 0.], [-1., 0., 0.], [0., -1., 0.]];
@@ -180,7 +180,7 @@ fn pages_of_equal_label_stay_together_at_an_edge_of_many() {
 }
 
 #[test]
-fn fans_that_only_touch_stay_so_unless_labels_differ() {
+fn touching_fans_are_split_only_if_labels_differ() {
     let positions =
         vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [-1., 0., 0.], [-1., -1., 0.], [9., 9., 9.]];
     let faces = vec![[0, 1, 2], [0, 3, 4]];

@@ -1,5 +1,5 @@
-//! Completions straightened across faces: where they run is known on the sphere, the plane, the
-//! cylinder and the torus.
+//! Straightened completions across faces, with known paths on the sphere, the plane, the cylinder
+//! and the torus.
 
 mod regions;
 mod smooth;
@@ -20,7 +20,7 @@ fn solve_as(mesh: &TriangleMesh, curves: &[Curve], completion_shape: CompletionS
     surface_winding_number(mesh, &curves, &options).unwrap()
 }
 
-/// The straightened result, compared with the one on edges.
+/// Returns the straightened result, after comparing it with the one on edges.
 fn solve(mesh: &TriangleMesh, curves: &[Curve]) -> Winding {
     let edges = solve_as(mesh, curves, CompletionShape::Edges);
     let straight = solve_as(mesh, curves, CompletionShape::Straight);
@@ -32,7 +32,7 @@ fn position(mesh: &TriangleMesh, node: &SurfacePoint) -> [f64; 3] {
     node.locate(mesh).unwrap().position(mesh)
 }
 
-/// The pieces of a curve between nodes where `is_kept` says so.
+/// Returns the pieces of a curve between nodes that `is_kept` accepts.
 fn broken(mesh: &TriangleMesh, curve: &Curve, is_kept: impl Fn([f64; 3]) -> bool) -> Vec<Curve> {
     let closed = curve.nodes.first() == curve.nodes.last();
     let mut nodes = curve.nodes.clone();
@@ -50,8 +50,8 @@ fn angle(p: [f64; 3]) -> f64 {
     p[1].atan2(p[0])
 }
 
-/// Prints errors of refinements by two each and the order seen; the last orders are to be at least
-/// `order`.
+/// Prints the errors of successive refinements by two and the observed orders; the last orders must
+/// be at least `order`.
 fn converges(name: &str, errors: &[f64], order: f64) {
     assert!(errors.len() >= 4);
     println!("{name}: errors {}", errors.iter().map(|e| format!("{e:.2e} ")).collect::<String>());
@@ -61,14 +61,14 @@ fn converges(name: &str, errors: &[f64], order: f64) {
     assert!(mean > order, "{name}: {mean}");
 }
 
-/// The face whose centre is highest.
+/// Returns the face whose centre is highest.
 fn top(w: &Winding) -> Face {
     let height = |f: &Face| centre(&w.mesh, *f)[2];
     w.mesh.faces().max_by(|a, b| height(a).total_cmp(&height(b))).unwrap()
 }
 
-/// Of a cap with a broken rim the completion cuts off what lies between the circle and the great
-/// circles through open ends: of each gap it leaves the spherical triangle with the pole.
+/// For a cap with a broken boundary, the completion cuts off the area between the circle and the
+/// great circles through open ends: per gap it leaves the spherical triangle with the pole.
 #[test]
 fn gaps_of_a_circle_on_the_sphere_are_closed_by_great_circles() {
     for (height, gaps) in [(0.5f64, 3.0), (0.0, 2.0), (0.7, 1.0)] {
@@ -85,7 +85,7 @@ fn gaps_of_a_circle_on_the_sphere_are_closed_by_great_circles() {
             let w = solve(&sphere, &pieces);
             let inside = w.labels[top(&w)];
             let found = area_of(&w.mesh, |f| w.labels[f] == inside);
-            // Ends in order around, where a gap begins and the next piece ends it.
+            // Ends in order around the circle, where a gap starts and the next piece ends it.
             let colatitude = (height + 1e-4).acos();
             let (mut kept, mut triangles) = (0.0, 0.0);
             let end = |node: Option<&SurfacePoint>| angle(position(&sphere, node.unwrap()));
@@ -106,7 +106,7 @@ fn gaps_of_a_circle_on_the_sphere_are_closed_by_great_circles() {
     }
 }
 
-/// Twice the area of a polygon in the plane.
+/// Returns twice the area of a polygon in the plane.
 fn twice_area(polygon: &[[f64; 3]]) -> f64 {
     let next = |i: usize| polygon[(i + 1) % polygon.len()];
     (0..polygon.len()).map(|i| polygon[i][0] * next(i)[1] - polygon[i][1] * next(i)[0]).sum()
@@ -123,8 +123,8 @@ fn is_inside(polygon: &[[f64; 3]], p: [f64; 3]) -> bool {
     inside
 }
 
-/// A circle of the plane of which so many twentieths are left between gaps, as pieces traced over a
-/// mesh, and the polygon that they make with chords across the gaps.
+/// Returns pieces of a circle in the plane with the given number of twentieths left between gaps,
+/// traced over a mesh, and the polygon that they form with chords across the gaps.
 fn circle_with_gaps(
     mesh: &TriangleMesh,
     points: usize,
@@ -186,10 +186,10 @@ fn gaps_of_a_circle_in_the_plane_are_closed_by_chords() {
     }
 }
 
-/// Around a cylinder a circle is straight already, and so is every completion of it: the prism is
-/// parted exactly there.
+/// Around a cylinder a circle is already straight, and so is every completion of it: the prism is
+/// divided exactly there.
 #[test]
-fn gaps_of_a_circle_around_a_cylinder_are_closed_level() {
+fn gaps_of_a_circle_around_a_cylinder_are_closed_at_its_height() {
     let sectors = 40;
     let cylinder = shapes::cylinder(0.5, 2.0, sectors, 30, shapes::Ends::Open).unwrap();
     let low = cylinder.positions().iter().map(|p| p[2]).fold(f64::INFINITY, f64::min);
@@ -217,8 +217,8 @@ fn torus(n: usize) -> TriangleMesh {
     torus.with_positions(torus.positions().iter().map(onto).collect()).unwrap()
 }
 
-/// A plane through the axis cuts a torus in two circles around the tube, which are geodesics;
-/// broken, both are completed by themselves, and half of the torus lies on each side.
+/// A plane through the axis cuts a torus in two circles around the tube, which are geodesics. Each
+/// broken circle is completed to itself, and half of the torus lies on each side.
 #[test]
 fn gaps_of_circles_around_the_tube_are_closed_along_them() {
     let mut errors = Vec::new();
@@ -245,7 +245,7 @@ fn gaps_of_circles_around_the_tube_are_closed_along_them() {
     converges("half of the torus", &errors, 1.5);
 }
 
-/// The loop that one of them is a part of is completed to the whole circle.
+/// The loop that contains one of them is completed to the whole circle.
 #[test]
 fn a_broken_circle_around_the_tube_is_completed_to_its_length() {
     let mut errors = Vec::new();
@@ -260,14 +260,14 @@ fn a_broken_circle_around_the_tube_is_completed_to_its_length() {
         assert_eq!((w.nonbounding_loops.len(), edges.nonbounding_loops.len()), (1, 1));
         let exact = TAU * 0.4;
         let [found, before] = [&w, &edges].map(|w| length(&w.mesh, &w.nonbounding_loops));
-        assert!(before > 1.001 * found, "on edges it zigzags: {before}, not {found}");
+        assert!(before > 1.001 * found, "on edges it zigzags: {before} against {found}");
         errors.push((found - exact).abs() / exact);
     }
     converges("length of the circle", &errors, 1.5);
 }
 
-/// Curves with random gaps on surfaces of many kinds, faces turned over, one-sided ones: what
-/// [`smooth::check`] asks for holds for all.
+/// Curves with random gaps on surfaces of many kinds, also one-sided and with flipped faces: the
+/// properties of [`smooth::check`] hold for all.
 #[test]
 fn straightened_completions_agree_with_those_on_edges() {
     let pinched = {

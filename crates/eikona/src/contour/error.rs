@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// A field, level or plane without isolines.
+/// Error of isolines and plane cuts.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ContourError {
@@ -21,10 +21,10 @@ pub enum ContourError {
         name: &'static str,
         /// The value given.
         value: f64,
-        /// The range.
+        /// The accepted range.
         bound: &'static str,
     },
-    /// A plane without a direction or place.
+    /// A plane with an invalid point or normal.
     #[error(
         "the plane's {name} is ({}, {}, {}); it must be finite and, for a normal, not zero",
         value[0], value[1], value[2]

@@ -1,4 +1,4 @@
-//! Curves as files for other programs: OBJ lines, PLY edges, and SVG for flat meshes.
+//! Exports curves to other programs: OBJ lines, PLY edges, and SVG for flat meshes.
 
 use eikona_mesh::{Curve, CurveError, FileError, TriangleMesh};
 use std::fmt::Write as _;
@@ -6,14 +6,13 @@ use std::fmt::Write as _;
 /// A polyline in space. A closed one repeats its first point at the end.
 pub type Polyline = Vec<[f64; 3]>;
 
-/// Lines are flat, so that SVG can hold them, if their z differs by at most this share of their
-/// larger side in x or y.
+/// Flatness tolerance for SVG: the range of z as a share of the larger side in x or y.
 pub const FLAT: f64 = 1e-9;
 
-/// Where the nodes of each curve lie in space.
+/// Returns the positions of the nodes of each curve in space.
 ///
 /// # Errors
-/// [`CurveError`] for a node that is not on the mesh, with the place of its curve among these.
+/// [`CurveError`], with the index of the curve, for a node that is not on the mesh.
 pub fn polylines<'a>(
     mesh: &TriangleMesh,
     curves: impl IntoIterator<Item = &'a Curve>,
@@ -25,7 +24,7 @@ pub fn polylines<'a>(
     curves.into_iter().enumerate().map(points).collect()
 }
 
-/// An OBJ file with one `l` line a polyline.
+/// Writes an OBJ file with one `l` line per polyline.
 ///
 /// # Errors
 /// [`FileError::Unsupported`] for coordinates that are not finite.
@@ -46,7 +45,7 @@ pub fn obj_lines(lines: &[Polyline]) -> Result<String, FileError> {
     Ok(text)
 }
 
-/// An ASCII PLY file with one `edge` element a segment.
+/// Writes an ASCII PLY file with one `edge` element per segment.
 ///
 /// # Errors
 /// [`FileError::Unsupported`] for coordinates that are not finite.
@@ -70,7 +69,8 @@ pub fn ply_edges(lines: &[Polyline]) -> Result<String, FileError> {
     ))
 }
 
-/// An SVG file with one path a polyline, y upwards as on the mesh, lengths in the mesh's own unit.
+/// Writes an SVG file with one path per polyline, y upwards as on the mesh, lengths in the mesh's
+/// own unit.
 ///
 /// # Errors
 /// [`FileError::Unsupported`] if the points do not all have the same z (up to [`FLAT`]), or are not
@@ -107,7 +107,7 @@ pub fn svg_paths(lines: &[Polyline]) -> Result<String, FileError> {
     for (points, closed) in lines {
         text += "<path d=\"";
         for (k, [x, y, _]) in points.iter().enumerate() {
-            // Downwards is positive in SVG. Subtracting from 0 writes no "-0".
+            // SVG has y pointing down. Subtracting from 0 avoids "-0".
             let _ = write!(text, "{}{x} {}", if k == 0 { "M" } else { " L" }, 0.0 - y);
         }
         text += if closed { " Z\"/>\n" } else { "\"/>\n" };
@@ -116,7 +116,8 @@ pub fn svg_paths(lines: &[Polyline]) -> Result<String, FileError> {
     Ok(text)
 }
 
-/// Polylines of at least two points, without the repeated first point, and whether they are closed.
+/// Returns the polylines of at least two points, without the repeated first point, and whether they
+/// are closed.
 fn checked(lines: &[Polyline]) -> Result<Vec<(&[[f64; 3]], bool)>, FileError> {
     let mut open = Vec::with_capacity(lines.len());
     for (i, line) in lines.iter().enumerate() {

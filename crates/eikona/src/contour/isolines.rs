@@ -1,10 +1,9 @@
-//! Isolines of a function that is linear in each face.
+//! Isolines of a piecewise linear function.
 //!
-//! A vertex value that equals the level counts as above it. Under this rule a face is crossed by
-//! one segment or none, and the segments of neighbouring faces meet in a point of their common
-//! edge: no curve is ever torn, and no vertex or face on the level needs a case of its own. Nodes
-//! are then moved onto vertices where they lie there, which merges the nodes of all edges at that
-//! vertex.
+//! A vertex value that equals the level counts as above it. Under this rule at most one segment
+//! crosses a face, and the segments of neighbouring faces meet in a point of their common edge: no
+//! curve is torn, and vertices or faces on the level need no special case. Nodes at vertices are
+//! then moved onto them, which merges the nodes of all edges at that vertex.
 
 use super::ContourError;
 use crate::geometry::vector::{cross, normalize, scale, sub};
@@ -12,27 +11,27 @@ use eikona_mesh::{
     Curve, CurveKind, Edge, Face, Located, Neighbour, SNAP_TOLERANCE, TriangleMesh, VertexField,
 };
 
-/// The isolines of one level.
+/// Isolines of one level.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LevelSet {
     /// The level.
     pub level: f64,
-    /// Its curves, signed, with the smaller values on the left. Closed ones repeat their first node
+    /// The curves, signed, with the smaller values on the left. Closed ones repeat their first node
     /// at the end.
     pub curves: Vec<Curve>,
-    /// Faces without isolines because the field is not finite at a corner.
+    /// Number of faces without isolines because the field is not finite at a corner.
     pub undefined_faces: usize,
 }
 
-/// The isolines of a vertex field, level by level.
+/// Computes the isolines of a vertex field, level by level.
 ///
-/// Each curve runs with the smaller values on its left, so an isoline of a distance that is
-/// negative on the left of its source can serve as a source again. Curves end at the boundary, at
-/// nonmanifold edges and at faces with a value that is not finite. A region exactly on the level
-/// counts as above it. Where the field touches the level from below there is no curve; only a ridge
-/// on the level from rim to rim gives two, which run against each other. On faces that are oriented
-/// against each other a curve goes on with the smaller values on the same side, and its `up` says
-/// which side of the surface that is seen from.
+/// Each curve has the smaller values on its left, so an isoline of a distance that is negative on
+/// the left of its source can serve as a source again. Curves end at the boundary, at nonmanifold
+/// edges and at faces with a nonfinite value. A region exactly on the level counts as above it.
+/// Where the field touches the level from below there is no curve; only a ridge on the level from
+/// boundary to boundary gives two, which run in opposite directions. Across inconsistently oriented
+/// faces a curve continues with the smaller values on the same side, and its `up` says from which
+/// side of the surface that is seen.
 ///
 /// ```
 /// use eikona::contour::{isolines, polylines};
@@ -40,7 +39,7 @@ pub struct LevelSet {
 /// let mesh = TriangleMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], vec![[0, 1, 2]])?;
 /// let x = vec![0.0, 1.0, 0.0].into();
 /// let points = polylines(&mesh, &isolines(&mesh, &x, &[0.25])?[0].curves)?;
-/// // Upwards, so that smaller values are on the left.
+/// Upwards, so that smaller values are on the left.
 /// assert_eq!(points, [[[0.25, 0.0, 0.0], [0.25, 0.75, 0.0]]]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -49,7 +48,7 @@ pub struct LevelSet {
 /// [`ContourError::WrongLength`], and [`ContourError::Parameter`] for a level that is not finite.
 ///
 /// # Cost
-/// O(F) a level.
+/// O(F) per level.
 pub fn isolines(
     mesh: &TriangleMesh,
     field: &VertexField<f64>,
@@ -66,8 +65,8 @@ fn level_set(mesh: &TriangleMesh, values: &[f64], level: f64) -> Result<LevelSet
         return Err(ContourError::Parameter { name: "level", value: level, bound: "it must be finite" });
     }
     let mut undefined_faces = 0;
-    // The crossed sides of each crossed face: where a walk around the face goes up through the
-    // level, and where down.
+    // The crossed sides of each crossed face: where its boundary, walked around, rises through the
+    // level, and where it falls.
     let mut crossing: Vec<Option<[u8; 2]>> = Vec::with_capacity(mesh.face_count());
     for face in mesh.triangles() {
         let v = face.map(|i| values[i as usize]);
@@ -88,8 +87,8 @@ fn level_set(mesh: &TriangleMesh, values: &[f64], level: f64) -> Result<LevelSet
             continue;
         }
         visited[seed.index()] = true;
-        // From the seed face forward, out of its falling side; unless that closes the curve, also
-        // backward.
+        // Follow the curve forward from the seed face, out of its falling side, and backward unless
+        // that closes the curve.
         let forward = follow(mesh, &crossing, &mut visited, seed, down);
         let mut edges = vec![mesh.face_edges(seed)[up as usize]];
         let mut turned = forward.turned;
@@ -117,13 +116,13 @@ fn level_set(mesh: &TriangleMesh, values: &[f64], level: f64) -> Result<LevelSet
     Ok(LevelSet { level, curves, undefined_faces })
 }
 
-/// A run of crossed edges from a face on.
+/// A sequence of crossed edges, starting at a face.
 struct Run {
-    /// The edges in order, that on which the run leaves its first face included.
+    /// The edges in order, including the one on which the run leaves its first face.
     edges: Vec<Edge>,
-    /// Whether it came back to its first face.
+    /// Whether it returned to its first face.
     closed: bool,
-    /// Whether an edge between faces of opposite orientation was crossed.
+    /// Whether it crossed an edge between inconsistently oriented faces.
     turned: bool,
     /// The last face, and whether it is oriented against the first.
     last: (Face, bool),
@@ -160,7 +159,7 @@ fn follow(
 
 fn node_on_edge(mesh: &TriangleMesh, values: &[f64], level: f64, edge: Edge) -> Located {
     let [a, b] = mesh.edge_vertices(edge);
-    // Halves, so that the difference of two huge values stays finite.
+    // Halving keeps the difference of two huge values finite.
     let (va, vb) = (0.5 * values[a.index()], 0.5 * values[b.index()]);
     let t = (0.5 * level - va) / (vb - va);
     if t.is_nan() || t <= SNAP_TOLERANCE {
@@ -172,8 +171,8 @@ fn node_on_edge(mesh: &TriangleMesh, values: &[f64], level: f64, edge: Edge) -> 
     }
 }
 
-/// Leaves out repeated nodes, and pieces that run out and straight back: there the field touches
-/// the level.
+/// Removes repeated nodes, and pieces that run out and straight back, where the field touches the
+/// level.
 fn merge_nodes(nodes: impl Iterator<Item = Located>) -> Vec<Located> {
     let mut merged: Vec<Located> = Vec::new();
     for node in nodes {
@@ -186,7 +185,7 @@ fn merge_nodes(nodes: impl Iterator<Item = Located>) -> Vec<Located> {
         }
         merged.push(node);
     }
-    // The same across the seam of a closed curve.
+    // The same across the start of a closed curve.
     let mut trim = 0;
     while merged.len() >= 2 * trim + 4
         && merged[trim] == merged[merged.len() - 1 - trim]

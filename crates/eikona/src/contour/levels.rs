@@ -1,12 +1,12 @@
-//! At which values isolines lie.
+//! Selection of isoline levels.
 
 use super::ContourError;
 
-/// The most levels that a spacing may give.
+/// Largest number of levels that a spacing may give.
 pub const MAX_LEVELS: usize = 10_000;
 
-/// All multiples of `spacing` within the range of the values, in increasing order. Values that are
-/// not finite do not count.
+/// Returns all multiples of `spacing` within the range of the values, in increasing order.
+/// Nonfinite values are ignored.
 ///
 /// ```
 /// use eikona::contour::spaced_levels;
@@ -15,7 +15,7 @@ pub const MAX_LEVELS: usize = 10_000;
 /// ```
 ///
 /// # Errors
-/// [`ContourError::Parameter`] when the spacing is not above 0 and finite, or so small that there
+/// [`ContourError::Parameter`] if the spacing is not positive and finite, or so small that there
 /// are more than [`MAX_LEVELS`] levels.
 pub fn spaced_levels(values: &[f64], spacing: f64) -> Result<Vec<f64>, ContourError> {
     let refuse = |bound| Err(ContourError::Parameter { name: "spacing", value: spacing, bound });
@@ -33,8 +33,8 @@ pub fn spaced_levels(values: &[f64], spacing: f64) -> Result<Vec<f64>, ContourEr
     Ok((0..count).map(|k| (first + k as f64) * spacing + 0.0).collect())
 }
 
-/// About `count` levels within the range of the values, at multiples of 1, 2 or 5 times a power of
-/// ten.
+/// Returns about `count` levels within the range of the values, at multiples of 1, 2 or 5 times a
+/// power of ten.
 ///
 /// ```
 /// use eikona::contour::round_levels;
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spacings_that_are_no_spacings_are_refused() {
+    fn invalid_spacings_are_refused() {
         for spacing in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-300] {
             assert!(spaced_levels(&[0.0, 1.0], spacing).is_err(), "{spacing}");
         }
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn round_levels_have_about_the_count_asked_for() {
+    fn round_levels_have_about_the_requested_count() {
         for exponent in [-200, -3, 0, 7, 200] {
             let size = 10f64.powi(exponent);
             let levels = round_levels(&[-0.37 * size, 0.61 * size], 12).unwrap();

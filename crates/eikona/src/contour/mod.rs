@@ -1,6 +1,6 @@
 //! Isolines of a vertex field, plane cuts, and the export of curves as polylines.
 //!
-//! Isolines have the smaller values on their left, as a signed distance on a surface has.
+//! Isolines have the smaller values on their left, like the signed distance on a surface.
 
 mod error;
 mod export;

@@ -1,19 +1,19 @@
-//! Where a plane, or a waving surface about a plane, cuts a mesh.
+//! Cuts of a mesh by a plane, or by a wavy surface about a plane.
 
 use super::ContourError;
 use super::isolines::isolines;
 use crate::geometry::vector::{Vec3, cross, dot, normalize, sub};
 use eikona_mesh::{Curve, TriangleMesh};
 
-/// The curves in which a plane cuts the mesh: signed, closed or ending at the boundary, one segment
-/// a face.
+/// Cuts the mesh by a plane. The curves are signed, and closed or ending at the boundary, with one
+/// segment per face.
 ///
-/// The side of the plane to which `normal` points is on the right of each curve, the other on the
-/// left. Vertices exactly on the plane count as lying on the normal's side, so the cut of faces
-/// that lie in the plane is their rim towards the other side.
+/// The side of the plane to which `normal` points is on the right of each curve. Vertices exactly
+/// on the plane count as on the normal's side, so the cut of faces that lie in the plane is their
+/// boundary towards the other side.
 ///
 /// # Errors
-/// [`ContourError::BadPlane`] if the point or the normal is not finite, or the normal zero.
+/// [`ContourError::BadPlane`] if the point or the normal is not finite, or the normal is zero.
 ///
 /// # Cost
 /// O(F).
@@ -22,20 +22,20 @@ pub fn plane_cut(mesh: &TriangleMesh, point: [f64; 3], normal: [f64; 3]) -> Resu
     cut(mesh, |p| dot(sub(p, point), unit))
 }
 
-/// How a cut waves about its plane.
+/// Wave of a cut about its plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wave {
-    /// How far it leaves the plane, in the mesh's unit.
+    /// Largest distance from the plane, in the mesh's unit.
     pub amplitude: f64,
-    /// How many waves there are in one turn about the normal through the point.
+    /// Number of periods in one turn about the normal through the point.
     pub count: u32,
 }
 
-/// As [`plane_cut`], with a surface that rises and falls about the plane by `amplitude` sin(`count`
-/// angle), where the angle turns about the normal through the point.
+/// Cuts the mesh as [`plane_cut`] does, by a surface that deviates from the plane by `amplitude`
+/// sin(`count` angle), where the angle turns about the normal through the point.
 ///
 /// # Errors
-/// As [`plane_cut`]; [`ContourError::Parameter`] when the amplitude is not finite.
+/// Those of [`plane_cut`]; [`ContourError::Parameter`] if the amplitude is not finite.
 pub fn wavy_plane_cut(
     mesh: &TriangleMesh,
     point: [f64; 3],
@@ -47,8 +47,7 @@ pub fn wavy_plane_cut(
         let bound = "it must be finite";
         return Err(ContourError::Parameter { name: "amplitude", value: wave.amplitude, bound });
     }
-    // Any two directions that span the plane will do: take the axis that is farthest from the
-    // normal.
+    // Any two directions that span the plane work: start from the axis farthest from the normal.
     let farthest = (0..3).fold(0, |a, b| if unit[b].abs() < unit[a].abs() { b } else { a });
     let axis: Vec3 = [0, 1, 2].map(|k| if k == farthest { 1.0 } else { 0.0 });
     let across =

@@ -3,20 +3,20 @@
 use eikona_mesh::{CurveError, Vertex};
 use thiserror::Error;
 
-/// A polyline or path that is not a curve on the mesh.
+/// Error of tracing, straightening or path finding.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TraceError {
     /// The mesh has no faces.
     #[error("the mesh has no faces; a curve needs a surface to lie on")]
     NoFaces,
-    /// Fewer than two different points.
+    /// Fewer than two distinct points remain.
     #[error(
-        "{points} different point(s) remain on the surface; a curve needs at least 2, isolated \
-         places are given as points"
+        "{points} distinct point(s) remain on the surface; a curve needs at least 2; give isolated \
+         places as points"
     )]
     TooFewPoints {
-        /// Number of different points.
+        /// Number of distinct points.
         points: usize,
     },
     /// A coordinate is NaN or infinite.
@@ -30,11 +30,11 @@ pub enum TraceError {
         /// Its coordinates as given.
         position: [f64; 3],
     },
-    /// No path over the surface joins two nodes.
+    /// No path on the surface connects two nodes.
     #[error(
-        "node {from} and node {to} lie on pieces of the surface that no edge joins; join the \
-         pieces if they touch (`weld` or `stitch`, or --weld or --stitch on the command line), \
-         else split the curve between the nodes"
+        "no path on the surface connects node {from} and node {to}; join the components if they \
+         touch (`weld` or `stitch`, or --weld or --stitch on the command line), else split the \
+         curve between the nodes"
     )]
     NotConnected {
         /// 0-based index of the first node.
@@ -57,7 +57,7 @@ pub enum TraceError {
         name: &'static str,
         /// The value given.
         value: f64,
-        /// The range.
+        /// The accepted range.
         bound: &'static str,
     },
     /// The curve is not on the mesh.

@@ -1,5 +1,4 @@
-//! The shortest path through a strip of faces: unfold the strip into the plane and pull a string
-//! through it.
+//! The funnel algorithm: the shortest path through a strip of faces unfolded into the plane.
 
 use super::straighten::{Leg, path_length};
 use crate::geometry::vector::{cross, dot, norm, sub};
@@ -13,22 +12,22 @@ struct Gate {
     right: (Vertex, Point),
 }
 
-/// A bend of the string, or one of its ends.
+/// A bend of the path, or one of its ends.
 #[derive(Clone, Copy)]
 struct Bend {
-    /// Number of gates that lie before it (its own included).
+    /// Number of gates before it, its own included.
     passed: usize,
     place: Located,
     point: Point,
 }
 
-/// Twice the signed area: positive if `c` lies to the left of the way from `a` to `b`.
+/// Returns twice the signed area: positive if `c` lies to the left of the line from `a` to `b`.
 fn turn(a: Point, b: Point, c: Point) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The corners and legs of the shortest path from `from`, in the first face, to `to`, in the last.
-/// `None` if the strip is not one.
+/// Returns the corners and legs of the shortest path from `from`, in the first face, to `to`, in
+/// the last. `None` if consecutive faces do not form a strip.
 pub(super) fn shortest_in_strip(
     mesh: &TriangleMesh,
     from: Located,
@@ -43,7 +42,7 @@ pub(super) fn shortest_in_strip(
     bends.extend(pull(&unfolded, start, end));
     bends.push(last);
     bends = bend_at_passed_vertices(gates, &unfolded, &bends);
-    // A closed string begins and ends in one place, but in two points of the unfolded strip.
+    // A closed path starts and ends in one place, but at two points of the unfolded strip.
     let size = [start, end].into_iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
     let is_same = |a: &Bend, b: &Bend| {
         a.place == b.place && (0..2).all(|k| (a.point[k] - b.point[k]).abs() <= 1e-9 * size)
@@ -76,8 +75,8 @@ fn unfold(
     let mut unfolded = Vec::with_capacity(gates.len());
     for (&gate, &next) in gates.iter().zip(faces.get(1..)?) {
         let ends = mesh.edge_vertices(gate);
-        // The corners are in counterclockwise order, so the way out has the side's second corner on
-        // its left.
+        // The corners are in counterclockwise order, so leaving the face puts the side's second
+        // corner on the left.
         let k = (0..3).find(|&k| ends.contains(&corners[k].0) && ends.contains(&corners[(k + 1) % 3].0))?;
         let (right, left) = (corners[k], corners[(k + 1) % 3]);
         unfolded.push(Gate { left, right });
@@ -92,7 +91,7 @@ fn unfold(
     Some((unfolded, start, end))
 }
 
-/// Where a face's third corner comes to lie, left of the way from `a` to `b`.
+/// Returns the position of a face's third corner, left of the line from `a` to `b`.
 fn third_point(mesh: &TriangleMesh, a: (Vertex, Point), b: (Vertex, Point), c: Vertex) -> Point {
     let (side, other) =
         (sub(mesh.position(b.0), mesh.position(a.0)), sub(mesh.position(c), mesh.position(a.0)));
@@ -115,8 +114,8 @@ fn place(mesh: &TriangleMesh, at: Located, face: Face, corners: &[(Vertex, Point
     Some(point)
 }
 
-/// The bends of the shortest string through the gates. The funnel from the last bend (`apex`) to
-/// the sides seen so far is narrowed gate by gate; where one side crosses the other, the string
+/// Returns the bends of the shortest path through the gates. The funnel from the last bend (`apex`)
+/// to the sides seen so far is narrowed gate by gate; where one side crosses the other, the path
 /// bends.
 fn pull(gates: &[Gate], start: Point, end: Point) -> Vec<Bend> {
     let mut bends = Vec::new();
@@ -144,8 +143,8 @@ fn pull(gates: &[Gate], start: Point, end: Point) -> Vec<Bend> {
                 bend = Some((right, false));
             }
         }
-        // A side at number 0 is the start, and past the last gate the end: there is nothing to bend
-        // about.
+        // A side with number 0 is the start, past the last gate the end: there is no vertex to bend
+        // at.
         if let Some(((point, passed), on_left)) = bend
             && let Some(gate) = passed.checked_sub(1).and_then(|g| gates.get(g))
         {
@@ -159,7 +158,7 @@ fn pull(gates: &[Gate], start: Point, end: Point) -> Vec<Bend> {
     bends
 }
 
-/// Where the string passes a gate from one bend to the next, from 0 at the left to 1 at the right.
+/// Returns where the path passes a gate between two bends, from 0 at the left to 1 at the right.
 /// `None` for gates at whose end, or along which, it bends.
 fn passage(a: Bend, b: Bend, edge: Edge, gate: &Gate) -> Option<f64> {
     for place in [a.place, b.place] {
@@ -174,8 +173,8 @@ fn passage(a: Bend, b: Bend, edge: Edge, gate: &Gate) -> Option<f64> {
     Some(if t.is_nan() { 0.5 } else { t.clamp(0.0, 1.0) })
 }
 
-/// A straight piece may pass exactly through a vertex. It becomes a bend, since on a curved surface
-/// its other side may be the shorter one.
+/// Makes a vertex that a straight leg passes exactly through a bend: on a curved surface its other
+/// side may be shorter.
 fn bend_at_passed_vertices(edges: &[Edge], gates: &[Gate], bends: &[Bend]) -> Vec<Bend> {
     let mut all = Vec::with_capacity(bends.len());
     for pair in bends.windows(2) {
@@ -195,7 +194,7 @@ fn bend_at_passed_vertices(edges: &[Edge], gates: &[Gate], bends: &[Bend]) -> Ve
 }
 
 fn leg(mesh: &TriangleMesh, a: Bend, b: Bend, faces: &[Face], edges: &[Edge], gates: &[Gate]) -> Option<Leg> {
-    // Faces before the first gate that is really passed, and after the last, hold only the ends.
+    // Faces before the first gate that the leg crosses, and after the last, hold only its ends.
     let touches = |g: usize| passage(a, b, edges[g], &gates[g]).is_none();
     let (mut low, mut high) = (a.passed, b.passed);
     let holds = |place: Located, face: Face| place.weights_in_face(mesh, face).is_some();

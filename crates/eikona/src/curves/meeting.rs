@@ -1,11 +1,11 @@
-//! Where segments of curves meet: tests within each face, along each edge and at each node.
+//! Detects where segments of curves meet: within each face, along each edge and at each node.
 
 use super::report::{CurveReport, Doubled, LISTED, Meeting, MeetingKind, SegmentId};
 use crate::geometry::vector::{distance, lerp};
 use eikona_mesh::{Located, SegmentHost, TriangleMesh};
 use std::collections::BTreeMap;
 
-/// Pairs of segments tested, at most: no curve that is meant has so many in one face.
+/// Largest number of segment pairs tested; intended curves stay far below it.
 const PAIRS_TESTED: usize = 20_000_000;
 
 /// A segment inside one edge or face.
@@ -25,7 +25,7 @@ pub(super) struct Visit {
 /// A place as a key: element and bits of the weights.
 type Key = (u8, u32, [u64; 3]);
 
-/// Fills in meetings and doubled pieces.
+/// Adds meetings and doubled pieces to the report.
 pub(super) fn find(mesh: &TriangleMesh, segments: &[Hosted], visits: &[Visit], report: &mut CurveReport) {
     at_nodes(mesh, visits, report);
     let mut in_face: BTreeMap<u32, Vec<&Hosted>> = BTreeMap::new();
@@ -77,7 +77,8 @@ fn list_doubled(report: &mut CurveReport, mut segments: [SegmentId; 2], same_dir
     }
 }
 
-/// Nodes that are passed more than once. Where two curves only end, one continues the other.
+/// Reports nodes that are passed more than once. Where two curves both end, one continues the
+/// other.
 fn at_nodes(mesh: &TriangleMesh, visits: &[Visit], report: &mut CurveReport) {
     let mut first: BTreeMap<Key, &Visit> = BTreeMap::new();
     for visit in visits {
@@ -88,12 +89,12 @@ fn at_nodes(mesh: &TriangleMesh, visits: &[Visit], report: &mut CurveReport) {
         let kind = if other.end || visit.end { MeetingKind::Touching } else { MeetingKind::SharedNode };
         list_meeting(report, [other.segment, visit.segment], kind, visit.place.position(mesh));
         if other.end {
-            *other = visit; // later visits are compared with one that passes through
+            *other = visit; // compare later visits with one that passes through
         }
     }
 }
 
-/// Weights of the second and third corner: a triangle's plane as plain coordinates.
+/// Returns the coordinates of both ends in the triangle's plane: weights of corners 1 and 2.
 fn flat(s: &Hosted) -> [[f64; 2]; 2] {
     match s.host {
         SegmentHost::Face(_, w) => w.map(|w| [w[1], w[2]]),
@@ -105,7 +106,7 @@ fn within_face(mesh: &TriangleMesh, group: &mut [&Hosted], report: &mut CurveRep
     if group.len() < 2 {
         return;
     }
-    // Sorted by their left ends, only those that overlap in x are tested.
+    // Sorted by their left ends, only segments that overlap in x need testing.
     let left = |s: &Hosted| flat(s)[0][0].min(flat(s)[1][0]);
     let right = |s: &Hosted| flat(s)[0][0].max(flat(s)[1][0]);
     group.sort_by(|a, b| left(a).total_cmp(&left(b)).then(a.id.cmp(&b.id)));
@@ -129,7 +130,7 @@ fn in_pair(mesh: &TriangleMesh, a: &Hosted, b: &Hosted, report: &mut CurveReport
         return;
     }
     if shared[0] || shared[1] {
-        return; // neighbours on a curve, or a node that is passed twice
+        return; // neighbours on a curve, or a node passed twice
     }
     let ([p, q], [r, s]) = (flat(a), flat(b));
     let area =
@@ -145,7 +146,7 @@ fn in_pair(mesh: &TriangleMesh, a: &Hosted, b: &Hosted, report: &mut CurveReport
     list_meeting(report, [a.id, b.id], kind, position);
 }
 
-/// Segments along one edge: common pieces, and nodes of other curves that lie on them.
+/// Compares segments along one edge: common pieces, and nodes of other curves on them.
 fn along_edge(
     mesh: &TriangleMesh,
     group: &[&Hosted],

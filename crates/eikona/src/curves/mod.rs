@@ -1,7 +1,7 @@
-//! Curves on a mesh: polylines traced across its faces, shortest paths in a homotopy class, the
-//! left side of a curve, and reports of what is wrong with a set of curves.
+//! Curves on a mesh: tracing of polylines across faces, shortest paths in a homotopy class, the
+//! left side of a curve, and reports of defects in a set of curves.
 //!
-//! Every curve made here has each segment in one closed face, so that the methods take it as it is.
+//! Every segment of a curve made here lies in one closed face, as the methods require.
 
 mod error;
 mod funnel;

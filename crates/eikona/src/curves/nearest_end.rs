@@ -1,12 +1,12 @@
-//! For each of many points the nearest of the others.
+//! Nearest neighbours among a set of points.
 
 use crate::geometry::vector::distance;
 
-/// The index of the nearest other point and its distance; `None` if there is no other. Ties go to
-/// the lower index.
+/// Returns for each point the index of the nearest other point and its distance; `None` if there is
+/// no other. Ties go to the lower index.
 ///
-/// O(n log n) for points in general position: a k-d tree, kept as a permutation whose middle
-/// entries split.
+/// O(n log n) for points in general position: a k-d tree, stored as a permutation whose middle
+/// entries are the splitting points.
 pub(crate) fn nearest_others(points: &[[f64; 3]]) -> Vec<Option<(usize, f64)>> {
     let mut order: Vec<usize> = (0..points.len()).collect();
     split(points, &mut order, 0);
@@ -50,7 +50,7 @@ fn search(points: &[[f64; 3]], order: &[usize], axis: usize, i: usize, best: &mu
         (&order[middle + 1..], &order[..middle])
     };
     search(points, near, (axis + 1) % 3, i, best);
-    // Points that coincide need no further search: nothing is nearer than distance 0.
+    // Coinciding points need no further search: nothing is nearer than distance 0.
     if best.is_none_or(|(_, d)| offset.abs() <= d && d > 0.0) {
         search(points, far, (axis + 1) % 3, i, best);
     }
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_tree_agrees_with_all_pairs() {
+    fn the_tree_agrees_with_brute_force() {
         let mut state = 1u64;
         let mut next = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);

@@ -1,5 +1,5 @@
-//! What there is to know about a set of curves before it is used as a source: lengths, gaps,
-//! crossings, doubled pieces, segments across faces, closed curves without two sides.
+//! Checks of a set of curves before use: lengths, gaps, crossings, doubled pieces, segments across
+//! faces, closed curves without two sides.
 
 use super::meeting::{self, Hosted};
 use super::nearest_end::nearest_others;
@@ -9,7 +9,7 @@ use eikona_mesh::{
     Curve, CurveError, CurveKind, Located, SegmentHost, SurfaceCurves, TriangleMesh, segment_host,
 };
 
-/// How many crossings and doubled pieces are listed, at most.
+/// Largest number of meetings, and of doubled pieces, that a report lists.
 pub const LISTED: usize = 10_000;
 
 /// A segment of a set of curves.
@@ -21,19 +21,18 @@ pub struct SegmentId {
     pub node: usize,
 }
 
-/// One curve.
+/// Properties of one curve.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurveFacts {
     /// Sum of the straight distances between its nodes, in the mesh's unit.
     pub length: f64,
     /// Whether its last node is its first.
     pub closed: bool,
-    /// First nodes of segments that lie in no single face; tracing resolves them.
+    /// First nodes of segments that do not lie in a single face; tracing resolves them.
     pub across_faces: Vec<usize>,
     /// First nodes of segments of length zero.
     pub zero_length: Vec<usize>,
-    /// Whether it is closed and its left side becomes its right on the way round: it then has no
-    /// sides to tell apart.
+    /// Whether it is closed and left becomes right after one turn, so that it has no two sides.
     pub one_sided: bool,
 }
 
@@ -44,9 +43,9 @@ pub struct OpenEnd {
     pub curve: usize,
     /// Whether it is the last node (`true`) or the first.
     pub last: bool,
-    /// Where it lies.
+    /// Position of the end.
     pub position: [f64; 3],
-    /// The nearest other open end as an index into [`CurveReport::open_ends`], and the distance in
+    /// The nearest other open end, as an index into [`CurveReport::open_ends`], and its distance in
     /// space.
     pub nearest: Option<(usize, f64)>,
 }
@@ -62,52 +61,53 @@ pub enum MeetingKind {
     Touching,
 }
 
-/// A place that curves pass more than once.
+/// A place where curves cross or touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Meeting {
     /// The two segments, of one curve or of two.
     pub segments: [SegmentId; 2],
     /// How they meet.
     pub kind: MeetingKind,
-    /// Where.
+    /// Position of the meeting.
     pub position: [f64; 3],
 }
 
-/// A piece that is covered twice.
+/// A piece that two segments cover.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Doubled {
     /// The two segments.
     pub segments: [SegmentId; 2],
-    /// Whether they run the same way; against each other they cancel as signed sources.
+    /// Whether they run in the same direction; in opposite directions they cancel as signed
+    /// sources.
     pub same_direction: bool,
-    /// The length of the common piece.
+    /// Length of the common piece.
     pub length: f64,
 }
 
-/// What there is to know about a set of curves.
+/// Properties and defects of a set of curves.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurveReport {
-    /// Each curve.
+    /// Properties of each curve.
     pub curves: Vec<CurveFacts>,
-    /// The ends of the open curves: gaps, if the curves were meant to be closed.
+    /// Ends of the open curves: gaps, if the curves are meant to be closed.
     pub open_ends: Vec<OpenEnd>,
-    /// Crossings of curves with themselves and with others.
+    /// Places where curves cross or touch themselves or each other.
     pub meetings: Vec<Meeting>,
     /// Pieces covered twice.
     pub doubled: Vec<Doubled>,
-    /// Whether there are more meetings or doubled pieces than are listed.
+    /// Whether there are more meetings or doubled pieces than listed.
     pub truncated: bool,
 }
 
 impl CurveReport {
-    /// Looks the curves over.
+    /// Analyses the curves.
     ///
     /// # Errors
-    /// [`CurveError`] for a node that is not on the mesh. All else that is wrong is in the report.
+    /// [`CurveError`] for a node that is not on the mesh. Other defects are in the report.
     ///
     /// # Cost
-    /// O(n log n) in the number of segments, as long as no face holds many of them; the tests
-    /// within the faces are bounded.
+    /// O(n log n) in the number of segments, unless one face holds many of them; the number of
+    /// tests within faces is bounded.
     pub fn of(mesh: &TriangleMesh, curves: &SurfaceCurves) -> Result<CurveReport, CurveError> {
         let mut report = CurveReport::default();
         let mut hosted = Vec::new();
@@ -145,39 +145,36 @@ impl CurveReport {
         Ok(report)
     }
 
-    /// The total length of all curves.
+    /// Returns the total length of all curves.
     pub fn length(&self) -> f64 {
         self.curves.iter().map(|c| c.length).sum()
     }
 
-    /// What a user should look at, a sentence each.
+    /// Returns user-facing warnings, one sentence each.
     pub fn warnings(&self, curves: &SurfaceCurves) -> Vec<String> {
         let mut warnings = Vec::new();
         for (c, facts) in self.curves.iter().enumerate() {
             if let Some(n) = facts.across_faces.first() {
                 let count = facts.across_faces.len();
                 warnings.push(format!(
-                    "curve {c}: {count} segment(s), the first at node {n}, lie in no single face; have the curve traced"
+                    "curve {c}: {count} segment(s) do not lie in a single face (first: node {n}); trace the curve"
                 ));
             }
             let signed = curves.curves.get(c).is_some_and(|x| x.kind == CurveKind::Signed);
             if facts.one_sided && signed {
                 warnings.push(format!(
-                    "curve {c} is closed but one-sided: its left becomes its right on the way round; make it unsigned"
+                    "curve {c} is closed but one-sided: left becomes right after one turn; make it unsigned"
                 ));
             }
         }
         let cancelling = self.doubled.iter().filter(|d| !d.same_direction).count();
         if cancelling > 0 {
-            warnings.push(format!(
-                "{cancelling} pair(s) of pieces run against each other along the same line and cancel"
-            ));
+            warnings
+                .push(format!("{cancelling} pair(s) of pieces overlap in opposite directions and cancel"));
         }
         if self.doubled.len() > cancelling {
             let count = self.doubled.len() - cancelling;
-            warnings.push(format!(
-                "{count} pair(s) of pieces run the same way along the same line; each of them counts"
-            ));
+            warnings.push(format!("{count} pair(s) of pieces overlap in the same direction; both count"));
         }
         let crossings = self.meetings.iter().filter(|m| m.kind == MeetingKind::Crossing).count();
         if crossings > 0 {
@@ -211,7 +208,7 @@ fn curve_facts(
     facts
 }
 
-/// Carries the side once around a closed curve.
+/// Whether the left side of a closed curve becomes its right side after one turn.
 fn one_sided(mesh: &TriangleMesh, fans: &mut Fans, facts: &CurveFacts, segments: &[Hosted]) -> bool {
     if !facts.closed || !facts.across_faces.is_empty() || segments.is_empty() {
         return false;
@@ -224,9 +221,9 @@ fn one_sided(mesh: &TriangleMesh, fans: &mut Fans, facts: &CurveFacts, segments:
     for (i, segment) in segments.iter().enumerate() {
         let next = &segments[(i + 1) % segments.len()];
         let (Some(f), Some(g)) = (face(segment), face(next)) else { return false };
-        match fans.relative_winding(f, g, segment.ends[1]) {
+        match fans.relative_orientation(f, g, segment.ends[1]) {
             Some(turn) => side *= turn,
-            None => return false, // at a nonmanifold place sides are not told
+            None => return false, // sides are undefined at nonmanifold places
         }
     }
     side < 0.0

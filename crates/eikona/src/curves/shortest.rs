@@ -1,4 +1,4 @@
-//! The shortest path between two points on a surface, and whether another one is nearly as short.
+//! Shortest paths between two points on a surface, and near-equal alternatives.
 //!
 //! An A* search runs over the vertices and the midpoints of edges, joined across faces. On nearly
 //! equilateral faces its paths are at most 4 % longer than geodesics (paths along edges: 15 %), so
@@ -13,17 +13,18 @@ use std::collections::{BinaryHeap, HashMap};
 /// Paths whose lengths differ by at most this share count as equally good.
 pub(super) const AMBIGUOUS: f64 = 0.03;
 
-/// Two paths differ if their middles are this share of their length apart, along the surface.
+/// Two paths differ if their midpoints are this share of their length apart, along the surface.
 const APART: f64 = 0.25;
 
-/// Regular meshes have many paths whose lengths differ only by rounding. The path whose nodes have
-/// the smaller coordinates wins, so that neither numbering nor scale decides.
+/// Relative length difference that counts as a tie. On regular meshes many paths differ only by
+/// rounding; the path whose nodes have the smaller coordinates wins, so that neither numbering nor
+/// scale matters.
 const EQUAL: f64 = 1e-12;
 
 /// Shortest-path searches on one mesh.
 pub(super) struct PathSearch<'a> {
     mesh: &'a TriangleMesh,
-    /// The number of nodes that all searches so far have settled.
+    /// Number of nodes settled by all searches so far.
     pub settled: usize,
 }
 
@@ -32,12 +33,12 @@ impl<'a> PathSearch<'a> {
         PathSearch { mesh, settled: 0 }
     }
 
-    /// The straightened shortest path and its length. `None` if the surface does not connect the
-    /// ends.
+    /// Returns the straightened shortest path and its length; `None` if the surface does not
+    /// connect the ends.
     ///
     /// # Cost
-    /// O(n log n) in the number of faces whose distances from both ends add up to at most the
-    /// path's length.
+    /// O(n log n) in the number of faces whose distances from both ends sum to at most the path's
+    /// length.
     pub fn shortest(&mut self, from: Located, to: Located) -> Option<(Vec<Located>, f64)> {
         let (reached, last, _) = self.towards(from, to, 1.0)?;
         let mut path = reached.path_to(self.mesh, last);
@@ -48,8 +49,8 @@ impl<'a> PathSearch<'a> {
         Some((path, length))
     }
 
-    /// An alternative to `path`: at most [`AMBIGUOUS`] longer than the shortest `length`, with its
-    /// middle far from the middle of `path`; the farthest such one.
+    /// Returns an alternative to `path`: at most [`AMBIGUOUS`] longer than the shortest `length`,
+    /// with its midpoint far from the midpoint of `path`; of several, the farthest.
     ///
     /// # Cost
     /// Three searches over the faces that such paths can touch.
@@ -88,7 +89,7 @@ impl<'a> PathSearch<'a> {
     }
 
     /// Reaches all nodes on paths up to `slack` times as long as the shortest one. Also returns the
-    /// last node of the shortest one before `to`, and its length.
+    /// last node of the shortest path before `to`, and its length.
     fn towards(&mut self, from: Located, to: Located, slack: f64) -> Option<(Reached, u32, f64)> {
         let mesh = self.mesh;
         let goal = to.position(mesh);
@@ -119,7 +120,7 @@ impl<'a> PathSearch<'a> {
         mut goes_on: impl FnMut(u32, f64, f64) -> bool,
     ) -> Reached {
         let mesh = self.mesh;
-        // Lengths are not negative, so their bits order as they do. Ties go to the lower node.
+        // Lengths are nonnegative, so their bits sort like the numbers. Ties go to the lower node.
         let key = |d: f64, node: u32, p: Vec3| Reverse(((d + rest(p)).to_bits(), node));
         let mut reached = Reached { from, nodes: HashMap::new() };
         let mut queue = BinaryHeap::new();
@@ -133,7 +134,7 @@ impl<'a> PathSearch<'a> {
         while let Some(Reverse((bits, node))) = queue.pop() {
             let (p, d) = (position(mesh, node), reached.length_to(node));
             if Reverse((bits, node)) != key(d, node, p) {
-                continue; // a shorter path has reached it since
+                continue; // already reached by a shorter path
             }
             self.settled += 1;
             if !goes_on(node, d, f64::from_bits(bits)) {
@@ -189,7 +190,7 @@ impl Reached {
     }
 }
 
-/// The node of a path nearest to half of its length.
+/// Returns the node of a path nearest to half its length.
 fn middle_of(mesh: &TriangleMesh, path: &[Located]) -> Option<Located> {
     let half = 0.5 * path_length(mesh, path);
     let mut gone = 0.0;
@@ -220,7 +221,7 @@ fn position(mesh: &TriangleMesh, node: u32) -> Vec3 {
     place(mesh, node).position(mesh)
 }
 
-/// The nodes of the faces around a place, with their distances from it.
+/// Returns the nodes of the faces around a place, with their distances from it.
 fn nodes_around(mesh: &TriangleMesh, place: Located) -> impl Iterator<Item = (u32, f64)> {
     let nodes = |f: Face| {
         let (vertices, edges) = (mesh.face_vertices(f), mesh.face_edges(f));
@@ -230,7 +231,7 @@ fn nodes_around(mesh: &TriangleMesh, place: Located) -> impl Iterator<Item = (u3
     place.faces(mesh).into_iter().flat_map(nodes).map(move |n| (n, distance(p, position(mesh, n))))
 }
 
-/// The nodes of adjacent faces to which a shortest path may lead directly.
+/// Appends the nodes of adjacent faces to which a shortest path may lead directly.
 fn push_neighbours(mesh: &TriangleMesh, node: u32, neighbours: &mut Vec<u32>) {
     match place(mesh, node) {
         Located::Edge(e, _) => {

@@ -1,5 +1,4 @@
-//! Which side of a curve is left: faces wound alike, and segments that see which way the face
-//! beside them is wound.
+//! The left side of curves, also on surfaces without a consistent orientation.
 
 use crate::geometry::vector::{cross, dot, sub, unit};
 use crate::wording::counted;
@@ -9,26 +8,27 @@ use eikona_mesh::{
 };
 use std::collections::HashMap;
 
-/// For each segment a face that it touches, and +1 or -1: whether left is left in the winding of
-/// that face.
+/// For each segment, a face that it touches and a sign: +1 if left is left by the orientation of
+/// that face, else -1.
 pub(crate) struct SideOfSegments {
     sides: Vec<Side>,
 }
 
-/// Where left is.
+/// The left side of one segment.
 #[derive(Clone, Copy)]
 struct Side {
     face: Face,
     upside: f64,
-    /// Of a segment along an edge of three or more faces the normal from whose tip left is seen.
+    /// For a segment along an edge of three or more faces, the normal from whose tip left is seen.
     up: Option<[f64; 3]>,
 }
 
 impl SideOfSegments {
-    /// On a mesh of `consistent` winding left is left. Else carries the side from the first segment
-    /// of each curve to its last, from face to face around the nodes; along edges of three or more
-    /// faces, and on from there, by normals. Left stays left where two consecutive segments see no
-    /// chain of faces between them. A warning tells of a closed curve that comes back reversed.
+    /// Determines the sides of all segments. On a `consistent` mesh they follow the faces.
+    /// Otherwise the side is transported from the first segment of each curve to its last, from
+    /// face to face around the nodes; along edges of three or more faces, and on from there, by
+    /// normals. Where no chain of faces connects two consecutive segments, the sign is kept. Warns
+    /// of closed curves that come back reversed.
     pub fn of(
         mesh: &TriangleMesh,
         consistent: bool,
@@ -53,7 +53,7 @@ impl SideOfSegments {
                 let signed = input.curves[segment.curve].kind == CurveKind::Signed;
                 if signed && !back.agrees(&sides[first]) {
                     warnings.push(format!(
-                        "curve {} is one-sided: going once round it, left becomes right; the sides change at its first node",
+                        "curve {} is one-sided: left becomes right after one turn; its sides switch at its first node",
                         segment.curve
                     ));
                 }
@@ -62,13 +62,13 @@ impl SideOfSegments {
         SideOfSegments { sides }
     }
 
-    /// Face and sign of a segment.
+    /// Returns face and sign of a segment.
     pub fn of_segment(&self, i: usize) -> (Face, f64) {
         (self.sides[i].face, self.sides[i].upside)
     }
 
-    /// +1 if the face of a halfedge is on the left of a segment along its edge, which has three or
-    /// more faces, else -1.
+    /// Returns +1 if the face of a halfedge lies on the left of a segment along its edge, which has
+    /// three or more faces, else -1.
     pub fn of_sheet(&self, mesh: &TriangleMesh, i: usize, segment: &Segment, h: Halfedge) -> f64 {
         let up = self.sides[i].up.expect("the segment runs along an edge of three or more faces");
         Seam::of(mesh, mesh.edge(h), segment).side(h, up)
@@ -83,7 +83,7 @@ impl Side {
         }
     }
 
-    /// The normal from whose tip left is left.
+    /// Returns the normal from whose tip left is seen.
     fn normal(&self, mesh: &TriangleMesh) -> [f64; 3] {
         self.up.unwrap_or_else(|| face_normal(mesh, self.face).map(|x| self.upside * x))
     }
@@ -101,7 +101,7 @@ fn face_normal(mesh: &TriangleMesh, face: Face) -> [f64; 3] {
     unit(cross(unit(sub(b, a)), unit(sub(c, a))))
 }
 
-/// +1 when left is left in the winding of the face, seen from there.
+/// Returns +1 if the face's orientation agrees with `up`, else -1.
 fn seen_from(mesh: &TriangleMesh, face: Face, up: [f64; 3]) -> f64 {
     if dot(up, face_normal(mesh, face)) < 0.0 { -1.0 } else { 1.0 }
 }
@@ -120,7 +120,7 @@ impl Seam<'_> {
         Seam { mesh, edge, along: unit(sub(q, p)) }
     }
 
-    /// The direction into the sheet of a halfedge, at right angles to the seam.
+    /// Returns the direction into the sheet of a halfedge, perpendicular to the seam.
     fn into(&self, h: Halfedge) -> [f64; 3] {
         let [a, apex] = [self.mesh.origin(h), self.mesh.origin(h.previous())].map(|v| self.mesh.position(v));
         unit(self.across(unit(sub(apex, a))))
@@ -131,8 +131,8 @@ impl Seam<'_> {
         [0, 1, 2].map(|k| a[k] - part * self.along[k])
     }
 
-    /// A sheet is on the left if it goes there, seen from the tip of `up`; of those that go neither
-    /// left nor right, the ones that rise towards `up` count as left.
+    /// Returns +1 for sheets on the left, seen from the tip of `up`, else -1. Sheets that point
+    /// neither left nor right count as left if they rise towards `up`.
     fn side(&self, h: Halfedge, up: [f64; 3]) -> f64 {
         let into = self.into(h);
         let left = dot(into, cross(up, self.along));
@@ -140,9 +140,9 @@ impl Seam<'_> {
         if decisive < 0.0 { -1.0 } else { 1.0 }
     }
 
-    /// The normal at right angles to the seam that is nearest to a given one; if there is none,
-    /// that of the two sheets that lie most nearly in one plane, as the first of them is wound.
-    /// Tells whether the other one is wound alike.
+    /// Returns the normal perpendicular to the seam that is nearest to a given one. If there is
+    /// none, takes the normal of the two sheets that are most nearly coplanar, by the orientation
+    /// of the first; the flag tells whether the second agrees.
     fn up(&self, wanted: [f64; 3]) -> ([f64; 3], bool) {
         let up = unit(self.across(wanted));
         if dot(up, wanted) > SQUARE * dot(wanted, wanted).sqrt() {
@@ -163,8 +163,8 @@ impl Seam<'_> {
         (unit(cross(self.along, to_left)), first != second)
     }
 
-    /// The same side, seen from the middle of the sheets that lie on it: so that the normal follows
-    /// them as the seam winds.
+    /// Returns the normal for the same side as seen from the middle of the sheets on it, so that it
+    /// follows them where the seam bends.
     fn settled(&self, up: [f64; 3]) -> [f64; 3] {
         let mut left = [0.0; 3];
         for &h in self.mesh.edge_halfedges(self.edge) {
@@ -176,16 +176,16 @@ impl Seam<'_> {
     }
 }
 
-/// Sheets at less than this from a right angle, and normals along the seam.
+/// Tolerance for sheets perpendicular to the normal, and for normals along the seam.
 const SQUARE: f64 = 1e-6;
 
-/// Whether faces at one place are wound alike, seen by way of the faces there.
+/// Relative orientation of faces at one place, transported through the faces there.
 pub(crate) struct Fans<'a> {
     mesh: &'a TriangleMesh,
-    /// All are.
+    /// Whether all faces are consistently oriented.
     consistent: bool,
-    /// The faces around vertices that were asked for, in increasing order: each with its fan and
-    /// whether it is wound as the first face of that.
+    /// The faces around each vertex visited so far, in increasing order: each with its fan, and
+    /// whether it is oriented like the first face of the fan.
     around: HashMap<Vertex, Vec<(Face, usize, bool)>>,
 }
 
@@ -194,12 +194,12 @@ impl<'a> Fans<'a> {
         Fans { mesh, consistent, around: HashMap::new() }
     }
 
-    /// +1 when two faces at a place have the same winding, -1 when opposite, `None` when no chain
-    /// of faces around it joins them (and the winding of the mesh is not consistent).
+    /// Returns +1 if two faces at a place are consistently oriented, -1 if oppositely, `None` if no
+    /// chain of faces around it connects them (on an inconsistently oriented mesh).
     ///
     /// # Cost
     /// O(d log d) for the first pair at a vertex of d faces, then O(log d).
-    pub fn relative_winding(&mut self, from: Face, to: Face, at: Located) -> Option<f64> {
+    pub fn relative_orientation(&mut self, from: Face, to: Face, at: Located) -> Option<f64> {
         if from == to || self.consistent {
             return Some(1.0);
         }
@@ -220,7 +220,8 @@ impl<'a> Fans<'a> {
         }
     }
 
-    /// The side of a segment after another one, or of the first one of its curve.
+    /// Returns the side of a segment from that of its predecessor, or of the first segment of a
+    /// curve.
     fn side(
         &mut self,
         segment: &Segment,
@@ -235,10 +236,10 @@ impl<'a> Fans<'a> {
         {
             let seam = Seam::of(mesh, edge, segment);
             let wanted = before.map(|b| b.normal(mesh)).or(up).unwrap_or_default();
-            let (found, is_told) = seam.up(wanted);
-            if !is_told && before.is_none() {
+            let (found, is_determined) = seam.up(wanted);
+            if !is_determined && before.is_none() {
                 warnings.push(format!(
-                    "curve {} begins along an edge of three or more faces whose windings do not agree on its left; tell it by `up`",
+                    "curve {} begins along an edge of three or more faces whose orientations disagree on its left side; specify `up`",
                     segment.curve
                 ));
             }
@@ -249,7 +250,8 @@ impl<'a> Fans<'a> {
             Some(before) => match before.up {
                 Some(up) => seen_from(mesh, face, up),
                 None => {
-                    before.upside * self.relative_winding(before.face, face, segment.ends[0]).unwrap_or(1.0)
+                    before.upside
+                        * self.relative_orientation(before.face, face, segment.ends[0]).unwrap_or(1.0)
                 }
             },
         };
@@ -257,8 +259,8 @@ impl<'a> Fans<'a> {
     }
 }
 
-/// The faces around a vertex, sorted: each with the number of its fan, and whether it agrees with
-/// the orientation of the first face of that.
+/// Returns the faces around a vertex, sorted: each with the number of its fan, and whether it is
+/// oriented like the first face of the fan.
 fn fans_around(mesh: &TriangleMesh, v: Vertex) -> Vec<(Face, usize, bool)> {
     let mut faces = Vec::new();
     for (number, fan) in VertexFan::all(mesh, v).into_iter().enumerate() {
@@ -269,8 +271,8 @@ fn fans_around(mesh: &TriangleMesh, v: Vertex) -> Vec<(Face, usize, bool)> {
     faces
 }
 
-/// The mesh itself if it is consistently oriented; else with the smaller part of each orientable
-/// patch flipped.
+/// Returns the mesh with the smaller part of each orientable patch flipped where it is
+/// inconsistently oriented.
 pub(crate) fn consistently_oriented(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> TriangleMesh {
     if mesh.is_consistently_oriented() {
         return mesh.clone();
@@ -279,8 +281,8 @@ pub(crate) fn consistently_oriented(mesh: &TriangleMesh, warnings: &mut Vec<Stri
     let flipped = orientation.flipped_faces().len();
     if !orientation.is_orientable() {
         warnings.push(
-            "the surface has no consistent orientation: left is told by the winding of the first face that a curve touches, \
-             or by its `up`, and carried along the curve"
+            "the surface has no consistent orientation: left is taken from a curve's `up`, or from the orientation of the \
+             first face it touches, and transported along the curve"
                 .into(),
         );
     }
@@ -288,7 +290,7 @@ pub(crate) fn consistently_oriented(mesh: &TriangleMesh, warnings: &mut Vec<Stri
         return mesh.clone();
     }
     warnings.push(format!(
-        "{} turned over to make the winding consistent",
+        "{} flipped to make the orientation consistent",
         counted(flipped, "face was", "faces were")
     ));
     orientation.oriented(mesh)

@@ -1,9 +1,10 @@
-//! Shortening a path over the faces until it is locally shortest.
+//! Shortens a path across faces until it is locally shortest.
 //!
-//! The path is kept as corners and legs; a leg is a strip of faces through which it runs straight
-//! from corner to corner. At a vertex the faces on either side of the path join the two legs to one
-//! strip. If they span less than pi there, the shortest path through the joined strip
-//! ([`super::funnel`]) is shorter than the two legs and takes their place. This is repeated, every
+//! The path is stored as corners and legs; a leg is a strip of faces that the path crosses in a
+//! straight line from corner to corner. At a vertex, the faces on either side of the path join its
+//! two legs to one strip. If they span less than pi there, the shortest path through the joined
+//! strip ([`super::funnel`]) is shorter than the two legs and replaces them. This is repeated,
+//! every second corner at a time so that strips grow by doubling, until no corner can be improved.
 //! second corner at a time so that strips grow by doubling, until no corner can be improved.
 
 use super::TraceError;
@@ -12,32 +13,31 @@ use crate::geometry::vector::{angle, distance, sub};
 use eikona_mesh::{Curve, Edge, Face, Located, Neighbour, SegmentHost, TriangleMesh, Vertex, segment_host};
 use std::f64::consts::PI;
 
-/// Passes over the path, at most. Each one that goes on has made the path shorter. A shortest edge
-/// path needs 5 to 20; a long detour that is pulled over the surface moves past about one vertex a
-/// pass.
+/// Largest number of passes over the path. Every pass shortens it. A shortest edge path needs 5 to
+/// 20; a long detour pulled over the surface passes about one vertex per pass.
 const PASSES: usize = 10_000;
 
-/// A side that spans this much less than pi can be shortened, one nearer to it only by rounding.
+/// Sides that span less than pi by more than this can be shortened; below it is rounding.
 const ANGLE_SLACK: f64 = 1e-9;
 
-/// A piece of the path that runs straight through a strip of faces.
+/// A part of the path that runs straight through a strip of faces.
 #[derive(Clone, Debug)]
 pub(super) struct Leg {
     /// The faces in order, and the edges between them.
     pub faces: Vec<Face>,
     pub gates: Vec<Edge>,
-    /// Where the path passes the gates.
+    /// Where the path crosses the gates.
     pub nodes: Vec<Located>,
     pub length: f64,
 }
 
-/// A curve made locally shortest, with its ends fixed (a closed curve stays fixed at its first
-/// node).
+/// Straightens a curve to a locally shortest one with the same ends (a closed curve stays fixed at
+/// its first node).
 ///
-/// Each segment must lie in one face, as after tracing or for a path along edges. The result has
-/// that property too, is never longer than the input, and where it turns at a vertex, no side spans
-/// less than pi, so that small moves do not shorten it. Curves pass boundary vertices and
-/// nonmanifold edges only where the input does.
+/// Each segment must lie in one face, as after tracing or for a path along edges. The same holds
+/// for the result. It is never longer than the input; where it bends at a vertex, no side spans
+/// less than pi, so that small moves do not shorten it. It passes boundary vertices and nonmanifold
+/// edges only where the input does.
 ///
 /// ```
 /// use eikona::contour::polylines;
@@ -53,12 +53,12 @@ pub(super) struct Leg {
 /// ```
 ///
 /// # Errors
-/// [`TraceError::Curve`] for a node that is not on the mesh, [`TraceError::TooFewPoints`], and
-/// a segment that lies in no single face (trace the curve first).
+/// [`TraceError::Curve`] for a node that is not on the mesh or a segment that does not lie in a
+/// single face (trace the curve first), and [`TraceError::TooFewPoints`].
 ///
 /// # Cost
 /// About O(n log n) in the number of faces along a path that is nearly shortest; a detour costs one
-/// pass over the path for each vertex that it is pulled past, and no more than 10,000 passes.
+/// pass over the path per vertex that it is pulled past, at most 10,000 passes.
 pub fn straighten_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Curve, TraceError> {
     if curve.nodes.len() < 2 {
         return Err(TraceError::TooFewPoints { points: curve.nodes.len() });
@@ -72,29 +72,29 @@ pub fn straighten_curve(mesh: &TriangleMesh, curve: &Curve) -> Result<Curve, Tra
         }
     }
     let mut nodes: Vec<_> = straighten(mesh, &path).iter().map(|p| p.to_surface_point(mesh)).collect();
-    // A closed curve around nothing contracts to its first node.
+    // A contractible closed curve shrinks to its first node.
     if let [node] = *nodes.as_slice() {
         nodes.push(node);
     }
     Ok(Curve { nodes, ..curve.clone() })
 }
 
-/// [`straighten_curve`] for places that have been looked up. A path with a segment in no single
-/// face is given back as it is.
+/// [`straighten_curve`] for located places. Returns a path unchanged if a segment does not lie in a
+/// single face.
 pub(super) fn straighten(mesh: &TriangleMesh, path: &[Located]) -> Vec<Located> {
     straighten_around(mesh, path, &|_| false)
 }
 
-/// The shortest path in the homotopy class relative to some fixed vertices: a path that comes upon
-/// one of them keeps to it.
+/// Returns the shortest path in the homotopy class relative to some fixed vertices: a path that
+/// meets one of them stays on it.
 pub(crate) fn straighten_around(
     mesh: &TriangleMesh,
     path: &[Located],
     is_fixed: &dyn Fn(Vertex) -> bool,
 ) -> Vec<Located> {
     let Some((mut corners, mut legs)) = legs_of(mesh, path) else { return path.to_vec() };
-    // Zero-area faces let corners wander between vertices at one place; a pass must gain something
-    // on the whole path.
+    // Zero-area faces let corners wander between coinciding vertices; each pass must shorten the
+    // whole path.
     let state = |corners: &[Located], legs: &[Leg]| {
         let loose = corners.iter().filter(|c| !matches!(c, Located::Vertex(_))).count();
         (legs.iter().map(|l| l.length).sum::<f64>(), loose)
@@ -118,17 +118,17 @@ pub(crate) fn straighten_around(
             }
         }
     }
-    // Rounding may make a path longer that was straight already.
+    // Rounding can lengthen a path that was already straight.
     let whole = result.windows(2).all(|p| segment_host(mesh, p[0], p[1]).is_some());
     if whole && path_length(mesh, &result) <= path_length(mesh, path) { result } else { path.to_vec() }
 }
 
-/// Rounds of moving the base of a closed path, at most. On smooth surfaces about 10 are made.
+/// Largest number of base moves of a closed path. Smooth surfaces take about 10.
 const LOOP_ROUNDS: usize = 100;
 
-/// A closed path (its last place is its first) made locally shortest everywhere: the place that is
-/// held fixed while the rest is straightened moves on to the opposite side, until nothing is
-/// gained. A path that can be contracted ends as one place.
+/// Straightens a closed path (its last place is its first) everywhere: the base, which is fixed
+/// while the rest is straightened, moves on to the opposite side until nothing is gained. A
+/// contractible path ends as one place.
 pub(crate) fn straighten_loop(
     mesh: &TriangleMesh,
     path: &[Located],
@@ -157,7 +157,7 @@ pub(crate) fn path_length(mesh: &TriangleMesh, path: &[Located]) -> f64 {
     path.windows(2).map(|p| distance(p[0].position(mesh), p[1].position(mesh))).sum()
 }
 
-/// One leg a segment. `None` if there is no segment, or one in no single face.
+/// Returns one leg per segment; `None` without segments, or if one does not lie in a single face.
 fn legs_of(mesh: &TriangleMesh, path: &[Located]) -> Option<(Vec<Located>, Vec<Leg>)> {
     let mut corners = vec![*path.first()?];
     let mut legs = Vec::new();
@@ -173,8 +173,8 @@ fn legs_of(mesh: &TriangleMesh, path: &[Located]) -> Option<(Vec<Located>, Vec<L
     (!legs.is_empty()).then_some((corners, legs))
 }
 
-/// Tries to improve each corner whose legs have not been changed in this pass. Whether there was
-/// any improvement.
+/// Tries to improve each corner whose legs have not changed in this pass; returns whether any
+/// improved.
 fn pass(
     mesh: &TriangleMesh,
     corners: &mut Vec<Located>,
@@ -210,8 +210,8 @@ fn pass(
     improved
 }
 
-/// The shorter legs (and the corners between them) that take the place of two legs, if there are
-/// any. No legs if the two lead back to where they began and can be contracted.
+/// Returns the shorter legs (and the corners between them) that replace two legs, if there are any;
+/// no legs if the two lead back to their start and are contractible.
 fn join(
     mesh: &TriangleMesh,
     corners: &[Located],
@@ -226,7 +226,7 @@ fn join(
     };
     let limit = match corner {
         Located::Vertex(_) => before * (1.0 - 1e-12),
-        _ => before * (1.0 + 1e-12), // a node inside an edge or face goes even if nothing is gained
+        _ => before * (1.0 + 1e-12), // remove nodes inside edges and faces even without gain
     };
     let strips: Vec<Strip> = strips.into_iter().map(without_turning_back).collect();
     let at_from = |gate: &Edge| match from {
@@ -248,8 +248,7 @@ fn join(
 
 type Strip = (Vec<Face>, Vec<Edge>);
 
-/// The strip without its excursions through a gate and straight back through it: a string can not
-/// be pulled through those.
+/// Removes excursions through a gate and straight back, through which no path can be pulled.
 fn without_turning_back((faces, gates): Strip) -> Strip {
     let mut strip: Strip = (faces.first().copied().into_iter().collect(), Vec::new());
     for (&gate, &face) in gates.iter().zip(faces.iter().skip(1)) {
@@ -264,7 +263,7 @@ fn without_turning_back((faces, gates): Strip) -> Strip {
     strip
 }
 
-/// Both legs joined at a node inside an edge or face.
+/// Joins two legs at a node inside an edge or face.
 fn strip_through(mesh: &TriangleMesh, corner: Located, first: &Leg, second: &Leg) -> Option<Strip> {
     let (mut faces, mut gates) = (first.faces.clone(), first.gates.clone());
     let (last, next) = (*faces.last()?, *second.faces.first()?);
@@ -283,7 +282,7 @@ fn strip_through(mesh: &TriangleMesh, corner: Located, first: &Leg, second: &Leg
     Some((faces, gates))
 }
 
-/// Both legs joined by the faces on one side of a vertex, for each side that spans less than pi.
+/// Joins two legs by the faces on one side of a vertex, for each side that spans less than pi.
 fn strips_around(
     mesh: &TriangleMesh,
     v: Vertex,
@@ -300,7 +299,7 @@ fn strips_around(
         let mut strip: Strip = (first.faces.clone(), first.gates.clone());
         strip.0.extend(fan.0);
         strip.1.extend(fan.1);
-        // The fan ends in the face that the second leg begins with.
+        // The fan ends in the first face of the second leg.
         strip.0.extend(&second.faces[1..]);
         strip.1.extend(&second.gates);
         strip
@@ -357,14 +356,14 @@ mod tests {
         let straight = straighten_loop(&torus, &path, &|_| false);
         let exact = nu as f64 * 2.0 * 0.6 * (0.5 * TAU / nu as f64).sin();
         assert!((path_length(&torus, &straight) / exact - 1.0).abs() < 1e-6);
-        // Held fixed, one of its vertices keeps it longer.
+        // A fixed vertex keeps it longer.
         let fixed = vertex(4);
         let held = path_length(&torus, &straighten_loop(&torus, &path, &|v| v == fixed));
         assert!(held > 1.001 * exact && held < path_length(&torus, &path), "{held}");
     }
 
     #[test]
-    fn a_loop_around_nothing_vanishes_unless_a_fixed_vertex_is_in_it() {
+    fn a_contractible_loop_vanishes_unless_it_contains_a_fixed_vertex() {
         let grid = shapes::grid(8, 8, 1.0, 1.0, shapes::Diagonal::Uniform).unwrap();
         let corners = [20, 24, 60, 56, 20].map(Vertex);
         let along = crate::curves::shortest_vertex_path(&grid, &corners).unwrap();

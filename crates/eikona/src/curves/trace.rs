@@ -1,11 +1,11 @@
-//! Tracing: a polyline in space, or a curve whose segments span several faces, becomes a curve with
-//! each segment in one face.
+//! Traces polylines in space, and curves whose segments span several faces, into curves with each
+//! segment in one face.
 //!
 //! Each point is projected to the nearest point of the surface. Two points are joined by walking
 //! from face to face along the plane through both that contains the mean of their normals
 //! ([`plane_walks`]). Where the walk leaves the surface, runs much longer than the segment or
-//! misses its end, the segment is halved in space, the middle is projected, and both halves are
-//! tried again. A walk that may be a detour is compared with the shortest path over the surface
+//! misses its end, the segment is halved in space, its midpoint is projected, and both halves are
+//! traced. A walk that may be a detour is compared with the shortest path on the surface
 //! ([`PathSearch`]), which replaces it if clearly shorter, and also where no walk arrives.
 
 use super::TraceError;
@@ -17,57 +17,57 @@ use crate::spatial::Bvh;
 use eikona_mesh::{Curve, CurveKind, Located, TriangleMesh, segment_host};
 use std::cell::{OnceCell, RefCell};
 
-/// Nodes this near to a vertex or edge, as a share of the face's size, are moved onto it: it keeps
-/// segments of length 1e-14 out, and moves nothing that can be seen.
+/// Default tolerance for moving nodes onto a nearby vertex or edge, as a share of the face's size:
+/// it avoids segments of length 1e-14 without visible displacement.
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 
-/// How often a segment is halved before the shortest path takes its place: 64 pieces tell whether
-/// the polyline follows the surface.
+/// Times a segment is halved before the shortest path replaces it: 64 parts show whether the
+/// polyline follows the surface.
 const HALVINGS: u32 = 6;
 
-/// A walk in a trusted plane follows the polyline more closely than the shortest path does, and is
+/// A walk in a trusted plane follows the polyline more closely than the shortest path does. It is
 /// kept if it is at most this many times as long.
 const DETOUR: f64 = 1.05;
 
-/// Comparisons end when the searches for one curve have settled this many nodes (some 10 seconds)
+/// Comparisons end when the searches for one curve have settled this many nodes (about 10 seconds)
 /// plus [`COMPARED_MESHES`] times all vertices and edges.
 const COMPARED: usize = 30_000_000;
 
 /// See [`COMPARED`].
 const COMPARED_MESHES: usize = 20;
 
-/// A path this many times as long as the straight segment may have alternatives of the same length.
+/// A path longer than this multiple of the straight segment may have alternatives of equal length.
 const ROUNDABOUT: f64 = 1.25;
 
-/// A curve with each segment in one face, and what was done to make it.
+/// A curve with each segment in one face, and how it was made.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Traced {
     /// The curve. A closed one repeats its first node at the end.
     pub curve: Curve,
-    /// For each node of the curve, the 0-based index of the input node it stands for or follows.
+    /// For each node of the curve, the 0-based index of the input node that it represents or
+    /// follows.
     pub parents: Vec<usize>,
-    /// The largest distance between a point and its projection; 0 for curves that were on the
-    /// surface already.
+    /// Largest distance between a point and its projection; 0 for curves already on the surface.
     pub largest_projection_distance: f64,
-    /// Input nodes that fell onto their predecessor and were left out.
+    /// Input nodes that coincide with their predecessor and were removed.
     pub merged: Vec<usize>,
-    /// Input nodes whose following segment was halved and projected anew.
+    /// Input nodes whose following segment was halved and projected again.
     pub subdivided: Vec<usize>,
-    /// Input nodes whose following segment does not follow the surface and became the shortest
-    /// path.
+    /// Input nodes whose following segment does not follow the surface and was replaced by the
+    /// shortest path.
     pub edge_paths: Vec<usize>,
-    /// Input nodes whose following segment would take a detour and became the shortest path
-    /// instead.
+    /// Input nodes whose following segment would take a detour and was replaced by the shortest
+    /// path.
     pub shortened: Vec<usize>,
     /// Input nodes whose following segment has several paths whose lengths differ by at most 3 %.
     pub ambiguous: Vec<usize>,
-    /// Input nodes whose following segment may take a detour: earlier long segments had used up the
-    /// effort allowed for comparisons with the shortest path.
+    /// Input nodes whose following segment may take a detour: earlier long segments exhausted the
+    /// limit on comparisons with the shortest path.
     pub uncompared: Vec<usize>,
 }
 
 impl Traced {
-    /// What a user should look at, a sentence each.
+    /// Returns user-facing warnings, one sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let list = |nodes: &[usize]| {
             let shown: Vec<String> = nodes.iter().take(5).map(usize::to_string).collect();
@@ -76,19 +76,21 @@ impl Traced {
         };
         let mut warnings = Vec::new();
         if !self.merged.is_empty() {
-            warnings
-                .push(format!("nodes {} fell onto their predecessors and were left out", list(&self.merged)));
+            warnings.push(format!(
+                "nodes {} coincide with their predecessors and were removed",
+                list(&self.merged)
+            ));
         }
         if !self.edge_paths.is_empty() {
             warnings.push(format!(
-                "the segments after nodes {} do not follow the surface; the shortest path found over it takes their place",
+                "the segments after nodes {} do not follow the surface; shortest paths on it replace them",
                 list(&self.edge_paths)
             ));
         }
         if !self.ambiguous.is_empty() {
             warnings.push(format!(
-                "the segments after nodes {} are ambiguous: several paths over the surface have the same length \
-                 to within {:.0} %, and one of them was taken; add nodes in between to choose",
+                "the segments after nodes {} are ambiguous: the surface has several paths of the same length to \
+                 within {:.0} %; add nodes in between to choose one",
                 list(&self.ambiguous),
                 100.0 * AMBIGUOUS
             ));
@@ -96,7 +98,7 @@ impl Traced {
         if !self.uncompared.is_empty() {
             warnings.push(format!(
                 "the segments after nodes {} may take detours: the curve has too many long segments to compare \
-                 each with the shortest path over the surface; add nodes so that segments are shorter",
+                 each with the shortest path; add nodes to shorten the segments",
                 list(&self.uncompared)
             ));
         }
@@ -104,10 +106,10 @@ impl Traced {
     }
 }
 
-/// Projects a polyline in space to the mesh and traces it across the faces.
+/// Projects a polyline in space onto the mesh and traces it across the faces.
 ///
-/// `tolerance` is the share of a face within which nodes are moved onto vertices and edges, and
-/// within which points coincide; [`DEFAULT_TOLERANCE`] is a good choice.
+/// `tolerance` is the share of a face within which nodes move onto vertices and edges, and within
+/// which points coincide; [`DEFAULT_TOLERANCE`] is a good choice.
 ///
 /// ```
 /// use eikona::curves::{DEFAULT_TOLERANCE, trace_polyline};
@@ -125,15 +127,15 @@ impl Traced {
 /// ```
 ///
 /// # Errors
-/// [`TraceError::NoFaces`], [`TraceError::NonFinitePoint`], [`TraceError::TooFewPoints`]
-/// (also when all points fall together), [`TraceError::Parameter`] for a tolerance outside [0,
-/// 0.1], and [`TraceError::NotConnected`] where the surface has no path between two points.
+/// [`TraceError::NoFaces`], [`TraceError::NonFinitePoint`], [`TraceError::TooFewPoints`] (also if
+/// all points coincide), [`TraceError::Parameter`] for a tolerance outside [0, 0.1], and
+/// [`TraceError::NotConnected`] if the surface has no path between two points.
 ///
 /// # Cost
 /// O(log F) per point and O(1) per crossed face. A segment that is not nearly straight on the
-/// surface takes O(n log n) in the number n of faces whose distances from both ends add up to at
-/// most the path's length. These searches end, with a warning, after 30 million nodes plus 20 times
-/// the size of the mesh.
+/// surface takes O(n log n) in the number n of faces whose distances from both ends sum to at most
+/// the path's length. These searches end, with a warning, after 30 million nodes plus 20 times the
+/// size of the mesh.
 pub fn trace_polyline(
     mesh: &TriangleMesh,
     bvh: &Bvh,
@@ -143,7 +145,7 @@ pub fn trace_polyline(
     tolerance: f64,
 ) -> Result<Traced, TraceError> {
     if !(0.0..=0.1).contains(&tolerance) {
-        let bound = "it is a share of a face, from 0 to 0.1";
+        let bound = "choose a share of a face from 0 to 0.1";
         return Err(TraceError::Parameter { name: "tolerance", value: tolerance, bound });
     }
     let tracer = Tracer::new(mesh, Some(bvh), tolerance);
@@ -157,7 +159,7 @@ pub fn trace_polyline(
         largest = largest.max(distance);
         nodes.push(place);
     }
-    // Ends that differ by rounding only are one point.
+    // Ends that differ only by rounding are one point.
     let returns = nodes.len() > 3 && tracer.coincide(nodes[0], nodes[nodes.len() - 1]);
     let mut traced = tracer.trace(&nodes, closed || returns)?;
     traced.largest_projection_distance = largest;
@@ -165,8 +167,7 @@ pub fn trace_polyline(
     Ok(traced)
 }
 
-/// Traces a curve on the mesh whose segments may span several faces; segments in one face stay as
-/// they are.
+/// Traces a curve on the mesh whose segments may span several faces; keeps segments in one face.
 ///
 /// # Errors
 /// [`TraceError::Curve`] for a node that is not on the mesh, and the errors of
@@ -192,7 +193,7 @@ struct Tracer<'a> {
     tolerance: f64,
     fans: RefCell<Fans<'a>>,
     search: RefCell<PathSearch<'a>>,
-    /// The number of settled nodes at which comparisons end.
+    /// Number of settled nodes at which comparisons end.
     compared: usize,
 }
 
@@ -203,8 +204,8 @@ impl<'a> Tracer<'a> {
         Tracer { mesh, bvh, own_bvh: OnceCell::new(), tolerance, fans, search, compared }
     }
 
-    /// The nearest place on the mesh, on a vertex or edge if within the tolerance, and the distance
-    /// to it.
+    /// Returns the nearest place on the mesh, moved onto a vertex or edge within the tolerance, and
+    /// its distance.
     fn project(&self, p: [f64; 3]) -> Option<(Located, f64)> {
         let bvh = self.bvh.unwrap_or_else(|| self.own_bvh.get_or_init(|| Bvh::new(self.mesh)));
         let closest = bvh.closest_point(p)?;
@@ -260,7 +261,7 @@ impl<'a> Tracer<'a> {
         Ok(traced)
     }
 
-    /// Whether two places are the same for the purpose of tracing.
+    /// Whether two places count as the same.
     fn coincide(&self, a: Located, b: Located) -> bool {
         if a == b {
             return true;
@@ -274,8 +275,8 @@ impl<'a> Tracer<'a> {
         distance(a.position(self.mesh), b.position(self.mesh)) <= self.tolerance * size
     }
 
-    /// The nodes after `a` up to and including `b`, and an equally good path (with `a`) if there is
-    /// one. `None` if the surface does not connect them.
+    /// Returns the nodes after `a` up to and including `b`, and an equally good path (with `a`) if
+    /// there is one. `None` if the surface does not connect them.
     fn join(
         &self,
         a: Located,
@@ -283,8 +284,8 @@ impl<'a> Tracer<'a> {
         node: usize,
         traced: &mut Traced,
     ) -> Option<(Vec<Located>, Option<Vec<Located>>)> {
-        // Enough to cross the whole mesh twice in all attempts together, so that no input makes the
-        // walks dwell.
+        // Enough to cross the whole mesh twice in all attempts together, which bounds the walks on
+        // any input.
         let mut budget = 2 * self.mesh.face_count() + 64;
         let mut walks = self.walks((a, b), &mut budget);
         if walks.first().is_some_and(|walk| walk.direct) {
@@ -331,14 +332,14 @@ impl<'a> Tracer<'a> {
         plane_walks(self.mesh, &mut self.fans.borrow_mut(), ends, self.tolerance, budget)
     }
 
-    /// Joins both halves of a segment over the projection of its middle.
+    /// Joins both halves of a segment at the projection of its midpoint.
     fn halve(&self, a: Located, b: Located, depth: u32, budget: &mut usize) -> Option<Vec<Located>> {
         let (pa, pb) = (a.position(self.mesh), b.position(self.mesh));
         let (middle, off) = self.project(lerp(pa, pb, 0.5))?;
         let length = distance(pa, pb);
         let advance = |p| distance(middle.position(self.mesh), p);
-        // A middle beside one of the ends makes no headway, one far off belongs to another part of
-        // the surface.
+        // A midpoint beside one of the ends makes no progress; a distant one belongs to another
+        // part of the surface.
         if depth == 0 || advance(pa).min(advance(pb)) < 0.1 * length || off > length {
             return None;
         }

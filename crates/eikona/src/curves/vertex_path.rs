@@ -6,15 +6,15 @@ use eikona_mesh::{TriangleMesh, Vertex};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
-/// The shortest path along edges through all these vertices in order, both ends included. A vertex
-/// that is given twice in a row counts once.
+/// Computes the shortest path along edges through all given vertices in order, both ends included.
+/// Repeated consecutive vertices count once.
 ///
 /// # Errors
-/// [`TraceError::VertexOutOfRange`]; [`TraceError::NotConnected`] with the places in `through`
-/// of two vertices that no edges join.
+/// [`TraceError::VertexOutOfRange`]; [`TraceError::NotConnected`], with indices into `through`, for
+/// two vertices that no path along edges connects.
 ///
 /// # Cost
-/// One search (Dijkstra) a pair, each over the vertices that are nearer than the goal.
+/// One Dijkstra search per pair, over the vertices that are nearer than the goal.
 pub fn shortest_vertex_path(mesh: &TriangleMesh, through: &[Vertex]) -> Result<Vec<Vertex>, TraceError> {
     if let Some(&vertex) = through.iter().find(|v| v.index() >= mesh.vertex_count()) {
         return Err(TraceError::VertexOutOfRange { vertex, vertices: mesh.vertex_count() });
@@ -29,7 +29,7 @@ pub fn shortest_vertex_path(mesh: &TriangleMesh, through: &[Vertex]) -> Result<V
 }
 
 fn path_between(mesh: &TriangleMesh, start: Vertex, goal: Vertex) -> Option<Vec<Vertex>> {
-    // Lengths are not negative, so their bits order as they do. Ties go to the lower vertex.
+    // Lengths are nonnegative, so their bits sort like the numbers. Ties go to the lower vertex.
     let key = |d: f64, v: Vertex| Reverse((d.to_bits(), v));
     let mut reached: BTreeMap<Vertex, (f64, Option<Vertex>)> = BTreeMap::from([(start, (0.0, None))]);
     let mut queue = BinaryHeap::from([key(0.0, start)]);

@@ -1,16 +1,16 @@
-//! Walks over the faces along a plane.
+//! Walks across faces along a plane.
 //!
 //! The plane contains both ends and the mean of their normals. Whether two distant normals point to
-//! the same side of the surface is only known along a path between them. So both the sum and the
-//! difference of the normals span a candidate plane, and each walk transports the orientation of
-//! the faces to its goal. The result does not depend on how single faces are oriented.
+//! the same side of the surface is known only along a path between them. Therefore both the sum and
+//! the difference of the normals span a candidate plane, and each walk transports the orientation
+//! of the faces to its goal. The result does not depend on how individual faces are oriented.
 
 use super::side::Fans;
 use super::straighten::path_length;
 use crate::geometry::vector::{Vec3, add, cross, distance, dot, norm, normalize, scale, sub};
 use eikona_mesh::{Face, Located, TriangleMesh, Vertex, segment_host};
 
-/// A walk may be this many times as long as the straight segment: half a circle is 1.57 times its
+/// Largest ratio of a walk's length to the straight segment's: half a circle is 1.57 times its
 /// diameter.
 const LENGTH_LIMIT: f64 = 2.5;
 
@@ -21,8 +21,8 @@ const NEARLY_STRAIGHT: f64 = 1.05;
 /// A dot product of the normals beyond this (60 and 120 degrees) decides which plane to try first.
 const DECISIVE: f64 = 0.5;
 
-/// Where the sum of the unit normals has a shorter component than this across the segment, the
-/// normals nearly cancel or run along it, and the plane is mostly noise.
+/// If the sum of the unit normals has a shorter component than this across the segment, the normals
+/// nearly cancel or run along it, and the plane is mostly noise.
 const DEFINED: f64 = 0.2;
 
 /// A walk that has reached its goal.
@@ -30,8 +30,8 @@ pub(super) struct Walked {
     /// The nodes after the start, the goal last.
     pub path: Vec<Located>,
     pub length: f64,
-    /// Whether the plane is well defined and, transported along the walk, the two normals that span
-    /// it point to the same side of the surface.
+    /// Whether the plane is well defined and the two normals that span it, transported along the
+    /// walk, point to the same side of the surface.
     pub trusted: bool,
     /// Whether the walk is nearly straight in a well-defined plane, so that no path is much
     /// shorter.
@@ -39,7 +39,7 @@ pub(super) struct Walked {
 }
 
 impl Walked {
-    /// A path made of several walks.
+    /// Combines several walks into one path.
     pub fn new(mesh: &TriangleMesh, from: Located, path: Vec<Located>) -> Self {
         let first = distance(from.position(mesh), path.first().map_or(from, |&p| p).position(mesh));
         let length = first + path_length(mesh, &path);
@@ -47,8 +47,8 @@ impl Walked {
     }
 }
 
-/// The walks between two places that arrive, at most two, the preferred one first. Each step takes
-/// one from `budget`.
+/// Returns the walks between two places that arrive, at most two, the preferred one first. Each
+/// step uses up one unit of `budget`.
 pub(super) fn plane_walks(
     mesh: &TriangleMesh,
     fans: &mut Fans,
@@ -93,8 +93,8 @@ struct PlaneWalk<'a> {
 }
 
 impl<'a> PlaneWalk<'a> {
-    /// A walk in the plane that contains the sum of these unit normals. `None` where the segment
-    /// runs along the sum or the normals cancel.
+    /// Creates a walk in the plane that contains the sum of these unit normals. `None` where the
+    /// segment runs along the sum or the normals cancel.
     fn along(
         mesh: &'a TriangleMesh,
         from: Located,
@@ -107,15 +107,15 @@ impl<'a> PlaneWalk<'a> {
         let direction = normalize(segment)?;
         let plane = cross(direction, add(normals[0], normals[1]));
         if norm(plane) < 1e-3 {
-            return None; // within 0.03 degrees of the normal, the plane's direction is arbitrary
+            return None; // within 0.03 degrees of the normal the plane is arbitrary
         }
         let defined = norm(plane) >= DEFINED;
         let (plane, length) = (normalize(plane)?, norm(segment));
         Some(PlaneWalk { mesh, from, to, origin, direction, length, plane, defined, tolerance })
     }
 
-    /// The nodes after the start up to the goal, and the length. `None` if the walk does not
-    /// arrive.
+    /// Returns the nodes after the start up to the goal, and the length. `None` if the walk does
+    /// not arrive.
     fn run(&self, budget: &mut usize) -> Option<(Vec<Located>, f64)> {
         let mut path = Vec::new();
         let (mut here, mut came_through) = (self.from, None);
@@ -136,8 +136,8 @@ impl<'a> PlaneWalk<'a> {
         Some((path, walked + distance(position, self.to.position(self.mesh))))
     }
 
-    /// The face to cross next and the place where the plane leaves it: of several, the most forward
-    /// one.
+    /// Returns the next face to cross and the place where the plane leaves it; of several, the most
+    /// forward one.
     fn step(&self, here: Located, position: Vec3, came_through: Option<Face>) -> Option<(Face, Located)> {
         let mut best: Option<(f64, Face, Located)> = None;
         let mut count = 0;
@@ -155,17 +155,17 @@ impl<'a> PlaneWalk<'a> {
             }
         }
         let (forward, face, exit) = best?;
-        // Going on through an edge there is no choice; the surface may bend back for a while.
+        // Through an edge there is only one way on; the surface may bend back for a while.
         let only_way = count == 1 && came_through.is_some() && matches!(here, Located::Edge(..));
         (forward > 0.0 || only_way).then_some((face, exit))
     }
 
-    /// Where the plane leaves a face that it enters at this place: at most two places.
+    /// Returns where the plane leaves a face that it enters at this place: at most two places.
     fn exits(&self, here: Located, face: Face) -> [Option<Located>; 3] {
         let corners = self.mesh.face_vertices(face);
         let edges = self.mesh.face_edges(face);
         let height = corners.map(|v| self.height(v));
-        // An edge in the plane is left at its ends.
+        // A walk along an edge in the plane leaves it at its ends.
         if let Located::Edge(edge, _) = here {
             let ends = self.mesh.edge_vertices(edge);
             let length = distance(self.mesh.position(ends[0]), self.mesh.position(ends[1]));
@@ -181,7 +181,7 @@ impl<'a> PlaneWalk<'a> {
                 Located::Face(..) => false,
             };
             // Height 0 counts as above: a plane through a vertex crosses one of the edges there,
-            // and the exit snaps to it.
+            // and the exit snaps to the vertex.
             if on_this_side || (height[i] >= 0.0) == (height[j] >= 0.0) {
                 return None;
             }
@@ -202,8 +202,8 @@ impl<'a> PlaneWalk<'a> {
     }
 }
 
-/// The unit normal at a place: the mean of its faces' normals by area, each turned to the side of
-/// the first.
+/// Returns the unit normal at a place: the area-weighted mean of its faces' normals, each flipped
+/// to the side of the first.
 fn normal_at(mesh: &TriangleMesh, fans: &mut Fans, place: Located) -> Option<Vec3> {
     let faces = place.faces(mesh);
     let mut sum = [0.0; 3];
@@ -211,14 +211,14 @@ fn normal_at(mesh: &TriangleMesh, fans: &mut Fans, place: Located) -> Option<Vec
         let [a, b, c] = mesh.face_positions(face);
         let n = cross(sub(b, a), sub(c, a));
         let by_normal = || if dot(n, sum) < 0.0 { -1.0 } else { 1.0 };
-        let sign = fans.relative_winding(faces[0], face, place).unwrap_or_else(by_normal);
+        let sign = fans.relative_orientation(faces[0], face, place).unwrap_or_else(by_normal);
         sum = add(sum, scale(n, sign));
     }
     normalize(sum)
 }
 
-/// +1 if the first faces at both ends of a path are consistently oriented along it, else -1. Faces
-/// that share only a vertex count as consistently oriented.
+/// Returns +1 if the first faces at both ends of a path are consistently oriented along it, else
+/// -1. Faces that share only a vertex count as consistently oriented.
 fn side_carried(mesh: &TriangleMesh, fans: &mut Fans, from: Located, path: &[Located]) -> f64 {
     let mut carried = 1.0;
     let mut here = from;
@@ -226,13 +226,13 @@ fn side_carried(mesh: &TriangleMesh, fans: &mut Fans, from: Located, path: &[Loc
     for &next in path {
         let host = here.faces(mesh).into_iter().find(|&f| next.weights_in_face(mesh, f).is_some());
         if let (Some(f), Some(g)) = (face, host) {
-            carried *= fans.relative_winding(f, g, here).unwrap_or(1.0);
+            carried *= fans.relative_orientation(f, g, here).unwrap_or(1.0);
             face = Some(g);
         }
         here = next;
     }
     if let (Some(f), Some(&g)) = (face, here.faces(mesh).first()) {
-        carried *= fans.relative_winding(f, g, here).unwrap_or(1.0);
+        carried *= fans.relative_orientation(f, g, here).unwrap_or(1.0);
     }
     carried
 }

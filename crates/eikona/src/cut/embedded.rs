@@ -1,4 +1,4 @@
-//! A mesh cut along curves, and the way back to the mesh that it was cut from.
+//! A mesh cut along curves, with maps back to the input mesh.
 
 use super::{EmbedError, Line, embed_lines};
 use crate::geometry::{face_in, unit_of};
@@ -8,23 +8,22 @@ use eikona_mesh::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Pieces of curves with fewer edges than this are short, see [`Embedded::split_short`].
+/// Pieces of curves with fewer edges than this are short: see [`Embedded::split_short`].
 pub const SHORT: usize = 8;
 
 /// A mesh cut along curves.
 #[derive(Clone, Debug)]
 pub struct Embedded {
-    /// The cut mesh. Its first vertices are those of the input in their order; then come points on
-    /// edges, then points inside faces. Its faces follow the order of the faces that they were cut
-    /// from.
+    /// The cut mesh. Its first vertices are those of the input in their order, then points on
+    /// edges, then points inside faces. Its faces follow the order of their parents.
     pub mesh: TriangleMesh,
-    /// The input's face from which each face was cut.
+    /// The input face that contains each face.
     pub face_parent: Vec<Face>,
-    /// Where each vertex lies on the input.
+    /// The place of each vertex on the input.
     pub vertex_place: Vec<SurfacePoint>,
-    /// The input's curves.
+    /// The input curves.
     pub curves: Vec<EmbeddedCurve>,
-    /// The vertex of each of the input's isolated points.
+    /// The vertex of each isolated point of the input.
     pub points: Vec<Vertex>,
     pub(super) input: TriangleMesh,
 }
@@ -32,47 +31,47 @@ pub struct Embedded {
 /// A curve as a path along edges of the cut mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmbeddedCurve {
-    /// Oriented or not.
+    /// Signed or unsigned.
     pub kind: CurveKind,
-    /// The surface normal that was given with the curve.
+    /// The surface normal given with the curve.
     pub up: Option<[f64; 3]>,
-    /// Its vertices in its direction, two after each other always joined by an edge. It is closed
-    /// if the last is the first. A curve of length zero has one vertex.
+    /// Its vertices in order; consecutive vertices are always joined by an edge. The curve is
+    /// closed if the last is the first. A curve of length zero has one vertex.
     pub vertices: Vec<Vertex>,
-    /// For each step from a vertex to the next one the segment of the input that it is a piece of,
-    /// by the 0-based index of the segment's first node.
+    /// For each step between vertices, the input segment that it is a piece of, by the 0-based
+    /// index of the segment's first node.
     pub segments: Vec<usize>,
 }
 
-/// A curve passing along an edge.
+/// One pass of a curve along an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Walk {
     /// 0-based index of the curve.
     pub curve: usize,
     /// 0-based index of its step.
     pub step: usize,
-    /// Whether it walks in the direction of the edge.
+    /// Whether it runs in the direction of the edge.
     pub forward: bool,
 }
 
-/// An edge that curves walk along.
+/// An edge that curves run along.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ChainEdge {
     /// The edge.
     pub edge: Edge,
-    /// How often it is walked in its own direction less how often against it. Zero where curves
+    /// Number of walks in the direction of the edge minus the number against it. Zero where curves
     /// cancel.
     pub multiplicity: i64,
-    /// Every walk, by curve and step.
+    /// All walks along the edge, by curve and step.
     pub walks: Vec<Walk>,
 }
 
-/// The curves as a 1-chain.
+/// Curves as a 1-chain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveChain {
     /// The multiplicity of every edge of the cut mesh.
     pub multiplicities: EdgeField<i64>,
-    /// The edges that are walked at all, in increasing order.
+    /// The edges with walks, in increasing order.
     pub edges: Vec<ChainEdge>,
 }
 
@@ -84,12 +83,12 @@ impl EmbeddedCurve {
 }
 
 impl Embedded {
-    /// The mesh that was cut.
+    /// Returns the mesh that was cut.
     pub fn input(&self) -> &TriangleMesh {
         &self.input
     }
 
-    /// The curves as curves on the cut mesh, without those of length zero.
+    /// Returns the curves as curves on the cut mesh, without those of length zero.
     pub fn curves_on_mesh(&self) -> SurfaceCurves {
         let walked = self.curves.iter().filter(|c| c.vertices.len() > 1);
         let curve = |c: &EmbeddedCurve| Curve {
@@ -103,16 +102,16 @@ impl Embedded {
         }
     }
 
-    /// The chain of the curves. Unsigned curves count in the order of their nodes, as if they had a
-    /// direction; see [`Embedded::chain_of`] to leave them out.
+    /// Returns the chain of all curves. Unsigned curves count in the order of their nodes, as if
+    /// signed; see [`Embedded::chain_of`] to leave them out.
     pub fn chain(&self) -> CurveChain {
         self.chain_of(|_| true)
     }
 
-    /// The chain of those curves for which `chosen` says so.
+    /// Returns the chain of the curves that `chosen` accepts.
     ///
     /// # Cost
-    /// O(E) and O(n log n) for n steps, times the smaller degree of the ends of an edge.
+    /// O(E) plus O(n log n) for n steps, times the smaller degree of an edge's ends.
     pub fn chain_of(&self, chosen: impl Fn(&EmbeddedCurve) -> bool) -> CurveChain {
         let mut walks: BTreeMap<Edge, Vec<Walk>> = BTreeMap::new();
         for (c, curve) in self.curves.iter().enumerate().filter(|(_, curve)| chosen(curve)) {
@@ -132,16 +131,16 @@ impl Embedded {
         CurveChain { multiplicities, edges }
     }
 
-    /// The edge between two vertices and whether it runs from the first to the second.
+    /// Returns the edge between two vertices and whether it runs from the first to the second.
     fn edge_between(&self, a: Vertex, b: Vertex) -> Option<(Edge, bool)> {
-        // A search costs the degree of the vertex where it begins.
+        // A search costs the degree of the vertex where it starts.
         let degree = |v: Vertex| self.mesh.vertex_corners(v).len();
         let edge =
             if degree(a) <= degree(b) { self.mesh.find_edge(a, b) } else { self.mesh.find_edge(b, a) }?;
         Some((edge, self.mesh.edge_vertices(edge)[0] == a))
     }
 
-    /// The values of a field on the cut mesh at the vertices of the input.
+    /// Restricts a field on the cut mesh to the vertices of the input.
     ///
     /// # Errors
     /// [`EmbedError::WrongLength`].
@@ -153,8 +152,8 @@ impl Embedded {
         Ok(field.as_slice()[..self.input.vertex_count()].to_vec().into())
     }
 
-    /// The mean over the pieces of each face of the input, weighted by their areas. Faces that were
-    /// not cut keep their value to the last digit.
+    /// Averages over the pieces of each input face, weighted by area. Faces that were not cut keep
+    /// their value exactly.
     ///
     /// # Errors
     /// [`EmbedError::WrongLength`].
@@ -165,8 +164,7 @@ impl Embedded {
         })
     }
 
-    /// The label that covers most of each face of the input; of labels that cover the same area the
-    /// smallest.
+    /// Returns for each input face the label that covers the largest area, on ties the smallest.
     ///
     /// # Errors
     /// [`EmbedError::WrongLength`].
@@ -177,8 +175,8 @@ impl Embedded {
         self.gather(labels, |pieces| label_of_most(pieces.iter().copied()).unwrap_or(pieces[0].1).clone())
     }
 
-    /// One value for each face of the input from those of its pieces, with their areas (all 1 where
-    /// all are 0).
+    /// Computes one value per input face from those of its pieces and their areas (all 1 where all
+    /// are 0).
     fn gather<T: Clone>(
         &self,
         field: &FaceField<T>,
@@ -202,29 +200,29 @@ impl Embedded {
         Ok(gathered.into())
     }
 
-    /// Bisects the edges of every open piece of the curves that has fewer than [`SHORT`] edges,
-    /// until it has as many.
+    /// Bisects the edges of every open piece of the curves with fewer than [`SHORT`] edges until it
+    /// has at least as many.
     ///
-    /// Methods whose functions turn about the ends of an open curve leave those vertices out of
-    /// their operators, and with them every edge between two of them. A curve of a single edge
-    /// would so leave no trace at all; with vertices inside it, it leaves one. A piece is what
-    /// hangs together through vertices of the curves; its edges count once, however often they are
-    /// walked. Deviation: the public program bisects short closed pieces, too, which loses nothing
-    /// but time. A piece is open if not as many steps arrive as leave at each of its vertices,
-    /// those on the boundary of the mesh aside. Edges are cut into 2, 4 or 8 equal parts, and with
-    /// them the faces there.
+    /// Methods whose functions are multivalued at the ends of an open curve exclude those vertices
+    /// from their operators, and with them every edge between two of them. A curve of a single edge
+    /// would thus have no effect; with vertices inside it, it has one. A piece is a connected
+    /// component of the curves; its edges count once, however often they are traversed. A piece is
+    /// open if at some vertex off the mesh boundary the numbers of arriving and leaving steps
+    /// differ. Edges are cut into 2, 4 or 8 equal parts, and the adjacent faces with them.
+    ///
+    /// Deviation: the public program bisects short closed pieces, too, which costs only time.
     ///
     /// # Errors
     /// [`EmbedError::Mesh`] if the result is too large.
     ///
     /// # Cost
-    /// That of [`embed_curves`](super::embed_curves); nothing if no piece is short.
+    /// That of [`embed_curves`](super::embed_curves); no cost if no piece is short.
     pub fn split_short(&self) -> Result<Embedded, EmbedError> {
         let parts = parts_of_short_edges(&self.mesh, &self.curves);
         if parts.is_empty() {
             return Ok(self.clone());
         }
-        // The same curves with the new vertices as nodes, and the step that each node begins.
+        // The same curves with the new vertices as nodes, and the step that starts at each node.
         let mut nodes: Vec<Vec<SurfacePoint>> = Vec::with_capacity(self.curves.len());
         let mut steps: Vec<Vec<usize>> = Vec::with_capacity(self.curves.len());
         for curve in &self.curves {
@@ -254,15 +252,15 @@ impl Embedded {
     }
 }
 
-/// Where the vertices of a mesh lie that was cut from one which was itself cut from `input`: into
-/// faces with these parents, and vertices at these places.
+/// Returns places on `input` of the vertices of a mesh that was cut twice, from faces with these
+/// parents and vertices at these places.
 pub(crate) fn places_of_places(
     input: &TriangleMesh,
     face_parent: &[Face],
     vertex_place: &[SurfacePoint],
     finer: &Embedded,
 ) -> Vec<SurfacePoint> {
-    // A face of the input for each vertex.
+    // An input face for each vertex.
     let mut home: Vec<Option<Face>> = vec![None; finer.mesh.vertex_count()];
     for f in finer.mesh.faces() {
         let parent = face_parent[finer.face_parent[f.index()].index()];
@@ -286,7 +284,7 @@ pub(crate) fn places_of_places(
     finer.vertex_place.iter().enumerate().map(place_of).collect()
 }
 
-/// Into how many parts each edge has to be cut that belongs to a short open piece of the curves.
+/// Returns the number of parts for each edge of a short open piece of the curves.
 pub(crate) fn parts_of_short_edges(
     mesh: &TriangleMesh,
     curves: &[EmbeddedCurve],
@@ -319,13 +317,13 @@ pub(crate) fn parts_of_short_edges(
     parts
 }
 
-/// The areas of pieces of a face; all 1 where all are 0.
+/// Returns the areas of pieces of a face; all 1 where all are 0.
 pub(crate) fn areas_of_pieces(mesh: &TriangleMesh, unit: f64, pieces: &[Face]) -> Vec<f64> {
     let areas: Vec<f64> = pieces.iter().map(|f| face_in(mesh, *f, unit).area).collect();
     if areas.iter().any(|area| *area > 0.0) { areas } else { vec![1.0; areas.len()] }
 }
 
-/// The label that covers most, of labels that cover the same area the smallest.
+/// Returns the label that covers the largest area, on ties the smallest.
 pub(crate) fn label_of_most<T: Copy + Ord>(pieces: impl Iterator<Item = (f64, T)>) -> Option<T> {
     let mut covered: BTreeMap<T, f64> = BTreeMap::new();
     for (area, label) in pieces {
@@ -335,7 +333,7 @@ pub(crate) fn label_of_most<T: Copy + Ord>(pieces: impl Iterator<Item = (f64, T)
     most.map(|(label, _)| label)
 }
 
-/// The weights that a place gives to the corners of a face in which it lies.
+/// Returns the barycentric coordinates of a place in a face that contains it.
 pub(crate) fn weights_in(place: SurfacePoint, corners: [Vertex; 3]) -> [f64; 3] {
     let weight = |corner: u32| match place {
         SurfacePoint::Vertex { vertex } => f64::from(u8::from(vertex == corner)),

@@ -1,27 +1,27 @@
-//! Why curves could not be made edges of a mesh.
+//! Errors of cutting a mesh along curves.
 
 use eikona_mesh::{CurveError, Face, MeshError};
 use thiserror::Error;
 
-/// Why curves could not be made edges of a mesh.
+/// Error of cutting a mesh along curves.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum EmbedError {
     /// A curve is not on the mesh, or a segment of it leaves its face.
     #[error(transparent)]
     Curve(#[from] CurveError),
-    /// The cut mesh can not be built: it has more faces than 32-bit indices can name.
-    #[error("the mesh cut along the curves: {0}")]
+    /// The cut mesh has more faces than 32-bit indices can address.
+    #[error("the mesh cannot be cut along the curves: {0}")]
     Mesh(#[from] MeshError),
-    /// The curves in one face lie so near to each other that no order of them could be told.
+    /// The curves in one face are too close together to be ordered.
     #[error(
-        "the curves in {face} lie too near to each other to be told apart; merge nodes that are nearer than 1e-8 of an edge"
+        "the curves in {face} are too close together to be ordered; merge nodes closer than 1e-8 of an edge length"
     )]
     Tangled {
         /// The face of the input.
         face: Face,
     },
-    /// A field does not have one value an element.
+    /// A field of the wrong length.
     #[error("the field has {found} values, the cut mesh has {expected} {kind}; give one value each")]
     WrongLength {
         /// "vertices" or "faces".

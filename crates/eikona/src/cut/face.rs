@@ -1,65 +1,64 @@
-//! The curves in one face: they are brought to segments that meet at vertices only, each an edge of
-//! a triangulation.
+//! Cuts one face along its curves: splits them into segments that meet only at vertices, each an
+//! edge of a triangulation.
 //!
-//! Segments are put in one after another. One that passes within [`NEAR`] of a vertex goes through
-//! it, one that crosses another is cut there and cuts it, and pieces are put in by flips. All of
-//! this is kept as *detours*: the edge from `a` to `b` goes by way of `c`. A detour leads to
-//! shorter pieces always, so that it ends; and each segment is read off at the end by following
-//! them. Segments that overlap so come upon the same pieces.
+//! Segments are inserted one after another. A segment that passes within [`NEAR`] of a vertex goes
+//! through it, two that cross are both cut at the crossing, and pieces become edges by flips. All
+//! of this is stored as *detours*: the edge from `a` to `b` goes by way of `c`. A detour always
+//! leads to shorter pieces, so insertion terminates; at the end each segment is read off by
+//! following its detours. Overlapping segments thereby share the same pieces.
 
 use super::triangulation::{ByPair, ONE, Point, Triangulation, turn};
 use eikona_mesh::random::Random;
 use std::collections::{HashMap, VecDeque};
 
-/// Vertices nearer than this are one, in units of an edge.
+/// Vertices nearer than this are merged, in units of an edge.
 pub(super) const SAME: f64 = 1e-9;
 /// A segment nearer to a vertex than this goes through it. Half of [`SAME`], so that no vertex is
 /// near to two others.
 const NEAR: f64 = 0.5e-9;
-/// A crossing nearer to a vertex than this is moved to it. It is more than the farthest that a
-/// crossing within [`SAME`] of a side can be from a point of the side to which its foot is
-/// [`SAME`].
+/// A crossing nearer to a vertex than this moves onto it. It exceeds the largest distance of a
+/// crossing within [`SAME`] of a side from a point of the side that is within [`SAME`] of its foot.
 const CROSSING_AT_VERTEX: f64 = 2e-9;
 
-/// What lies in a face.
+/// The contents of a face.
 pub(super) struct FaceCurves {
-    /// The sides 01 and 02 in the plane of the face, in units of its longest side.
+    /// Sides 01 and 02 in the plane of the face, in units of its longest side.
     pub axes: [[f64; 2]; 2],
-    /// Points of the sides 01, 12, 20, each in order from its first to its second corner, in units
-    /// of [`ONE`].
+    /// Points on the sides 01, 12, 20, each in order from its first to its second corner, in units
+    /// of 1 / [`ONE`].
     pub sides: [Vec<i64>; 3],
     /// Points inside.
     pub inside: Vec<Point>,
-    /// Segments between points: 0 to 2 for the corners, then those of the sides, then those inside.
+    /// Segments between points: 0 to 2 for the corners, then those on the sides, then those inside.
     pub segments: Vec<[u32; 2]>,
     /// Whether another face has the same three corners, so that an edge between two points of the
-    /// sides could be taken for one of that face.
+    /// sides could be mistaken for one of that face.
     pub doubled: bool,
 }
 
 /// A face cut along its curves.
 pub(super) struct FaceCut {
-    /// Triangles wound as the face. Vertices are numbered as in [`FaceCurves`] up to the sides;
-    /// then come those of `inside`.
+    /// Triangles oriented like the face. Vertices are numbered as in [`FaceCurves`] up to the
+    /// sides; then come those of `inside`.
     pub triangles: Vec<[u32; 3]>,
     /// The vertices inside.
     pub inside: Vec<Point>,
-    /// The vertex of each point inside; several where points coincide.
+    /// The vertex of each point inside; coinciding points share one.
     pub vertex_of_point: Vec<u32>,
-    /// The vertices along each segment; one only where its ends coincide.
+    /// The vertices along each segment; a single one if its ends coincide.
     pub chains: Vec<Vec<u32>>,
 }
 
-/// Why a face is not cut.
+/// Why a face was not cut.
 pub(super) enum Stop {
-    /// Segments cross so near to a side that the other faces there need the crossings too: sides
-    /// and places on them.
+    /// Segments cross so near to a side that the other faces there need the crossings, too: sides
+    /// and positions on them.
     OnSides(Vec<(usize, i64)>),
-    /// The order of the curves can not be told.
+    /// The curves are too close together to be ordered.
     Tangled,
 }
 
-/// The coordinates of a point on a side.
+/// Returns the coordinates of a point on a side.
 pub(super) fn on_side(side: usize, s: i64) -> Point {
     match side {
         0 => [s, 0],
@@ -90,8 +89,8 @@ pub(super) fn cut_face(curves: &FaceCurves) -> Result<FaceCut, Stop> {
         .iter()
         .map(|&p| work.near(p, SAME).first().copied().unwrap_or_else(|| work.push(p)))
         .collect();
-    // In order along a curve each point may have to flip edges to all before it; at random it is a
-    // few a point.
+    // Inserted in order along a curve, each point may flip edges to all points before it; in random
+    // order the flips are a few per point.
     let mut order: Vec<u32> = (3..work.mesh.points.len() as u32).collect();
     Random::from_seed(0).shuffle(&mut order);
     for v in order {
@@ -117,15 +116,15 @@ pub(super) fn cut_face(curves: &FaceCurves) -> Result<FaceCut, Stop> {
     Ok(FaceCut { triangles: work.mesh.triangles(), inside, vertex_of_point, chains })
 }
 
-/// What stands in the way of a segment.
+/// What a segment meets first.
 enum Way {
     /// It is an edge.
     Edge,
-    /// It goes through this vertex.
+    /// It passes through this vertex.
     Through(u32),
     /// It crosses this fixed edge.
     Across([u32; 2]),
-    /// It crosses these edges, which can be flipped away.
+    /// It crosses these edges, which can be flipped.
     Free(Vec<[u32; 2]>),
 }
 
@@ -133,13 +132,13 @@ struct Arrangement {
     mesh: Triangulation,
     /// Edges that are pieces of curves.
     fixed: ByPair<()>,
-    /// Vertices by way of which edges go.
+    /// The vertex through which each detoured edge goes.
     detours: ByPair<u32>,
-    /// Vertices by the cells of a grid.
+    /// Vertices by grid cell.
     cells: HashMap<Point, Vec<u32>>,
-    /// Segments still to be put in.
+    /// Segments not yet inserted.
     pending: Vec<[u32; 2]>,
-    /// Sides and places on them where vertices are wanted.
+    /// Sides and positions on them where vertices are needed.
     asked: Vec<(usize, i64)>,
 }
 
@@ -158,7 +157,7 @@ impl Arrangement {
         self.cells.entry(cell(self.point(v))).or_default().push(v);
     }
 
-    /// The vertices within a distance, the nearest first.
+    /// Returns the vertices within a distance, nearest first.
     fn near(&self, p: Point, within: f64) -> Vec<u32> {
         let [x, y] = cell(p);
         let mut found: Vec<(f64, u32)> = Vec::new();
@@ -170,7 +169,7 @@ impl Arrangement {
         found.into_iter().map(|f| f.1).collect()
     }
 
-    /// Lets an edge go by way of a vertex and has its two pieces put in.
+    /// Routes an edge through a vertex and queues its two pieces.
     fn detour(&mut self, a: u32, b: u32, by: u32) {
         self.fixed.remove(&key(a, b));
         self.detours.insert(key(a, b), by);
@@ -184,10 +183,10 @@ impl Arrangement {
         squared(a, by) < whole && squared(by, b) < whole
     }
 
-    /// Puts in all that is pending.
+    /// Inserts all pending segments.
     fn settle(&mut self) -> Result<(), Stop> {
         while let Some([a, b]) = self.pending.pop() {
-            // The pieces of a detour were put in, or are pending, since it was made.
+            // The pieces of an existing detour are already inserted or pending.
             if a == b || self.fixed.contains_key(&key(a, b)) || self.detours.contains_key(&key(a, b)) {
                 continue;
             }
@@ -206,7 +205,7 @@ impl Arrangement {
         Ok(())
     }
 
-    /// Walks along a segment to the first thing in its way.
+    /// Walks along a segment to the first obstacle.
     fn way(&self, a: u32, b: u32) -> Result<Way, Stop> {
         if self.mesh.has_edge(a, b) {
             if self.mesh.is_rim(a, b) {
@@ -260,7 +259,7 @@ impl Arrangement {
         }
     }
 
-    /// Whether a segment passes so near to a vertex that it has to go through it.
+    /// Whether a segment passes so near to a vertex that it must go through it.
     fn passes(&self, a: u32, b: u32, v: u32) -> bool {
         if v == a || v == b || !self.shortens(a, b, v) {
             return false;
@@ -271,7 +270,7 @@ impl Arrangement {
         height <= NEAR && along(p, q, x) > 0.0 && along(q, p, x) > 0.0
     }
 
-    /// Cuts two segments at their crossing, the second of them fixed.
+    /// Cuts two segments at their crossing; the second is fixed.
     fn cross(&mut self, [a, b]: [u32; 2], [p, q]: [u32; 2]) -> Result<(), Stop> {
         let crossing = {
             let [a, b, p, q] = [a, b, p, q].map(|v| self.point(v));
@@ -301,19 +300,19 @@ impl Arrangement {
         let weights = [ONE - x - y, x, y];
         for (side, weight, s) in [(1, weights[0], y), (2, weights[1], weights[0]), (0, weights[2], x)] {
             if weight as f64 <= SAME * ONE as f64 {
-                // A point of the sides that is there already would have been near.
+                // An existing point on the side would have been near.
                 if !near.is_empty() {
                     return Err(Stop::Tangled);
                 }
                 self.asked.push((side, s));
-                // The work goes on, to ask for all at once, unless the crossing is on the side by
-                // rounding.
+                // Continue, to collect all requests at once, unless rounding has put the crossing
+                // onto the side.
                 if weight <= 0 {
                     return Err(Stop::OnSides(std::mem::take(&mut self.asked)));
                 }
             }
         }
-        // The fixed edge has to be free while the vertex comes in.
+        // The fixed edge must be released while the vertex is inserted.
         self.fixed.remove(&key(p, q));
         let v = self.push(crossing);
         let cut = self.mesh.insert(v, |c, d| self.fixed.contains_key(&key(c, d))).ok_or(Stop::Tangled)?;
@@ -325,7 +324,7 @@ impl Arrangement {
         }
         self.detour(p, q, v);
         self.detour(a, b, v);
-        // Other curves that pass near the new vertex.
+        // Other curves may pass near the new vertex.
         let mut near = Vec::new();
         self.mesh.find_around(v, |c, d| {
             if self.fixed.contains_key(&key(c, d)) && self.passes(c, d, v) {
@@ -340,7 +339,7 @@ impl Arrangement {
     /// Flips the edges that a segment crosses until it is an edge itself.
     fn flip_in(&mut self, a: u32, b: u32, crossed: Vec<[u32; 2]>) -> Result<(), Stop> {
         let mut new = Vec::new();
-        // Each round through the queue flips at least one edge for good.
+        // Each round through the queue removes at least one crossing for good.
         let mut rest = (crossed.len() + 4).saturating_pow(3);
         let mut queue = VecDeque::from(crossed);
         while let Some([c, d]) = queue.pop_front() {
@@ -364,7 +363,7 @@ impl Arrangement {
         Ok(())
     }
 
-    /// Gives every inner edge between two points of the sides a vertex in its middle.
+    /// Inserts a vertex in the middle of every inner edge between two points of the sides.
     fn divide_chords(&mut self, rim: u32) -> Result<(), Stop> {
         for [a, b] in self.mesh.edges() {
             if b < rim && !self.mesh.is_rim(a, b) {
@@ -379,7 +378,7 @@ impl Arrangement {
         Ok(())
     }
 
-    /// The vertices along a segment. `None` if a step is no edge.
+    /// Returns the vertices along a segment; `None` if a step is no edge.
     fn follow(&self, [a, b]: [u32; 2]) -> Option<Vec<u32>> {
         let mut chain = vec![a];
         let mut pieces = vec![[a, b]];
@@ -403,26 +402,26 @@ fn key(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Cells are large enough that all within reach of a point lie in its own cell or the eight about
-/// it.
+/// Returns the grid cell of a point. Cells are so large that everything within reach of a point
+/// lies in its own cell or the eight around it.
 fn cell(p: Point) -> Point {
     const SIZE: i64 = (2.0 * CROSSING_AT_VERTEX * ONE as f64) as i64;
     p.map(|x| x.div_euclid(SIZE))
 }
 
-/// The squared distance in a triangle with three sides of length 1, so that no corner is preferred;
-/// in grid units, exactly.
+/// Returns the squared distance in an equilateral triangle with sides of length 1, which prefers no
+/// corner; exact, in grid units.
 fn squared(a: Point, b: Point) -> i128 {
     let [x, y] = [0, 1].map(|k| i128::from(b[k] - a[k]));
     x * x + y * y + x * y
 }
 
-/// The distance in a triangle with three sides of length 1.
+/// Returns the distance in an equilateral triangle with sides of length 1.
 fn separation(a: Point, b: Point) -> f64 {
     (squared(a, b) as f64).sqrt() / ONE as f64
 }
 
-/// The scalar product of `a -> b` and `a -> p` in that triangle, in grid units.
+/// Returns the dot product of `a -> b` and `a -> p` in that triangle, in grid units.
 fn along(a: Point, b: Point, p: Point) -> f64 {
     let [ux, uy] = [0, 1].map(|k| (b[k] - a[k]) as f64);
     let [vx, vy] = [0, 1].map(|k| (p[k] - a[k]) as f64);
@@ -450,8 +449,8 @@ mod tests {
             points.extend(on.iter().map(|&s| on_side(side, s)));
         }
         points.extend(&cut.inside);
-        // Positive triangles whose areas add up: exactly so, since areas on the grid are whole
-        // numbers.
+        // All triangles are positive, and their areas sum up exactly, since areas on the grid are
+        // integers.
         let areas: Vec<i128> = cut
             .triangles
             .iter()
@@ -488,7 +487,7 @@ mod tests {
     }
 
     #[test]
-    fn near_misses_are_hits() {
+    fn near_misses_are_merged() {
         // The third point lies 1e-12 beside the segment; the fourth 1e-12 from its end.
         let points = vec![at(0.1, 0.2), at(0.5, 0.2), at(0.3, 0.2 + 1e-12), at(0.5 + 1e-12, 0.2)];
         let cut = check(&curves(points, vec![[3, 4], [5, 6]]));
@@ -497,15 +496,15 @@ mod tests {
     }
 
     #[test]
-    fn a_crossing_beside_a_side_is_asked_for_on_it() {
-        // Both begin on the side and rise by 8e-9 of the way, against each other: they cross at a
-        // height of 4e-10.
+    fn a_crossing_beside_a_side_is_requested_on_it() {
+        // Both start on the side and rise by 8e-9 of their length in opposite directions: they
+        // cross at a height of 4e-10.
         let mut face = curves(vec![at(0.5, 2.4e-9), at(0.05, 2.0e-9)], vec![[3, 5], [4, 6]]);
         face.sides[0] = vec![at(0.2, 0.0)[0], at(0.3, 0.0)[0]];
         let Err(Stop::OnSides(asked)) = cut_face(&face) else { panic!("not asked for") };
         let [(0, s)] = asked[..] else { panic!("asked for {asked:?}") };
         assert!((s as f64 / ONE as f64 - 0.25).abs() < 1e-3);
-        // Both go through the vertex once it is there.
+        // Both pass through the vertex once it exists.
         face.sides[0].insert(1, s);
         face.segments = vec![[3, 6], [5, 7]];
         let cut = check(&face);

@@ -1,19 +1,18 @@
-//! Curves made edges of the mesh: faces are cut along the curves in them, into triangles that keep
-//! the winding.
+//! Cuts a mesh along curves: faces are split into triangles of the same orientation, so that every
+//! curve runs along edges.
 //!
-//! A method whose unknowns jump across a curve needs the curve along edges. [`embed_curves`] makes
-//! it so and keeps the way back: where each vertex lies on the input, from which face each face was
-//! cut, which edges each curve walks.
+//! A method whose unknowns jump across a curve needs the curve along edges. [`embed_curves`]
+//! provides this and the maps back: the place of each vertex on the input, the parent of each face,
+//! the edges along each curve.
 //!
-//! Points are told apart down to 1e-9 of an edge, in barycentric weights: nodes and crossings
-//! nearer than that to each other, to a vertex or to a side are one with it, and a segment that
-//! passes a vertex at half of it goes through that vertex. So rounding leaves no slivers behind;
-//! thin faces come about only in the slits that the curves themselves leave. What lies on which
-//! side is then decided exactly, on whole numbers. A curve is bent by no more than a few times this
-//! tolerance.
+//! Points are distinguished down to 1e-9 of an edge, in barycentric coordinates: nodes and
+//! crossings nearer than that to each other, to a vertex or to a side are merged with it, and a
+//! segment that passes a vertex within half of it goes through that vertex. Rounding thus leaves no
+//! slivers; thin faces arise only in slits between the curves themselves. Beyond that, sides are
+//! decided exactly, in integers. Curves are displaced by at most a few times this tolerance.
 //!
-//! All points of an edge are found first, over all faces at it; then each face is cut for itself,
-//! and its pieces fit those of its neighbours.
+//! The points on each edge are found first, over all faces at it; then each face is cut
+//! independently, and the pieces of neighbouring faces match.
 
 mod embedded;
 mod error;
@@ -35,21 +34,21 @@ use face::{FaceCurves, FaceCut, SAME, Stop, cut_face};
 use std::collections::{BTreeMap, BTreeSet};
 use triangulation::{ONE, Point};
 
-/// Cuts a mesh along curves, so that every segment of them is a chain of edges.
+/// Cuts a mesh along curves, so that every segment becomes a chain of edges.
 ///
 /// Segments may cross, touch, overlap, repeat, pass through vertices, run along edges and have
 /// length zero. Each lies in one face or along one edge, as
 /// [`trace_curve`](crate::curves::trace_curve) makes them. Isolated points become vertices. Faces
-/// without curve inside and without a new vertex on a side keep their corners; the others are cut
-/// into triangles of the best shape that their points allow (constrained Delaunay in the true shape
-/// of the face).
+/// without a curve inside and without new vertices on their sides keep their corners; the others
+/// are triangulated as well as their points allow (constrained Delaunay in the true shape of the
+/// face).
 ///
 /// ```
 /// use eikona::cut::embed_curves;
 /// use eikona_mesh::{Curve, SurfaceCurves, SurfacePoint, TriangleMesh};
 /// let corners = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 /// let mesh = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;
-/// // Across the lower triangle, from the middle of its first side to the middle of the diagonal.
+/// Across the lower triangle, from the midpoint of its first side to that of the diagonal.
 /// let middle = |vertices| SurfacePoint::Edge { vertices, t: 0.5 };
 /// let curve = Curve::signed([[0, 1], [2, 0]].map(middle));
 /// let cut = embed_curves(&mesh, &SurfaceCurves::from_curve(curve))?;
@@ -60,15 +59,14 @@ use triangulation::{ONE, Point};
 /// ```
 ///
 /// # Errors
-/// [`EmbedError::Curve`] with curve and node: a node that is not on the mesh, a curve with fewer
-/// than two nodes, or a segment that leaves its face. [`EmbedError::Tangled`] where curves lie so
-/// near to each other that the tolerance leaves no order, and [`EmbedError::Mesh`] if the result is
-/// too large.
+/// [`EmbedError::Curve`], with curve and node, for a node that is not on the mesh, a curve with
+/// fewer than two nodes, or a segment that leaves its face. [`EmbedError::Tangled`] if curves are
+/// too close together to be ordered, and [`EmbedError::Mesh`] if the result is too large.
 ///
 /// # Cost
-/// O(F), and in a face with k segments that cross c times O((k + c)^1.5) as a rule, O((k + c)^2)
-/// where thousands of segments meet in one vertex. 68 000 segments over 320 000 faces take about
-/// 1.5 s; 10 000 short segments in one face about 1 s.
+/// O(F), plus usually O((k + c)^1.5) in a face with k segments and c crossings; O((k + c)^2) where
+/// thousands of segments meet in one vertex. 68 000 segments over 320 000 faces take about 1.5 s;
+/// 10 000 short segments in one face about 1 s.
 pub fn embed_curves(mesh: &TriangleMesh, curves: &SurfaceCurves) -> Result<Embedded, EmbedError> {
     for (curve, c) in curves.curves.iter().enumerate() {
         if c.nodes.len() < 2 {
@@ -92,18 +90,18 @@ fn embed_lines(mesh: &TriangleMesh, lines: &[Line], points: &[SurfacePoint]) -> 
     assemble(&plan, cuts, lines)
 }
 
-/// How often faces are cut anew because crossings beside a side were moved onto it.
+/// Largest number of rounds of recutting faces after crossings beside a side moved onto it.
 const ROUNDS: usize = 64;
 
-/// What has to be cut.
+/// The faces and edges to be cut.
 struct Plan<'a> {
     mesh: &'a TriangleMesh,
     /// The nodes of all curves, one curve after the other, and then the isolated points.
     nodes: Vec<Located>,
-    /// First node of each curve, and the end of the last one.
+    /// The nodes of all curves, curve by curve, then the isolated points.
     starts: Vec<usize>,
-    /// Where the segment that follows each node lies; `None` for one of length zero and after the
-    /// last node of a curve.
+    /// The host of the segment that follows each node; `None` for segments of length zero and after
+    /// the last node of a curve.
     hosts: Vec<Option<SegmentHost>>,
     /// Points inside edges, more than [`SAME`] apart, in increasing order.
     on_edge: BTreeMap<Edge, Vec<EdgePoint>>,
@@ -111,25 +109,25 @@ struct Plan<'a> {
     tasks: BTreeMap<Face, Task>,
 }
 
-/// A point in an edge.
+/// A point on an edge.
 #[derive(Clone, Copy)]
 struct EdgePoint {
-    /// Along the edge, in units of `1 / ONE`.
+    /// Position along the edge, in units of `1 / ONE`.
     place: i64,
-    /// The same as it was given.
+    /// The same as given.
     t: f64,
 }
 
-/// What lies inside a face.
+/// The curves inside a face.
 #[derive(Default)]
 struct Task {
-    /// Nodes inside it, by their numbers, in increasing order.
+    /// Nodes inside it, in increasing order.
     nodes: Vec<usize>,
     /// First nodes of the segments through it.
     segments: Vec<usize>,
 }
 
-/// A face to be cut and its points on the sides.
+/// A face to be cut and the points on its sides.
 struct Cut {
     sides: [Vec<(Edge, usize)>; 3],
     done: FaceCut,
@@ -171,7 +169,7 @@ impl<'a> Plan<'a> {
         Ok(plan)
     }
 
-    /// Gives nodes and segments to the edges and faces in which they lie.
+    /// Assigns nodes and segments to their host edges and faces.
     fn spread(&mut self) {
         for (n, node) in self.nodes.iter().enumerate() {
             match *node {
@@ -199,14 +197,14 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// The index among the points of its edge of the one that stands for a place.
+    /// Returns the index of the point that represents a place, among the points of its edge.
     fn on_edge(&self, e: Edge, t: f64) -> usize {
         let place = (t * ONE as f64).round() as i64;
         let points = self.on_edge.get(&e).map_or(&[][..], |p| p);
         points.partition_point(|p| p.place <= place).saturating_sub(1)
     }
 
-    /// Cuts all faces that have to be.
+    /// Cuts all faces with points or curves.
     fn cut_faces(&mut self) -> Result<BTreeMap<Face, Cut>, EmbedError> {
         let mesh = self.mesh;
         let mut cuts = BTreeMap::new();
@@ -243,7 +241,7 @@ impl<'a> Plan<'a> {
         let edge = self.mesh.edge(h);
         let place = if self.mesh.follows_edge(h) { place } else { ONE - place };
         let points = self.on_edge.entry(edge).or_default();
-        // Another face at this edge may have asked for the same in this round.
+        // Another face at this edge may have requested the same point in this round.
         let at = points.partition_point(|p| p.place < place);
         let near = |p: Option<&EdgePoint>| p.is_some_and(|p| (p.place - place).abs() <= same());
         if !near(points.get(at)) && !near(at.checked_sub(1).and_then(|i| points.get(i))) {
@@ -252,7 +250,7 @@ impl<'a> Plan<'a> {
         edge
     }
 
-    /// The points of the sides and what lies in a face.
+    /// Collects the points on the sides and the curves in a face.
     fn curves_in(&self, face: Face) -> ([Vec<(Edge, usize)>; 3], FaceCurves) {
         let mesh = self.mesh;
         let triangle = shape_of_face(mesh, face);
@@ -294,14 +292,14 @@ impl<'a> Plan<'a> {
         (sides, curves)
     }
 
-    /// The number of a node among the points of a face: corners, sides, inside.
+    /// Returns the number of a node among the points of a face: corners, sides, inside.
     fn point_in(&self, face: Face, sides: &[Vec<(Edge, usize)>; 3], inside: &[usize], n: usize) -> u32 {
         let rim = 3 + sides.iter().map(Vec::len).sum::<usize>();
         let found = match self.nodes[n] {
             Located::Vertex(v) => self.mesh.face_vertices(face).iter().position(|&c| c == v),
             Located::Edge(e, t) => {
                 let i = self.on_edge(e, t);
-                // Sides hold the points of an edge in order or in reverse.
+                // Sides hold the points of an edge in order or reversed.
                 let mut before = 3;
                 sides.iter().find_map(|side| {
                     let places = [Some(i), side.len().checked_sub(i + 1)].into_iter().flatten();
@@ -316,7 +314,7 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// [`SAME`] on the grid.
+/// [`SAME`] in grid units.
 fn same() -> i64 {
     (SAME * ONE as f64) as i64
 }
@@ -336,7 +334,7 @@ fn is_doubled(mesh: &TriangleMesh, face: Face) -> bool {
     })
 }
 
-/// Numbers the new vertices and puts the faces and curves together.
+/// Numbers the new vertices and assembles faces and curves.
 fn assemble(plan: &Plan, cuts: BTreeMap<Face, Cut>, lines: &[Line]) -> Result<Embedded, EmbedError> {
     let mesh = plan.mesh;
     let mut positions = mesh.positions().to_vec();
@@ -364,8 +362,7 @@ fn assemble(plan: &Plan, cuts: BTreeMap<Face, Cut>, lines: &[Line]) -> Result<Em
             .iter()
             .map(|&[x, y]| Located::Face(face, [ONE - x - y, x, y].map(|w| w as f64 / ONE as f64)))
             .collect();
-        // Nodes stay where they were given, to the last digit; of several in one vertex the first
-        // tells.
+        // Nodes stay exactly where they were given; of several in one vertex the first decides.
         if let Some(task) = plan.tasks.get(&face) {
             for (&n, &v) in task.nodes.iter().zip(&cut.done.vertex_of_point).rev() {
                 if let Some(place) = (v as usize).checked_sub(rim).and_then(|i| own.get_mut(i)) {
@@ -412,7 +409,8 @@ fn assemble(plan: &Plan, cuts: BTreeMap<Face, Cut>, lines: &[Line]) -> Result<Em
             local.zip(vertices_of.get(&f)).map_or(Vertex(0), |(i, vertices)| vertices[i])
         }
     };
-    // All vertices of an edge from one end to the other, the ends' places in it being 0 and m + 1.
+    // Returns all vertices of an edge from one end to the other; the ends have places 0 and m + 1
+    // in it.
     let along_edge = |e: Edge, from: Located, to: Located| -> Vec<Vertex> {
         let count = plan.on_edge.get(&e).map_or(0, Vec::len);
         let [first, last] = mesh.edge_vertices(e);

@@ -1,9 +1,9 @@
-//! A triangulation of one triangle in which everything that is decided is decided exactly.
+//! Constrained triangulation of one triangle with exact predicates.
 //!
-//! Points are barycentric weights in units of 2^-52, as whole numbers: the weights of corners 1 and
-//! 2. So points on a side lie on it exactly, seen from either face, and orientations fit into 128
-//! bits. Only the choice among valid triangulations, by the circumcircles of the triangle in its
-//! true shape, is made in floating point: an error there costs shape, not validity.
+//! Points are barycentric coordinates (corners 1 and 2) as integer multiples of 2^-52. Points on a
+//! side therefore lie on it exactly, seen from either face, and orientations fit into 128 bits.
+//! Only the choice among valid triangulations, by circumcircles in the true shape of the triangle,
+//! uses floating point: an error there costs shape, not validity.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -11,7 +11,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 /// Weights of corners 1 and 2, in units of `1 / ONE`.
 pub(super) type Point = [i64; 2];
 
-/// The weight 1.
+/// The weight 1 in these units.
 pub(super) const ONE: i64 = 1 << 52;
 
 /// Twice the signed area of the triangle `a b c` in grid units: positive if counter-clockwise.
@@ -21,8 +21,8 @@ pub(super) fn turn(a: Point, b: Point, c: Point) -> i128 {
     ux * vy - uy * vx
 }
 
-/// Hashes pairs of small numbers that we chose ourselves, so that no input can make them collide on
-/// purpose.
+/// Hashes pairs of small numbers. These are internal vertex numbers, so no input can provoke
+/// collisions deliberately.
 #[derive(Default)]
 pub(super) struct PairHasher(u64);
 
@@ -37,16 +37,16 @@ impl Hasher for PairHasher {
         let product = u128::from(self.0 ^ word ^ 0x9e37_79b9_7f4a_7c15) * 0xd6e8_feb8_6659_fd93;
         self.0 = (product >> 64) as u64 ^ product as u64;
     }
-    fn write_usize(&mut self, _length: usize) {} // pairs are of one length
+    fn write_usize(&mut self, _length: usize) {} // all pairs have the same length
     fn finish(&self) -> u64 {
         self.0
     }
 }
 
-/// What belongs to a pair of vertices.
+/// A map keyed by pairs of vertices.
 pub(super) type ByPair<T> = HashMap<[u32; 2], T, BuildHasherDefault<PairHasher>>;
 
-/// Where a point lies in a triangulation.
+/// Location of a point in a triangulation.
 enum Place {
     Vertex,
     /// On this directed edge, which has a triangle on its left.
@@ -54,23 +54,23 @@ enum Place {
     Inside([u32; 3]),
 }
 
-/// Triangles by their directed edges.
+/// A triangulation stored by directed edges.
 pub(super) struct Triangulation {
     pub points: Vec<Point>,
-    /// The third corner of the triangle on the left of a directed edge; sides of the whole have a
+    /// The third corner of the triangle on the left of each directed edge; outer edges have a
     /// triangle on one side only.
     apex: ByPair<u32>,
-    /// For each vertex a vertex to which an edge with a triangle on its left leads; itself before
-    /// it is in a triangle.
+    /// For each vertex, the tip of an edge with a triangle on its left; the vertex itself before it
+    /// is in a triangle.
     around: Vec<u32>,
-    /// The sides 01 and 02 of the triangle in its plane, the longest side about 1.
+    /// Sides 01 and 02 of the triangle in its plane, the longest side about 1.
     axes: [[f64; 2]; 2],
-    /// An edge near the last place worked at.
+    /// An edge near the last modification.
     recent: [u32; 2],
 }
 
 impl Triangulation {
-    /// One triangle of this shape.
+    /// Creates a single triangle of this shape.
     pub fn new(axes: [[f64; 2]; 2]) -> Self {
         let mut new = Triangulation {
             points: vec![[0, 0], [ONE, 0], [0, ONE]],
@@ -83,7 +83,7 @@ impl Triangulation {
         new
     }
 
-    /// The third corner of the triangle on the left of a directed edge.
+    /// Returns the third corner of the triangle on the left of a directed edge.
     pub fn apex(&self, from: u32, to: u32) -> Option<u32> {
         self.apex.get(&[from, to]).copied()
     }
@@ -91,7 +91,7 @@ impl Triangulation {
     pub fn has_edge(&self, a: u32, b: u32) -> bool {
         self.apex.contains_key(&[a, b]) || self.apex.contains_key(&[b, a])
     }
-    /// Whether an edge is a part of a side of the whole.
+    /// Whether an edge lies on a side of the outer triangle.
     pub fn is_rim(&self, a: u32, b: u32) -> bool {
         self.apex.contains_key(&[a, b]) != self.apex.contains_key(&[b, a])
     }
@@ -112,7 +112,7 @@ impl Triangulation {
         }
     }
 
-    /// Calls `visit(b, c)` for the triangles `v b c` at a vertex until it gives a value.
+    /// Calls `visit(b, c)` for the triangles `v b c` at a vertex until it returns a value.
     pub fn find_around<T>(&self, v: u32, mut visit: impl FnMut(u32, u32) -> Option<T>) -> Option<T> {
         let first = self.around[v as usize];
         let mut b = first;
@@ -123,7 +123,7 @@ impl Triangulation {
             }
             b = c;
         }
-        // The rim is reached: the rest lies on the other side of the first edge.
+        // At the rim: the rest lies on the other side of the first edge.
         b = first;
         while let Some(c) = self.apex(b, v) {
             let found = visit(c, b);
@@ -135,7 +135,7 @@ impl Triangulation {
         None
     }
 
-    /// All triangles, each beginning with its smallest vertex, in increasing order.
+    /// Returns all triangles, each starting with its smallest vertex, in increasing order.
     pub fn triangles(&self) -> Vec<[u32; 3]> {
         let of_edge = self.apex.iter().map(|(&[a, b], &c)| [a, b, c]);
         let mut all: Vec<[u32; 3]> = of_edge.filter(|[a, b, c]| a < b && a < c).collect();
@@ -143,7 +143,7 @@ impl Triangulation {
         all
     }
 
-    /// A vertex at this point, not yet in a triangle.
+    /// Adds a vertex at this point, not yet in a triangle.
     pub fn push(&mut self, point: Point) -> u32 {
         let v = self.points.len() as u32;
         self.points.push(point);
@@ -151,8 +151,8 @@ impl Triangulation {
         v
     }
 
-    /// Puts a vertex into the triangles. `fixed` edges stay; the one that is cut by a vertex
-    /// exactly on it is returned. `None` if it lies outside or on another vertex.
+    /// Inserts a vertex into the triangles. `fixed` edges stay; returns the one that the vertex
+    /// cuts by lying exactly on it. `None` if it lies outside or on another vertex.
     pub fn insert(&mut self, v: u32, fixed: impl Fn(u32, u32) -> bool) -> Option<Option<[u32; 2]>> {
         let (rim, cut) = match self.locate(self.points[v as usize])? {
             Place::Vertex => return None,
@@ -170,8 +170,8 @@ impl Triangulation {
         Some(cut)
     }
 
-    /// Puts a point in an edge between its two triangles, without regard to shape. `None` if a
-    /// triangle would turn over.
+    /// Inserts a point in an edge between its two triangles, without regard to shape. `None` if a
+    /// triangle would be inverted.
     pub fn insert_in_edge(&mut self, a: u32, b: u32, point: Point) -> Option<u32> {
         let valid = |a: u32, b: u32| {
             self.apex(a, b).is_none_or(|c| {
@@ -187,7 +187,7 @@ impl Triangulation {
         Some(v)
     }
 
-    /// Cuts the triangles at an edge in two; the edges opposite the new vertex.
+    /// Splits the triangles at an edge in two; returns the edges opposite the new vertex.
     fn divide(&mut self, a: u32, b: u32, v: u32) -> Vec<[u32; 2]> {
         let mut rim = Vec::with_capacity(4);
         for [a, b] in [[a, b], [b, a]] {
@@ -201,9 +201,9 @@ impl Triangulation {
         rim
     }
 
-    /// Finds the place of a point by walking towards it, from the nearest of the last vertex and a
-    /// sample of all, so that the way is short also where points come in no order and where
-    /// thousands of triangles meet at a corner.
+    /// Locates a point by walking towards it, from the nearest of the last vertex and a sample of
+    /// all vertices. This keeps walks short even for points in random order and thousands of
+    /// triangles at one corner.
     fn locate(&self, p: Point) -> Option<Place> {
         let square = |v: u32| -> f64 {
             self.points[v as usize].iter().zip(p).map(|(x, y)| ((x - y) as f64).powi(2)).sum()
@@ -217,8 +217,8 @@ impl Triangulation {
         {
             [a, b] = [v, self.around[v as usize]];
         }
-        // A walk by exact orientations may run in circles where triangles are not Delaunay; then
-        // all are looked at.
+        // A walk by exact orientations may cycle where triangles are not Delaunay; then all are
+        // searched.
         'walk: for _ in 0..2 * self.apex.len() + 16 {
             let Some(c) = self.apex(a, b) else { break };
             for [u, v] in [[a, b], [b, c], [c, a]] {
@@ -242,7 +242,7 @@ impl Triangulation {
         if sides.iter().any(|&s| s < 0) {
             return None;
         }
-        // On the two sides that meet at a corner, on one side, or on none.
+        // At a corner the point is on two sides, in an edge on one, else on none.
         let on = [0, 1, 2].map(|k| sides[k] == 0);
         Some(match on {
             [true, _, true] | [true, true, _] | [_, true, true] => Place::Vertex,
@@ -253,8 +253,8 @@ impl Triangulation {
         })
     }
 
-    /// Exchanges the edge between two triangles for the other diagonal and gives it; `None` if
-    /// their union is not strictly convex.
+    /// Flips the edge between two triangles and returns the other diagonal; `None` if their union
+    /// is not strictly convex.
     pub fn flip(&mut self, a: u32, b: u32) -> Option<[u32; 2]> {
         let (c, d) = (self.apex(a, b)?, self.apex(b, a)?);
         if self.turn(a, d, c) <= 0 || self.turn(d, b, c) <= 0 {
@@ -267,10 +267,9 @@ impl Triangulation {
         Some([c, d])
     }
 
-    /// Flips these edges, and those that it makes worth flipping, until each is Delaunay in the
-    /// true shape or fixed.
+    /// Flips these edges and those affected until each is Delaunay in the true shape or fixed.
     pub fn improve(&mut self, mut edges: Vec<[u32; 2]>, fixed: impl Fn(u32, u32) -> bool) {
-        // Flips end by themselves but for rounding, far within this bound.
+        // Flips terminate except for rounding, far below this bound.
         let mut flips = 64 + 32 * (edges.len() + self.points.len());
         while let Some([a, b]) = edges.pop() {
             let (Some(c), Some(d)) = (self.apex(a, b), self.apex(b, a)) else { continue };
@@ -285,7 +284,7 @@ impl Triangulation {
         }
     }
 
-    /// All edges, each once, in increasing order.
+    /// Returns all edges, each once, in increasing order.
     pub fn edges(&self) -> Vec<[u32; 2]> {
         let mut edges: Vec<[u32; 2]> = self.apex.keys().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
         edges.sort_unstable();

@@ -1,19 +1,19 @@
-//! The curve as jumps: by how much a function changes from one face at an edge to the other.
+//! The curve as a dual 1-chain: the jump of the function between the two faces of each edge.
 
 use crate::curves::side::SideOfSegments;
 use crate::winding::error::WindingError;
 use eikona_mesh::{Edge, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex};
 
-/// A dual 1-chain: for every edge of two faces the value in the face of its first halfedge minus
-/// the value in the face of its second. All steps of the method work on such chains, so that left
-/// and right, and with them the orientation of the surface, matter only where a curve is read.
+/// A dual 1-chain: per edge of two faces, the value in the face of its first halfedge minus the
+/// value in the face of its second. All steps of the method work on such chains, so that left and
+/// right, and with them the orientation of the surface, matter only where a curve is read.
 #[derive(Clone, Debug)]
 pub(crate) struct Chain {
     /// The jump at each edge; 0 at edges that have one face, or more than two.
     pub jump: Vec<i32>,
-    /// Edges of the input that cancel: walked in both directions equally often.
+    /// Edges that the input traverses equally often in both directions, so that the steps cancel.
     pub cancelled: usize,
-    /// Steps of the input along boundary edges, where nothing can jump.
+    /// Steps of the input along boundary edges, where no jump is possible.
     pub on_boundary: usize,
     /// Steps of the input along edges of three or more faces, where left and right are not defined.
     pub on_nonmanifold: usize,
@@ -27,12 +27,12 @@ pub(crate) struct Step {
     pub step: usize,
     pub edge: Edge,
     pub ends: [Vertex; 2],
-    /// What it adds to the jump of the edge: left is one higher than right.
+    /// Its contribution to the jump of the edge: left is one higher than right.
     pub jump: i32,
 }
 
 impl Chain {
-    /// Of curves along whole edges of a mesh; other segments are passed over.
+    /// Builds the chain of curves along whole edges of a mesh; skips other segments.
     ///
     /// # Errors
     /// [`WindingError::Multiplicity`].
@@ -60,8 +60,8 @@ impl Chain {
                 steps.push(step(0));
                 continue;
             };
-            // The side is that of the face of the first halfedge, which has it on its left if both
-            // run the same way.
+            // The side refers to the face of the first halfedge. That face lies on the left of the
+            // segment if the halfedge and the segment run the same way.
             let (face, side) = sides.of_segment(i);
             debug_assert_eq!(face, first.face());
             let along = if mesh.follows_edge(first) == forward { 1 } else { -1 };
@@ -81,7 +81,7 @@ impl Chain {
     }
 }
 
-/// The edge that a segment is the whole of, and whether it runs in the direction of the edge.
+/// Returns the edge that a segment covers, and whether it runs in the edge's direction.
 pub(crate) fn along_edge(segment: &Segment) -> Option<(Edge, bool)> {
     match segment.host {
         SegmentHost::Edge(edge, [0.0, 1.0]) => Some((edge, true)),
@@ -90,6 +90,6 @@ pub(crate) fn along_edge(segment: &Segment) -> Option<(Edge, bool)> {
     }
 }
 
-/// A curve that walks an edge more often is refused: labels are small integers, and more is a
-/// mistake of the input.
+/// Largest accepted multiplicity of an edge: labels are small integers, and more is a mistake in
+/// the input.
 const MOST_COPIES: i32 = 1_000_000;

@@ -1,45 +1,45 @@
-//! Step 1: jumps across edges as values at corners.
+//! Step 1: reduced coordinates, jumps across edges as values at corners.
 
 use eikona_mesh::{TriangleMesh, Vertex, VertexFan};
 
-/// What jumps mean around each vertex.
+/// Reduced coordinates of jumps around each vertex.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Coordinates {
     /// Value at each corner relative to the vertex's first one (*reduced coordinates*, section
     /// 2.3.1).
     pub corner: Vec<f64>,
-    /// Vertices around which the jumps do not add up: the curve ends there. They have no
+    /// Vertices around which the jumps do not sum to zero: the curve ends there. They have no
     /// coordinates.
     pub endpoints: Vec<Vertex>,
-    /// Vertices with jumps whose faces are not one fan. They have no coordinates either.
+    /// Vertices with jumps whose faces form more than one fan. They have no coordinates either.
     ///
-    /// Deviation: the public program takes the curve for absent there, so that the jumps at both
-    /// ends of an edge differ and the derivative is no form any more. (Tests
-    /// `a_fin_is_warned_of_and_changes_little_elsewhere`,
+    /// Deviation: the public program treats the curve as absent there, so that the jumps at both
+    /// ends of an edge differ and the derivative is no longer a 1-form. (Tests
+    /// `a_fin_gives_a_warning_and_changes_little_elsewhere`,
     /// `a_completed_loop_through_a_pinched_vertex_keeps_its_jumps`.)
     pub not_fans: Vec<Vertex>,
 }
 
 impl Coordinates {
-    /// The vertices that have no coordinates.
+    /// Returns the vertices that have no coordinates.
     pub fn left_out(&self) -> impl Iterator<Item = Vertex> {
         self.endpoints.iter().chain(&self.not_fans).copied()
     }
 
-    /// Those of no jumps.
+    /// Coordinates of the zero chain.
     pub fn none(mesh: &TriangleMesh) -> Coordinates {
         Coordinates { corner: vec![0.0; 3 * mesh.face_count()], ..Coordinates::default() }
     }
 
-    /// Walks around every vertex at an edge with a jump. Around an inner vertex jumps that add up
-    /// to more than `tolerance` make it an endpoint.
+    /// Accumulates jumps around every vertex at an edge with a jump. An inner vertex around which
+    /// they sum to more than `tolerance` is an endpoint.
     pub fn of(mesh: &TriangleMesh, jump: &[f64], tolerance: f64) -> Coordinates {
         let mut result = Coordinates::none(mesh);
         result.walk_around(mesh, jump, vertices_at_jumps(mesh, jump), tolerance);
         result
     }
 
-    /// Walks around these vertices.
+    /// Accumulates jumps around the given vertices.
     pub fn walk_around(&mut self, mesh: &TriangleMesh, jump: &[f64], vertices: Vec<Vertex>, tolerance: f64) {
         for v in vertices {
             let fans = VertexFan::all(mesh, v);

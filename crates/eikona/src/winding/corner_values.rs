@@ -1,19 +1,19 @@
-//! Values at corners: integrals of closed 1-forms, face by face, and their jumps across edges.
+//! Values at corners: facewise integrals of closed 1-forms, and their jumps across edges.
 
 use eikona_mesh::{Halfedge, TriangleMesh};
 
-/// The index of the corner at the tip of a halfedge, in its face. (The corner at its origin has the
-/// index of the halfedge.)
+/// Returns the index of the corner at the tip of a halfedge, in its face. (The corner at its origin
+/// has the index of the halfedge.)
 pub(crate) fn tip_corner(h: Halfedge) -> usize {
     h.next().index()
 }
 
-/// Integrates a closed 1-form along halfedges within each face, from zero at its first corner.
+/// Integrates a closed 1-form on halfedges within each face, from zero at its first corner.
 pub(crate) fn integrated_in_faces(form: &[f64]) -> Vec<f64> {
     form.chunks_exact(3).flat_map(|sides| [0.0, sides[0], sides[0] + sides[1]]).collect()
 }
 
-/// Returns for each edge of two faces the value in the first face minus that in the second, at the
+/// Returns, per edge of two faces, the value in the first face minus that in the second, at the
 /// origin of the first halfedge; 0 at other edges.
 pub(crate) fn jumps_of(mesh: &TriangleMesh, values: &[f64]) -> Vec<f64> {
     mesh.edges()

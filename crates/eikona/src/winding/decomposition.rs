@@ -1,29 +1,29 @@
-//! Which parts of the curve bound (section 3.5).
+//! Decomposition of the curve into bounding and nonbounding parts (section 3.5).
 
 use crate::winding::chain::Step;
 use eikona_mesh::Edge;
 use std::collections::BTreeMap;
 
-/// Jumps of the nonbounding part below this are taken for none.
+/// Nonbounding jumps below this count as zero.
 pub(crate) const THRESHOLD: f64 = 0.1;
 
-/// What a step of the curve belongs to.
+/// The part of the curve that a step belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// The boundary of regions.
     Bounding,
     /// Loops that bound nothing.
     Nonbounding,
-    /// Nothing: the step runs along the boundary of the surface or an edge of three faces, or
-    /// cancels with another.
+    /// Neither: the step runs along the boundary of the surface or an edge of three or more faces,
+    /// or cancels with another.
     LeftOut,
 }
 
-/// For every step of the input its part. Of the steps along an edge as many count as its jump has
-/// copies, in the direction of the jump; and of these as many are nonbounding as the nonbounding
-/// jump has copies.
+/// Returns the part of every step of the input. Along an edge with a jump of `n`, the first `|n|`
+/// steps in the direction of the jump count; the first of these are nonbounding, as many as the
+/// rounded nonbounding jump.
 pub(crate) fn parts_of(steps: &[Step], jump: &[i32], nonbounding: &[f64]) -> Vec<Part> {
-    // Copies that are left to be told, of both kinds.
+    // Copies not yet assigned, nonbounding ones and all.
     let mut left: BTreeMap<Edge, [i32; 2]> = BTreeMap::new();
     let part = |step: &Step| {
         let (jump, t) = (jump[step.edge.index()], nonbounding[step.edge.index()]);

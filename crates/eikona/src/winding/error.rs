@@ -1,4 +1,4 @@
-//! Why no winding number could be computed.
+//! Errors of winding number solves.
 
 use crate::cut::EmbedError;
 use eikona_mesh::{CurveError, Edge, Face, TriangleMesh, Vertex};
@@ -14,13 +14,13 @@ pub enum WindingError {
     #[error(transparent)]
     Curve(#[from] CurveError),
     /// The mesh has no faces.
-    #[error("the mesh has no faces, so there is nothing to be inside of")]
+    #[error("the mesh has no faces; give a mesh with at least one face")]
     NoFaces,
-    /// There is no curve.
-    #[error("there is no curve, so every region is outside; give at least one oriented curve")]
+    /// No curve is given.
+    #[error("no curve is given; give at least one oriented curve")]
     NoCurve,
-    /// A curve without direction bounds nothing.
-    #[error("curve {curve} has no direction, so it has no inside; give it as a signed curve")]
+    /// A curve is unsigned, so it has no left side.
+    #[error("curve {curve} is unsigned, so it has no left side; give it as a signed curve")]
     Unsigned {
         /// 0-based index of the curve.
         curve: usize,
@@ -28,16 +28,16 @@ pub enum WindingError {
     /// The mesh could not be cut along the curves.
     #[error(transparent)]
     Embed(#[from] EmbedError),
-    /// An edge is walked too often.
+    /// The curve runs along an edge too often.
     #[error(
-        "the edge from {} is walked more than {most} times in one direction; leave repeated copies of the curve out",
+        "the curve runs more than {most} times in one direction along the edge from {}; remove repeated copies of the curve",
         named(&[*vertices])
     )]
     Multiplicity {
-        /// The edge. Of the mesh cut along the curve, if it had to be cut.
+        /// The edge, in the mesh cut along the curve if it had to be cut.
         edge: Edge,
-        /// Its vertices. Those of the input keep their numbers when the mesh is cut; higher numbers
-        /// are of vertices that the cut made.
+        /// Its vertices. Vertices of the input keep their numbers when the mesh is cut; higher
+        /// numbers are vertices of the cut.
         vertices: [Vertex; 2],
         /// The largest multiplicity that is accepted.
         most: i32,
@@ -56,7 +56,7 @@ pub enum WindingError {
     #[error(transparent)]
     Numeric(#[from] NumericError),
     /// The linear program could not be solved.
-    #[error("the nonbounding part of the curve could not be found: {0}")]
+    #[error("the linear program for the nonbounding part of the curve failed: {0}")]
     Program(UnsolvedProgram),
 }
 
@@ -65,48 +65,54 @@ pub enum WindingError {
 #[error("{reason}")]
 #[non_exhaustive]
 pub struct UnsolvedProgram {
-    /// In words, and what may help. Of many edges it names a few.
+    /// The reason in words, with a remedy. It names at most three edges.
     pub reason: String,
-    /// The edges concerned, if it is some of them, by their vertices; numbered as in
+    /// The affected edges, by their vertices; empty if the fault is not local. Numbered as in
     /// [`WindingError::Multiplicity`].
     pub edges: Vec<[Vertex; 2]>,
 }
 
 impl WindingError {
-    /// Why the linear program was not solved, in words of the mesh: term `i` is that of `edges[i]`.
+    /// Describes a fault of the linear program in terms of the mesh: term `i` belongs to
+    /// `edges[i]`.
     pub(crate) fn of_program(fault: FlowError, mesh: &TriangleMesh, edges: &[Edge]) -> WindingError {
         const REMESH: &str = "if edges differ in length by many orders of magnitude, remesh first";
         let (terms, reason) = match fault {
             FlowError::NonFinite { term, what } => {
                 let what = if what == "shift" { "jump" } else { "length" };
-                (vec![term], format!("the {what} is not a number at the edge from EDGES; {REMESH}"))
+                (vec![term], format!("the {what} is not finite at the edge from EDGES; {REMESH}"))
             }
             FlowError::Infeasible { cycles, .. } => {
                 let terms = cycles.into_iter().flat_map(|cycle| cycle.terms).collect();
-                let reason = "it can not stay within the curve along the edges from EDGES, which are all that \
-                              joins a ring of faces; refine the mesh around them";
+                let reason = "the jumps cannot stay between zero and the curve's at the edges from EDGES, the only \
+                              edges connecting a ring of faces; refine the mesh around them";
                 (terms, reason.into())
             }
             FlowError::NegativeWeight { term, .. } | FlowError::NonPositiveLimit { term, .. } => {
-                (vec![term], format!("there is no length at the edge from EDGES; {REMESH}"))
+                (vec![term], format!("invalid length of the edge from EDGES; {REMESH}"))
             }
             FlowError::WorkLimit { work } => (
                 vec![],
                 format!(
-                    "not within {work:.1e} steps on {} faces; simplify the mesh, or close gaps of the curve",
+                    "no optimum within {work:.1e} steps on {} faces; simplify the mesh or close gaps of the curve",
                     mesh.face_count(),
                     work = work as f64
                 ),
             ),
-            FlowError::Uncertified { gap, .. } => (
-                vec![],
-                format!("the best that was found is not certain to be the best (gap {gap:.0e}); {REMESH}"),
-            ),
+            FlowError::Uncertified { gap, .. } => {
+                (vec![], format!("the solution found is not certified as optimal (gap {gap:.0e}); {REMESH}"))
+            }
             FlowError::TooLarge { .. } => {
                 let (faces, edges) = (mesh.face_count(), mesh.edge_count());
-                (vec![], format!("{faces} faces and {edges} edges are too many; solve parts of the mesh"))
+                (
+                    vec![],
+                    format!(
+                        "{faces} faces and {edges} edges exceed the supported size; solve parts of the mesh"
+                    ),
+                )
             }
-            // What is asked for here has faces for nodes, and no options of the user's.
+            // Other faults concern node indices and options, which are set here and not by the
+            // user.
             fault => (vec![], fault.to_string()),
         };
         let edges: Vec<[Vertex; 2]> = terms.into_iter().map(|i| mesh.edge_vertices(edges[i])).collect();
@@ -114,12 +120,12 @@ impl WindingError {
     }
 
     pub(crate) fn no_such_reference(face: Face) -> WindingError {
-        let bound = "the reference face does not exist; faces are numbered from 0";
+        let bound = "the mesh has no such face; faces are numbered from 0";
         WindingError::Option { name: "reference", value: face.index() as f64, bound }
     }
 }
 
-/// Edges in words; a few, if they are many.
+/// Lists edges in words, at most three of them.
 fn named(edges: &[[Vertex; 2]]) -> String {
     const MOST: usize = 3;
     let few: Vec<String> =
@@ -137,7 +143,7 @@ mod tests {
     use eikona_numeric::Contradiction;
 
     #[test]
-    fn faults_of_the_program_name_edges_and_what_helps() {
+    fn faults_of_the_program_name_edges_and_a_remedy() {
         let mesh = shapes::torus(1.0, 0.4, 60, 30).unwrap();
         let edges: Vec<Edge> = mesh.edges().skip(7).collect();
         let [a, b] = mesh.edge_vertices(edges[2]).map(|v| v.index());

@@ -5,16 +5,16 @@ use crate::operators::parts;
 use eikona_mesh::{Face, Neighbour, TriangleMesh};
 use std::collections::{BTreeMap, VecDeque};
 
-/// Sets of faces joined through vertices with values: as a rule the connected components of the
-/// mesh. (Two surfaces that touch only in a vertex at which a curve ends are two islands.)
+/// Sets of faces joined through vertices with values: usually the connected components of the mesh.
+/// (Two surfaces that touch only in a vertex at which a curve ends are two islands.)
 #[derive(Clone, Debug)]
 pub(crate) struct Islands {
     /// Island of each face.
     pub of_face: Vec<u32>,
     pub count: usize,
-    /// Faces whose corners all have no value, each with a face that has one, by the fewest faces
-    /// between: they are of its island. `None` if there is none; such a face is an island of its
-    /// own.
+    /// Faces without a value at any corner, each with the nearest face that has one (fewest faces
+    /// in between), whose island it joins. `None` if no such face is reachable; the face is then an
+    /// island of its own.
     pub without_value: Vec<(Face, Option<Face>)>,
 }
 
@@ -27,7 +27,7 @@ impl Islands {
             Islands { of_face: vec![NONE; mesh.face_count()], count: 0, without_value: Vec::new() };
         let mut without = Vec::new();
         for (f, corners) in mesh.triangles().iter().enumerate() {
-            // Corners with values are joined by edges, so they are of one part.
+            // Corners with values are joined by edges, so they lie in one part.
             let Some(&v) = corners.iter().find(|v| !excluded[**v as usize]) else {
                 without.push(Face(f as u32));
                 continue;
@@ -51,7 +51,7 @@ impl Islands {
     }
 }
 
-/// For each of these faces the nearest one with an island, by the fewest faces between.
+/// Returns for each of these faces the nearest face with an island (fewest faces in between).
 fn nearest_with_value(
     mesh: &TriangleMesh,
     without: &[Face],

@@ -1,4 +1,4 @@
-//! Whole numbers for faces (section 3.5.1).
+//! Integer labels of faces (section 3.5.1).
 
 use crate::geometry::Triangle;
 use crate::winding::corner_values::tip_corner;
@@ -12,42 +12,42 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Labels {
     pub label: Vec<i32>,
-    /// Half minus the distance of the face's mean value, shifted, from its label: 0.5 for certain,
-    /// 0 for a guess.
+    /// Half minus the distance of the face's shifted mean value from its label: 0.5 is certain, 0
+    /// is a guess.
     pub margin: Vec<f64>,
-    /// What was added to the values of each island before they were rounded.
+    /// The constant added to the values of each island before rounding.
     pub shift: Vec<f64>,
 }
 
-/// The mean of the values at the corners of a face that has any.
+/// Returns the mean over the corners of a face that have values; `None` if none has.
 pub(crate) fn face_mean(values: &[f64], face: Face) -> Option<f64> {
     let corners = values[3 * face.index()..3 * face.index() + 3].iter().filter(|w| !w.is_nan());
     let (sum, count) = corners.fold((0.0, 0), |(sum, count), w| (sum + w, count + 1));
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// What part of the curve is taken to bound: where this much of the jump is left without its
-/// nonbounding part.
+/// Share of a unit jump that must remain without the nonbounding part for the edge to count as
+/// bounding.
 const BOUNDS: f64 = 0.6;
-/// Weight of the other edges of the curve, of whose jump the nonbounding part is an uncertain
-/// share. It lets them decide where nearly nothing bounds.
+/// Weight of the other edges of the curve, whose share of the nonbounding part is uncertain. It
+/// lets them decide where almost nothing bounds.
 const WEIGHT_OF_OTHERS: f64 = 0.1;
-/// Below this agreement (1 if all votes are the same, 0 if they cancel) a circular mean says
-/// nothing.
+/// A circular mean with less agreement than this is ignored (1: all votes are equal, 0: they
+/// cancel).
 const AGREEMENT: f64 = 0.5;
 
-/// Votes for the value that is to become a whole number.
+/// Votes for the value that is to become an integer.
 #[derive(Clone, Copy, Debug, Default)]
 struct Votes {
     phase: [f64; 2],
     weight: f64,
-    /// Sum and weight of the values halfway up an odd number of steps. Others are left out: the
-    /// mean would change when the curve is reversed.
+    /// Weighted sum and weight of the values halfway up an odd number of steps. Even numbers are
+    /// left out: the mean would change when the curve is reversed.
     halfway: [f64; 2],
 }
 
 impl Votes {
-    /// For the value in the middle of so many steps of one.
+    /// Adds a vote for the value in the middle of `steps` unit steps.
     fn add(&mut self, middle: f64, steps: f64, weight: f64) {
         let angle = TAU * (middle - 0.5 * steps);
         self.phase[0] += weight * angle.cos();
@@ -71,18 +71,19 @@ impl Votes {
     }
 }
 
-/// Rounds a function that jumps by `curve` less `nonbounding` (first face of an edge minus second).
+/// Rounds a function that jumps by `curve` minus `nonbounding` (first face of an edge minus
+/// second).
 ///
 /// Deviation: the public program shifts by the mean of |round(a) - a| over the curve, `a` the value
-/// on its left, which loses the sign of the shift. Here the edges of the curve vote for it: halfway
-/// between both sides of a jump lies a whole number plus half the jump. Votes are averaged around
-/// the circle, as they are whole numbers apart on different loops; but where they contradict each
-/// other (two copies of a broken curve side by side: with both there the steps are at 0 and 1, with
-/// one at 1/2) the plain mean parts inside from outside. Jumps off the curve have no vote: around a
-/// broken loop that bounds nothing the largest of them lie in its gaps, and would put the level
-/// halfway between whole numbers. (Tests `winding_broken`: with half of a level set missing, 0.7 %
-/// of the area is wrong, by the public rule 5 % to 9 %, at the best level there is 0.6 %; with half
-/// of a curve and of its offset missing 0.04 %, by a circular mean alone 2.0 %.)
+/// on its left, which loses the sign of the shift. Here the edges of the curve vote for the shift:
+/// the value halfway between both sides of a jump is an integer plus half the jump. Votes are
+/// averaged on the circle, since they differ by integers between loops. Where they contradict each
+/// other (two copies of a broken curve side by side: the steps are at 0 and 1 where both exist, at
+/// 1/2 where one does) the plain mean separates inside from outside. Jumps off the curve have no
+/// vote: around a broken nonbounding loop the largest of them lie in its gaps, and would put the
+/// level halfway between integers. (Tests `winding_broken`: with half of a level set missing, 0.7 %
+/// of the area is wrong, by the public rule 5 % to 9 %, at the best level 0.6 %; with half of a
+/// curve and of its offset missing 0.04 %, by a circular mean alone 2.0 %.)
 pub(crate) fn labels(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
@@ -102,7 +103,7 @@ pub(crate) fn labels(
             votes[island(mesh.edge_halfedges(e)[0].face())].add(middle, steps, weight);
         }
     }
-    // Without a curve the values themselves say what is whole.
+    // On islands without a curve the face values vote.
     let silent: Vec<bool> = votes.iter().map(|v| v.weight == 0.0).collect();
     for f in mesh.faces().filter(|&f| silent[island(f)]) {
         if let Some(mean) = face_mean(values, f) {
@@ -120,7 +121,7 @@ pub(crate) fn labels(
             margin[f.index()] = 0.5 - (value - value.round()).abs();
         }
     }
-    // A face without values is labelled as the nearest one with values is.
+    // A face without values takes the label of the nearest face with values.
     for (f, nearest) in &islands.without_value {
         label[f.index()] = nearest.map_or(0, |near| label[near.index()]);
     }
@@ -132,14 +133,14 @@ pub(crate) fn labels(
     Labels { label, margin, shift }
 }
 
-/// The share of the area that some faces cover; 0 if no face has an area.
+/// Returns the area of the chosen faces as a share of the total; 0 if the total is zero.
 pub(crate) fn share_of_area(triangles: &[Triangle], is_chosen: impl Fn(usize) -> bool) -> f64 {
     let total: f64 = triangles.iter().map(|t| t.area).sum();
     let chosen = triangles.iter().enumerate().filter(|&(f, _)| is_chosen(f));
     if total > 0.0 { chosen.map(|(_, t)| t.area).sum::<f64>() / total } else { 0.0 }
 }
 
-/// Halfway between the values on both sides of an edge, in its middle, and the length of the edge.
+/// Returns the mean of the values on both sides of an edge, at its midpoint, and the edge's length.
 fn middle_of_jump(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
@@ -148,7 +149,7 @@ fn middle_of_jump(
 ) -> Option<(f64, f64)> {
     let halfedges = mesh.edge_halfedges(e);
     let (mut sum, mut count) = (0.0, 0);
-    // An end that is an endpoint has no value on either side.
+    // Endpoints of the curve have no value on either side.
     for v in mesh.edge_vertices(e) {
         let at =
             |h: &eikona_mesh::Halfedge| values[if mesh.origin(*h) == v { h.index() } else { tip_corner(*h) }];
@@ -163,7 +164,7 @@ fn middle_of_jump(
     (count > 0).then(|| (sum / f64::from(count), length))
 }
 
-/// The label that becomes 0 on each island.
+/// Returns the label that becomes 0 on each island.
 fn zero_levels(
     mesh: &TriangleMesh,
     triangles: &[Triangle],

@@ -1,4 +1,4 @@
-//! Jumps that are closed, as loops.
+//! Decomposition of closed jumps into loops.
 
 use crate::winding::decomposition::THRESHOLD;
 use eikona_mesh::{Edge, Halfedge, Neighbour, TriangleMesh, Vertex};
@@ -6,10 +6,10 @@ use eikona_mesh::{Edge, Halfedge, Neighbour, TriangleMesh, Vertex};
 /// A closed polyline along edges, or one from boundary to boundary, across which a function jumps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JumpLoop {
-    /// Its vertices, with the higher value on the left of the first step in the winding of the face
-    /// there; left is carried along. Closed if the last is the first.
+    /// The vertices, with the higher value on the left of the first step, by the orientation of the
+    /// face there; left is transported along the loop. Closed if the last is the first.
     pub vertices: Vec<Vertex>,
-    /// How high the jump is: a whole number for boundaries of regions and for closed curves.
+    /// The height of the jump: an integer for boundaries of regions and for closed curves.
     pub jump: f64,
 }
 
@@ -21,19 +21,19 @@ struct Step {
     forward: bool,
 }
 
-/// Takes jumps apart into loops, the highest edges first. What jumps by less than [`THRESHOLD`] is
-/// left out.
+/// Decomposes jumps into loops, starting at the highest edges. Leaves out loops with a jump of at
+/// most [`THRESHOLD`].
 ///
-/// Jumps of an edge are those of its first face less its second; around each vertex inside they add
-/// up to nothing.
+/// The jump of an edge is the value in its first face minus that in its second; jumps sum to zero
+/// around each inner vertex.
 ///
 /// # Cost
-/// Each loop takes all of the jump off one edge at least: the number of edges with a jump times the
-/// length of a loop at worst, as a rule the sum of the lengths of all loops.
+/// Each loop uses up the jump of at least one edge. Worst case: the number of edges with a jump
+/// times the length of a loop; usually the total length of all loops.
 pub(crate) fn loops_of(mesh: &TriangleMesh, jump: impl Fn(Edge) -> f64) -> Vec<JumpLoop> {
     let mut left: Vec<f64> =
         mesh.edges().map(|e| if mesh.edge_halfedges(e).len() == 2 { jump(e) } else { 0.0 }).collect();
-    // Rounding of sums must not leave edges behind.
+    // Rounding errors of sums must not leave edges behind.
     let largest = left.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let nothing = 1e-7 * largest.max(1.0);
     let mut edges: Vec<Edge> = mesh.edges().filter(|e| left[e.index()].abs() > nothing).collect();
@@ -63,15 +63,15 @@ pub(crate) fn loops_of(mesh: &TriangleMesh, jump: impl Fn(Edge) -> f64) -> Vec<J
     result
 }
 
-/// Not on the walk.
+/// Marks edges that are not on the walk.
 const NONE: i32 = i32::MIN;
 
-/// From an edge on along edges with a jump until one of them comes again, or the boundary; in that
-/// case back from the first edge as well. Gives the loop that was found. `place` is all [`NONE`]
-/// before and after.
+/// Walks from an edge along edges with a jump until one of them recurs or the boundary is reached;
+/// in the latter case also backwards from the first edge. Returns the loop found. `place` is all
+/// [`NONE`] before and after.
 fn walk(mesh: &TriangleMesh, left: &[f64], nothing: f64, first: Edge, place: &mut [i32]) -> Vec<Step> {
     let high = mesh.edge_halfedges(first)[usize::from(left[first.index()] < 0.0)];
-    // Steps ahead have places 0, 1, .., those behind the first one -1, -2, ..
+    // Steps ahead have places 0, 1, ..; steps behind the first one have -1, -2, ...
     let mut ahead = vec![Step { high, forward: true }];
     let mut behind: Vec<Step> = Vec::new();
     place[first.index()] = 0;
@@ -85,7 +85,7 @@ fn walk(mesh: &TriangleMesh, left: &[f64], nothing: f64, first: Edge, place: &mu
             meeting = Some(ahead[*at as usize..].to_vec());
         }
     }
-    // Backwards it is a walk the other way round.
+    // Going backwards reverses every step.
     let turned = |s: &Step| Step { forward: !s.forward, ..*s };
     let before =
         |behind: &[Step]| next_step(mesh, left, nothing, *behind.last().unwrap_or(&turned(&ahead[0])));
@@ -105,14 +105,14 @@ fn walk(mesh: &TriangleMesh, left: &[f64], nothing: f64, first: Edge, place: &mu
     meeting.unwrap_or_else(|| behind.iter().rev().map(turned).chain(ahead).collect())
 }
 
-/// The next edge around the vertex that a step leads to whose higher side is the side from which it
-/// is reached, beginning at the higher side of the step. `None` where the faces around the vertex
-/// end first.
+/// Returns the next edge around the vertex at the end of a step, starting from the step's higher
+/// side, whose higher side faces the side from which it is reached. `None` if the faces around the
+/// vertex end first.
 fn next_step(mesh: &TriangleMesh, left: &[f64], nothing: f64, step: Step) -> Option<Step> {
     let vertex = if step.forward { mesh.tip(step.high) } else { mesh.origin(step.high) };
     let mut side = step.high;
     for _ in 0..mesh.vertex_corners(vertex).len() {
-        // The other side of the face at the vertex.
+        // The other edge of the face at the vertex.
         side = if mesh.tip(side) == vertex { side.next() } else { side.previous() };
         let edge = mesh.edge(side);
         let Neighbour::Twin(other) = mesh.neighbour(side) else { return None };

@@ -1,15 +1,16 @@
-//! Inside or outside, and how often, of curves on a surface that may be broken, on surfaces where a
-//! loop need not bound anything: surface winding numbers.
+//! Surface winding numbers: integer inside/outside labels from curves on a surface, for broken
+//! curves and for surfaces on which a loop need not bound.
 //!
-//! **Problem.** On a torus a closed curve need not be the boundary of a region, and a curve with
-//! gaps bounds nothing anywhere. **Idea.** (I) Take the smoothest function that jumps by one across
-//! the curve, higher on its left. (II) Its derivative knows which loops it can not be undone along:
-//! the harmonic part. (III) The shortest closed jumps with the same harmonic part are what bounds
-//! nothing; taken off, (IV) the function is a winding number, and rounded it labels regions.
+//! **Problem.** On a torus a closed curve need not bound a region, and a curve with gaps bounds
+//! nothing anywhere. **Idea.** (I) Solve for the smoothest function that jumps by one across the
+//! curve, higher on its left. (II) The harmonic part of its derivative encodes the curve's homology
+//! class. (III) The shortest closed jumps with the same harmonic part are the nonbounding part of
+//! the curve. (IV) Without that part the function is a winding number; rounding it labels the
+//! regions.
 //!
 //! | paper | here | shape | equation |
 //! |---|---|---|---|
-//! | `Gamma` | [`Winding::jump`], `chain.rs` | E whole numbers | sec 2.2 |
+//! | `Gamma` | [`Winding::jump`], `chain.rs` | E integers | sec 2.2 |
 //! | `c` | `coordinates.rs` | corners | sec 2.3.1 |
 //! | `u` | `operators/jump_laplacian.rs` | corners | 10 |
 //! | `omega` | `operators/jump_laplacian.rs` | halfedges | sec 2.4.2 |
@@ -21,28 +22,28 @@
 //! | - | [`CompletionShape`], `straight/` | paths | - |
 //! | - | [`Winding::split`], `split.rs` | mesh | - |
 //!
-//! Inside, the curve is a dual chain: for each edge an ordered pair of faces and the jump between
-//! them. So orientable, inconsistently wound and one-sided surfaces are one code; only reading a
-//! curve has to know its left (carried along the curve on one-sided surfaces;
-//! [`Curve::up`](eikona_mesh::Curve::up) chooses it).
+//! Internally the curve is a dual 1-chain: an ordered pair of faces per edge and the jump between
+//! them. One code path therefore serves oriented, inconsistently oriented and nonorientable
+//! surfaces. Only reading a curve needs to know its left side (on nonorientable surfaces it is
+//! transported along the curve; [`Curve::up`](eikona_mesh::Curve::up) chooses it).
 //!
-//! **Special domains.** The boundary of the surface is free: nothing jumps there, and a curve that
-//! ends on it has no endpoint there (relative homology). Edges of three or more faces are cuts for
-//! the harmonic part, and a curve along them is left out with a warning.
+//! **Special domains.** The boundary of the surface is free: the function does not jump there, and
+//! a curve that ends on it has no endpoint there (relative homology). Edges of three or more faces
+//! are cuts for the harmonic part; curve steps along them are left out with a warning.
 //!
-//! **Completions are straight.** Where labels meet in gaps of the curve, and where nonbounding
-//! loops leave it, the method gives paths along edges. Each is pulled straight: to a shortest path
-//! across faces between the same ends (open ends of the curve, or vertices where pieces meet),
-//! homotopic to the path along edges on the surface without the curve. The mesh is cut along it.
+//! **Straight completions.** Where labels meet in gaps of the curve, and where nonbounding loops
+//! leave the curve, the method yields paths along edges. Each is straightened to a locally shortest
+//! path across faces between the same ends (open ends of the curve, or vertices where pieces meet),
+//! homotopic to the edge path on the surface cut open along the curve. The mesh is cut along it.
 //! Labels, values, nonbounding jumps, loops and [`Winding::split`] follow; the cost of the linear
-//! program, residuals, the largest nonbounding jump and the orientation stay those of the solution
-//! on edges. A path that would cross others, or take in a region whose label is certain, moves less
-//! far or not at all. [`CompletionShape::Edges`] leaves all as it is, as the public program does;
-//! curves without completion give the same digits either way. Deviation: the paper says nothing of
-//! it.
+//! program, residuals, the largest nonbounding jump and the orientation report stay those of the
+//! solution on edges. A path that would cross others, or take in a region whose label is certain,
+//! moves less far or not at all. [`CompletionShape::Edges`] keeps the edge paths, as the public
+//! program does; curves without completion give the same digits either way. Deviation: the paper
+//! has no such step.
 //!
-//! **Limits.** Where a curve is broken the nonbounding jumps are real numbers, and labels near gaps
-//! are guesses: see [`Winding::margin`].
+//! **Limits.** Where a curve is broken, nonbounding jumps are real numbers and labels near gaps are
+//! guesses: see [`Winding::margin`].
 //!
 //! **Reference.** Nicole Feng, Mark Gillespie and Keenan Crane, *Winding Numbers on Discrete
 //! Surfaces*, ACM Trans. Graph. 42 (4), 2023.
@@ -94,7 +95,7 @@ pub use split::Split;
 
 use eikona_mesh::{SurfaceCurves, TriangleMesh};
 
-/// The winding number of curves in one call: [`Solver::new`] and [`Solver::solve`].
+/// Computes the winding number of curves in one call: [`Solver::new`] and [`Solver::solve`].
 ///
 /// # Errors
 /// Those of [`Solver::new`] and [`Solver::solve`].

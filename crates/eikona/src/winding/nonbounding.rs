@@ -1,5 +1,4 @@
-//! Step 7: the cheapest closed jumps with the same harmonic part, which are what bounds nothing
-//! (eq. 11).
+//! Step 7: the nonbounding part, the cheapest closed jumps with the same harmonic part (eq. 11).
 
 use crate::geometry::Triangle;
 use crate::winding::error::WindingError;
@@ -13,19 +12,19 @@ use std::collections::BTreeSet;
 pub(crate) struct Nonbounding {
     /// The jump at each edge: first face minus second.
     pub jump: Vec<f64>,
-    /// What is to be added to the values in each face.
+    /// The constant to add to the values in each face.
     pub shift_of_face: Vec<f64>,
     pub report: ProgramReport,
-    /// Edges of the curve where the jump could not be kept between nothing and the curve.
+    /// Edges of the curve where the jump could not be kept between zero and the curve's.
     pub freed: Vec<Edge>,
 }
 
-/// Minimises the length of `shift + D sigma`, which costs `epsilon` times its length along the
-/// curve and must lie between nothing and the curve there.
+/// Minimises the length of `shift + D sigma`. Along the curve it costs `epsilon` times its length
+/// and must lie between zero and the curve.
 ///
-/// Deviation: lengths are taken up to 1e-4 longer, by the edge's key, so that of several shortest
-/// loops always the same is found (the paper leaves that to the solver). The report has the cost by
-/// true lengths, and a bound of it.
+/// Deviation from eq. 11: edge lengths are increased by up to 1e-4, depending on the edge's key, to
+/// break ties between shortest loops deterministically (the paper leaves that to the solver). The
+/// report has the cost for true lengths and a lower bound of it.
 pub(crate) fn nonbounding_part(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
@@ -78,17 +77,17 @@ pub(crate) fn nonbounding_part(
     })
 }
 
-/// So often limits that contradict each other are raised, before whole parts lose theirs. Rings
-/// side by side take 3 attempts; 10 000 faces with nothing but limits between them up to 70.
+/// Rounds of raising contradictory limits before dropping them for whole components. Adjacent rings
+/// take 3 attempts; 10 000 faces with limits on all edges take up to 70.
 const MOST_REPAIRS: usize = 50;
 
-/// Minimises jumps, frees them from limits that can not be kept, and says in how many attempts and
-/// which.
+/// Minimises jumps, relaxes infeasible limits, and returns the number of attempts and the relaxed
+/// terms.
 ///
-/// Where rings of faces hang together by edges of the curve alone, the limits of those edges can
-/// contradict each other. Deviation: the paper says nothing of them. They are raised by what is
-/// missing, and dropped where that does not help; if contradictions do not end, all limits are
-/// dropped in the parts of the surface that edges with limits join to them.
+/// Where edges of the curve are the only edges connecting a ring of faces, their limits can
+/// contradict each other. Deviation: the paper does not treat this case. Such limits are raised by
+/// the infeasibility, and dropped where that does not help; if contradictions remain, all limits
+/// are dropped in the components joined by edges with limits.
 fn minimise_with_limits(
     faces: usize,
     terms: &mut [JumpTerm],
@@ -110,7 +109,7 @@ fn minimise_with_limits(
                 if attempts <= most_repairs {
                     raise_limits(terms, &cycles, &mut freed);
                 } else {
-                    // What contradicts itself by rounding may show later: then everywhere.
+                    // Contradictions from rounding may show up later: then drop all limits.
                     let everything = attempts > most_repairs + 1;
                     drop_limits(faces, terms, &cycles, everything, &mut freed);
                 }
@@ -120,14 +119,14 @@ fn minimise_with_limits(
     }
 }
 
-/// The steps that are allowed, in proportion to faces and edges. Broken curves on half a million
-/// faces need 120 for each; were they left to the network simplex, it would take 33 000 on 200 000
-/// faces, three minutes.
+/// Returns the step limit, proportional to faces and edges. Broken curves on half a million faces
+/// need 120 steps per face or edge; the network simplex alone would need 33 000 on 200 000 faces,
+/// three minutes.
 fn work_limit(faces: usize, terms: usize) -> u64 {
     50_000 * (1 + faces + terms) as u64
 }
 
-/// Raises the limits of cycles by what is missing; drops those that were raised before.
+/// Raises the limits of cycles by their infeasibility; drops those already raised.
 fn raise_limits(terms: &mut [JumpTerm], cycles: &[Contradiction], freed: &mut BTreeSet<usize>) {
     for Contradiction { terms: cycle, excess } in cycles {
         for &i in cycle {
@@ -137,7 +136,7 @@ fn raise_limits(terms: &mut [JumpTerm], cycles: &[Contradiction], freed: &mut BT
     }
 }
 
-/// Drops all limits of what edges with limits join to cycles, or of everything.
+/// Drops all limits in the components of the cycles, joined by edges with limits, or everywhere.
 fn drop_limits(
     faces: usize,
     terms: &mut [JumpTerm],
@@ -159,8 +158,8 @@ fn drop_limits(
     }
 }
 
-/// Keys that decide between loops of the same length: from where an edge lies in the box of the
-/// mesh, so that numbering, scale and place of the mesh do not matter.
+/// Keys that break ties between loops of equal length. They depend on where an edge lies in the
+/// mesh's bounding box, so that numbering, scale and position of the mesh do not matter.
 struct Keys {
     centre: [f64; 3],
     scale: f64,
@@ -195,8 +194,8 @@ impl Keys {
 mod tests {
     use super::*;
 
-    /// Rings of three boxed terms, the second of each pair of rings with a contradiction; free
-    /// terms join the pairs, boxed ones the rings of a pair.
+    /// Rings of three terms with limits; the second of each pair of rings is infeasible. Terms
+    /// without limits connect the pairs, terms with limits the rings of a pair.
     fn pairs_of_rings(pairs: u32) -> (usize, Vec<JumpTerm>) {
         let mut terms = Vec::new();
         let mut add = |from, to, shift, limit| {
@@ -216,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_are_raised_and_at_last_dropped_in_the_parts_concerned() {
+    fn limits_are_raised_and_finally_dropped_in_the_affected_components() {
         let (faces, terms) = pairs_of_rings(6);
         let mut raised = terms.clone();
         let (solution, attempts, freed) = minimise_with_limits(faces, &mut raised, MOST_REPAIRS).unwrap();
@@ -227,7 +226,7 @@ mod tests {
             assert_eq!(before.limit != after.limit, freed.contains(&i));
             assert_eq!(before.limit.is_some(), after.limit.is_some());
         }
-        // Both rings of every second pair, and what joins them.
+        // Both rings of every second pair, and the terms connecting them.
         let mut dropped = terms.clone();
         let (solution, attempts, freed) = minimise_with_limits(faces, &mut dropped, 0).unwrap();
         assert_eq!((attempts, freed.len()), (2, 3 * 7));
@@ -242,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn the_work_is_that_of_all_attempts() {
+    fn the_work_counts_all_attempts() {
         let (faces, mut terms) = pairs_of_rings(6);
         let first = minimise_jumps(faces, &terms, &JumpOptions::default()).unwrap_err();
         let FlowError::Infeasible { work: before, .. } = first else { panic!("{first}") };
@@ -254,7 +253,7 @@ mod tests {
     /// Ten times what the largest instances of `eikona-numeric/examples/jumps.rs` with curves need,
     /// and less than an hour at 2 10^7 steps a second.
     #[test]
-    fn the_work_limit_is_in_proportion_to_the_mesh() {
+    fn the_work_limit_is_proportional_to_the_mesh() {
         let limit = work_limit(500_800, 751_200);
         assert!(limit > 10 * 151_000_000 && limit < 3600 * 20_000_000);
         assert!(work_limit(200_000, 300_000) > 16_400_000_000);

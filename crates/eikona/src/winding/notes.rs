@@ -1,4 +1,4 @@
-//! What the user is told of.
+//! User-facing warnings.
 
 use crate::winding::chain::Chain;
 use crate::winding::coordinates::Coordinates;
@@ -6,8 +6,8 @@ use crate::winding::islands::Islands;
 use crate::wording::counted;
 use eikona_mesh::{Edge, Face, SurfacePoint, TriangleMesh, Vertex};
 
-/// How elements are called to the user, who knows those of the input only: of a mesh that was cut,
-/// where its vertices lie and the faces that they were cut from.
+/// Names of elements in warnings. The user knows only elements of the input: on a cut mesh a vertex
+/// is named by its place, a face by the face it was cut from.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Names<'a>(pub Option<(&'a [SurfacePoint], &'a [Face])>);
 
@@ -36,20 +36,19 @@ impl Names<'_> {
 pub(super) fn note_chain(chain: &Chain, warnings: &mut Vec<String>) {
     if chain.cancelled > 0 {
         let edges = counted(chain.cancelled, "edge is", "edges are");
-        warnings.push(format!("{edges} walked in both directions equally often; these steps cancel"));
+        warnings.push(format!("{edges} traversed equally often in both directions; these steps cancel"));
     }
     if chain.on_boundary > 0 {
         let steps = counted(chain.on_boundary, "step runs", "steps run");
-        warnings.push(format!("{steps} along the boundary, where nothing can jump; they are left out"));
+        warnings.push(format!("{steps} along the boundary, where no jump is possible; ignored"));
     }
     if chain.on_nonmanifold > 0 {
         let steps = counted(chain.on_nonmanifold, "step runs", "steps run");
-        warnings.push(format!(
-            "{steps} along edges of three or more faces, where there is no left; they are left out"
-        ));
+        warnings
+            .push(format!("{steps} along edges of three or more faces, where left is undefined; ignored"));
     }
     if chain.jump.iter().all(|&j| j == 0) {
-        warnings.push("nothing is left of the curve, so every region is outside".into());
+        warnings.push("no edge has a jump, so all labels are 0".into());
     }
 }
 
@@ -59,7 +58,7 @@ pub(super) fn note_not_fans(coordinates: &Coordinates, names: Names, warnings: &
         let vertices =
             counted(count, "vertex of the completed curve has", "vertices of the completed curve have");
         warnings.push(format!(
-            "{vertices} more than one fan of faces, the first is {}; the winding number has no value there",
+            "{vertices} more than one fan of faces (first: {}); the winding number is undefined there",
             names.vertex(first)
         ));
     }
@@ -69,7 +68,7 @@ pub(super) fn note_without_value(islands: &Islands, names: Names, warnings: &mut
     if let Some(&(first, _)) = islands.without_value.first() {
         let faces = counted(islands.without_value.len(), "face has", "faces have");
         warnings.push(format!(
-            "{faces} endpoints at all corners, so no value, the first is {}; labelled like the nearest face with one",
+            "{faces} no value at any corner (first: {}); labels there come from the nearest face with a value, if there is one",
             names.face(first)
         ));
     }
@@ -80,22 +79,21 @@ pub(super) fn note_freed(freed: &[Edge], mesh: &TriangleMesh, names: Names, warn
         let [a, b] = mesh.edge_vertices(first);
         let edges = counted(freed.len(), "edge of the curve is", "edges of the curve are");
         warnings.push(format!(
-            "{edges} all that joins a ring of faces, the first from {} to {}: the nonbounding part may be larger than the \
-             curve there; refine the mesh around it",
+            "{edges} the only edges connecting a ring of faces (first: from {} to {}), so the nonbounding part may exceed \
+             the curve there; refine the mesh around them",
             names.vertex(a),
             names.vertex(b)
         ));
     }
 }
 
-/// Less than this share of uncertain area is the rule along the gaps of a broken curve.
+/// Along the gaps of a broken curve a smaller share of uncertain area is normal.
 const MUCH_UNCERTAIN: f64 = 0.05;
 
 pub(super) fn note_uncertain(share: f64, warnings: &mut Vec<String>) {
     if share > MUCH_UNCERTAIN {
         warnings.push(format!(
-            "on {:.0} % of the area the label is next to a guess, as the winding number lies almost halfway between two whole \
-             numbers (see `margin`): close the widest gaps of the curve",
+            "labels are uncertain (margin below 0.1) on {:.0} % of the area; close the widest gaps of the curve",
             100.0 * share
         ));
     }

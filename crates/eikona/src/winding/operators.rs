@@ -1,4 +1,4 @@
-//! The two operators of the method on one triangulation, made when they are needed first.
+//! The two operators of the method on one triangulation, built on first use.
 
 use crate::geometry::{IntrinsicTriangulation, Triangle};
 use crate::operators::{Hodge, JumpLaplacian};
@@ -21,7 +21,7 @@ impl Operators {
         Operators::on(IntrinsicTriangulation::of_faces(mesh, triangles))
     }
 
-    /// On intrinsic Delaunay triangles, but for those at the excluded vertices.
+    /// On intrinsic Delaunay triangles, except for the faces at excluded vertices.
     pub fn on_delaunay(mesh: &TriangleMesh, triangles: &[Triangle], excluded: &[bool]) -> Operators {
         Operators::on(IntrinsicTriangulation::delaunay(mesh, triangles, excluded))
     }
@@ -30,18 +30,18 @@ impl Operators {
         Operators { triangulation, laplace: OnceLock::new(), whole: OnceLock::new(), hodge: OnceLock::new() }
     }
 
-    /// The Laplacian without these vertices, factored.
+    /// Factors the Laplacian without the excluded vertices.
     pub fn factor(&self, mesh: &TriangleMesh, excluded: &[bool]) -> Result<Cholesky<f64>, NumericError> {
         let analyse = || JumpLaplacian::new(&self.triangulation, mesh.positions());
         made_once(&self.laplace, analyse)?.factor(&self.triangulation, excluded)
     }
 
-    /// The Laplacian of all vertices, factored once.
+    /// Returns the Laplacian of all vertices, factored once.
     pub fn whole_factor(&self, mesh: &TriangleMesh) -> Result<&Cholesky<f64>, NumericError> {
         made_once(&self.whole, || self.factor(mesh, &vec![false; mesh.vertex_count()]))
     }
 
-    /// The Hodge system, factored once.
+    /// Returns the Hodge system, factored once.
     pub fn hodge(&self, mesh: &TriangleMesh) -> Result<&Hodge, NumericError> {
         made_once(&self.hodge, || Hodge::new(mesh, &self.triangulation))
     }
@@ -79,7 +79,7 @@ mod tests {
         let arc: Vec<u32> = (8..20).map(|i| 15 * i + 3).collect();
         let (a, b) = (chain(&around, 2.0), chain(&arc, 3.0));
         let sum: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a + b).collect();
-        // All without the ends of the arc.
+        // All vertices but the ends of the arc.
         let mut excluded = vec![false; torus.vertex_count()];
         [arc[0], arc[arc.len() - 1]].into_iter().for_each(|v| excluded[v as usize] = true);
         let factor = on.factor(&torus, &excluded).unwrap();
@@ -93,9 +93,9 @@ mod tests {
         assert!((0..sum.len()).all(|h| (a[h] + b[h] - sum[h]).abs() < 1e-11));
     }
 
-    /// A form that is closed in every triangle and co-closed at every vertex inside, also at the
-    /// curve's ends.
-    fn is_harmonic(mesh: &TriangleMesh, on: &Operators, arc: &[u32]) {
+    /// The harmonic part is closed in every triangle and co-closed at every inner vertex, also at
+    /// the curve's ends.
+    fn assert_harmonic(mesh: &TriangleMesh, on: &Operators, arc: &[u32]) {
         let mut jump = vec![0.0; mesh.edge_count()];
         for ends in arc.windows(2) {
             let e = mesh.find_edge(Vertex(ends[0]), Vertex(ends[1])).unwrap();
@@ -111,11 +111,11 @@ mod tests {
         let derivative = darboux_derivative(&on.triangulation, &excluded, &base, &kappa);
         let (form, _) = on.hodge(mesh).unwrap().harmonic_part(&on.triangulation, &derivative).unwrap();
         let largest = form.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        assert!(largest > 1e-3, "there is something to be harmonic");
+        assert!(largest > 1e-3, "the harmonic part does not vanish");
         let curl = form.chunks_exact(3).map(|sides| sides.iter().sum::<f64>().abs()).fold(0.0, f64::max);
         let mut divergence = vec![0.0; mesh.vertex_count()];
         for (h, value) in on.triangulation.halfedges().zip(&form) {
-            // Half of a side's flow is in each of its triangles.
+            // Each triangle carries half the flow of its side.
             divergence[on.triangulation.origin(h).index()] += on.triangulation.weight[h] * value;
             divergence[on.triangulation.tip(h).index()] -= on.triangulation.weight[h] * value;
         }
@@ -133,14 +133,14 @@ mod tests {
         (105..116).for_each(|v| kept[v] = true);
         for (mesh, arc) in [(&torus, tube), (&annulus, inner_path(&annulus)), (&band, inner_path(&band))] {
             let triangles: Vec<Triangle> = lay_out(mesh);
-            is_harmonic(mesh, &Operators::on_faces(mesh, &triangles), &arc);
+            assert_harmonic(mesh, &Operators::on_faces(mesh, &triangles), &arc);
             if std::ptr::eq(mesh, &torus) {
-                is_harmonic(mesh, &Operators::on_delaunay(mesh, &triangles, &kept), &arc);
+                assert_harmonic(mesh, &Operators::on_delaunay(mesh, &triangles, &kept), &arc);
             }
         }
     }
 
-    /// Some steps along edges between vertices inside.
+    /// Returns a short path along edges between inner vertices.
     fn inner_path(mesh: &TriangleMesh) -> Vec<u32> {
         let is_inner = |v: Vertex| {
             let edges = mesh.vertex_corners(v).iter().flat_map(|c| [c.halfedge(), c.halfedge().previous()]);

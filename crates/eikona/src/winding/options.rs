@@ -1,81 +1,81 @@
-//! What the user wants.
+//! Options of a solve.
 
 use eikona_mesh::Face;
 
-/// Where jumps of the nonbounding part are imposed in the last solve (step 9).
+/// Where the jumps of the nonbounding part are subtracted in the last solve (step 9).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Completion {
-    /// Everywhere: the function jumps by the curve minus its completed nonbounding part, as the
-    /// supplement has it.
+    /// Everywhere: the function jumps by the curve minus its completed nonbounding part, as in the
+    /// supplement.
     #[default]
     Full,
-    /// At vertices of the curve only: off the curve the function stays continuous. What the public
-    /// program does. (Such jumps end in the middle of the surface, and are no form: the last solve
-    /// is on the faces, also with [`intrinsic_delaunay`](WindingOptions::intrinsic_delaunay).)
+    /// At vertices of the curve only: off the curve the function stays continuous, as in the public
+    /// program. (Such jumps end inside the surface, so their derivative is no 1-form: the last
+    /// solve uses the faces, also with [`intrinsic_delaunay`](WindingOptions::intrinsic_delaunay).)
     Curve,
 }
 
-/// The shape of what completes the curve, where it has gaps: boundaries of regions and nonbounding
-/// loops off the curve.
+/// Shape of the completion in gaps of the curve: boundaries of regions and nonbounding loops off
+/// the curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CompletionShape {
-    /// Locally shortest paths across faces, from open end to open end or between the places where
-    /// pieces of the completion meet, and closed geodesics where it has no ends. Each is in the
-    /// homotopy class of the path along edges, and does not cross the curve. The mesh is cut along
-    /// them, and labels, values and the nonbounding jump are those of the straight completion.
+    /// Locally shortest paths across faces, from open end to open end or between junctions of
+    /// completion pieces; closed geodesics where a piece has no ends. Each is in the homotopy class
+    /// of the edge path and does not cross the curve. The mesh is cut along them, and labels,
+    /// values and the nonbounding jump are those of the straight completion.
     #[default]
     Straight,
-    /// Paths along edges of the mesh, as the method finds them.
+    /// Paths along edges of the mesh, as the linear program and the labels yield them.
     Edges,
 }
 
-/// Where the level of the labels is fixed. The winding number is defined up to one constant a
-/// connected component.
+/// Where the labels are zero. The winding number is defined up to one constant per connected
+/// component.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Reference {
-    /// The label that covers most of the area is 0, in each component.
+    /// In each component, the label that covers the largest area is 0.
     #[default]
     LargestArea,
-    /// The label of this face is 0 in its component; in others the one that covers most.
+    /// The label of this face is 0; in other components, the label that covers the largest area.
     Face(Face),
 }
 
-/// Whether stretches of the curve that look reversed are looked for: those that, turned over, would
-/// leave a smoother function (on the faces, whatever the triangles of the solve).
+/// Whether to look for stretches of the curve that seem reversed: reversing them would leave a
+/// smoother function (measured on the faces, whatever the triangulation of the solve).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Diagnosis {
     /// If the curve has at most [`MOST_STRETCHES`](super::MOST_STRETCHES) stretches.
     #[default]
     Automatic,
-    /// Always, up to 2000 stretches; time and memory grow with their number, squared.
+    /// Always, up to 2000 stretches; time and memory grow quadratically with their number.
     Always,
     /// Never.
     Never,
 }
 
-/// Values of [`WindingOptions::epsilon`] that are accepted.
+/// Accepted values of [`WindingOptions::epsilon`].
 pub const EPSILONS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 
-/// Choices of a solve.
+/// Options of a solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindingOptions {
-    /// Where the nonbounding part is taken off.
+    /// Where the nonbounding part is subtracted.
     pub completion: Completion,
     /// The shape of the completion.
     pub completion_shape: CompletionShape,
-    /// Cost of a nonbounding loop along the curve, as a share of its cost elsewhere (eq. 11), from
-    /// 1e-9 to 1. Larger than zero, since ties would decide otherwise.
+    /// Cost of a nonbounding loop along the curve relative to its cost elsewhere (eq. 11), from
+    /// 1e-9 to 1. Zero is excluded because it leaves ties.
     pub epsilon: f64,
-    /// Where labels are zero.
+    /// Where the labels are zero.
     pub reference: Reference,
-    /// Bisect open pieces of the curve that have fewer than 8 edges, and the faces there with them.
-    /// Edges between two endpoints are in no operator, so that a short piece would have little
-    /// effect or none.
+    /// Bisects open pieces of the curve that have fewer than 8 edges, and the faces there with
+    /// them. Edges between two endpoints are in no operator, so that a short piece would have
+    /// little or no effect.
     pub split_short: bool,
-    /// Solve on intrinsic Delaunay triangles instead of the faces: better where these are badly
-    /// shaped. The result is on the faces all the same.
+    /// Solves on intrinsic Delaunay triangles instead of the faces: better for badly shaped faces.
+    /// The result is on the faces either way.
     pub intrinsic_delaunay: bool,
-    /// Whether the curve's orientation is looked at.
+    /// Whether to check the curve's orientation.
     pub diagnosis: Diagnosis,
 }
 

@@ -1,14 +1,13 @@
-//! Which stretches of a curve look reversed.
+//! Detection of reversed stretches of a curve.
 //!
-//! The energy of the jump function is a quadratic form of the curve: E = s' K s, where s has +1 or
-//! -1 for each stretch, as it is given or turned over. Stretches that belong together lower each
-//! other's part of it, since the ends of one cancel the ends of the next; a stretch that raises
-//! that of the others looks reversed.
+//! The energy of the jump function is a quadratic form of the curve: E = s' K s, where s has +1 (as
+//! given) or -1 (reversed) per stretch. Stretches that belong together lower each other's
+//! contribution, since the ends of one cancel the ends of the next; a stretch that raises that of
+//! the others looks reversed.
 //!
-//! Two kinds of stretches are taken as they are given, though energy would fall if they were turned
-//! over: those without ends (closed, or from boundary to boundary), since either orientation of
-//! them means something; and those that run alongside each other (copies, offsets), which would
-//! undo each other.
+//! Two kinds of stretches are kept as given, even if reversing them would lower the energy: those
+//! without ends (closed, or from boundary to boundary), since either orientation is meaningful; and
+//! those that run alongside each other (copies, offsets), which would cancel.
 
 use crate::curves::SegmentId;
 use crate::cut::EmbeddedCurve;
@@ -23,39 +22,38 @@ use crate::winding::operators::Operators;
 use eikona_mesh::{Curve, DisjointSets, Face, Halfedge, SurfaceCurves, TriangleMesh, Vertex};
 use std::collections::BTreeMap;
 
-/// [`Diagnosis::Automatic`](super::Diagnosis::Automatic) looks at curves of up to so many
-/// stretches.
+/// Largest number of stretches that [`Diagnosis::Automatic`](super::Diagnosis::Automatic) checks.
 pub const MOST_STRETCHES: usize = 32;
 
-/// [`Diagnosis::Always`](super::Diagnosis::Always) does up to so many: each is weighed against each
-/// other.
+/// Largest number of stretches that [`Diagnosis::Always`](super::Diagnosis::Always) checks: every
+/// pair is compared.
 pub(super) const MOST_AT_ALL: usize = 2000;
 
-/// A stretch is turned over if what it adds to the energy of the others is more than this share of
-/// its own.
+/// A stretch is reversed if its contribution to the energy of the others exceeds this share of its
+/// own energy.
 const SHARE: f64 = 0.05;
-/// Energies below this (jumps are whole numbers) are rounding: of closed curves that bound.
+/// Energies below this are rounding errors of closed curves that bound (jumps are integers).
 const NO_ENERGY: f64 = 1e-9;
 
-/// What was found about the orientation of the curve.
+/// Result of the orientation check of the curve.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Orientation {
-    /// Stretches of the curve: what is walked in one go, from an end or a branching to the next.
+    /// Number of stretches: maximal runs of the curve between its ends and branch points.
     pub stretches: usize,
-    /// The segments of the input that look reversed; empty if all looks well.
+    /// The segments of the input that look reversed; empty if none does.
     pub reversed: Vec<SegmentId>,
-    /// By which share of it the energy of the jump function falls when they are turned over.
+    /// Relative decrease of the jump function's energy when they are reversed.
     pub energy_saved: f64,
-    /// The share of the area whose label changes when they are turned over; `None` if the curve
-    /// that comes of it has no answer.
+    /// The share of the area whose label changes when they are reversed; `None` if the solve for
+    /// the changed curve fails.
     pub changed_area: Option<f64>,
     /// Their steps, by curve and step.
     steps: Vec<(usize, usize)>,
 }
 
 impl Orientation {
-    /// The curves of the input with the segments that look reversed turned over. A curve of which
-    /// only some do is parted.
+    /// Returns the input curves with the segments that look reversed reversed. A curve that looks
+    /// reversed only in part is split.
     ///
     /// ```
     /// use eikona::mesh::{Curve, SurfaceCurves, Vertex, shapes};
@@ -89,8 +87,8 @@ impl Orientation {
         suggested
     }
 
-    /// The jumps with the reversed steps turned over.
-    pub(super) fn turned_over(&self, steps: &[Step], jump: &[i32]) -> Vec<i32> {
+    /// Returns the jumps after reversing those steps.
+    pub(super) fn with_reversed(&self, steps: &[Step], jump: &[i32]) -> Vec<i32> {
         let mut jump = jump.to_vec();
         for step in steps.iter().filter(|s| self.steps.binary_search(&(s.curve, s.step)).is_ok()) {
             jump[step.edge.index()] -= 2 * step.jump;
@@ -98,15 +96,15 @@ impl Orientation {
         jump
     }
 
-    /// For the user.
+    /// Describes the result in a warning.
     pub(super) fn sentence(&self) -> String {
         let first = self.reversed[0];
         let segments = crate::wording::counted(self.reversed.len(), "segment looks", "segments look");
         let area = self.changed_area.map_or(String::new(), |share| {
-            format!(", and labels change on {:.1} % of the area", 100.0 * share)
+            format!(" and changes labels on {:.1} % of the area", 100.0 * share)
         });
         format!(
-            "{segments} reversed, the first is curve {}, node {}: turned over the energy falls by {:.0} %{area}",
+            "{segments} reversed (first: curve {}, node {}); reversing lowers the energy by {:.0} %{area}",
             first.curve,
             first.node,
             100.0 * self.energy_saved,
@@ -114,19 +112,19 @@ impl Orientation {
     }
 }
 
-/// The share of the area on which two labellings differ.
+/// Returns the share of the area on which two labellings differ.
 pub(super) fn changed_area(triangles: &[Triangle], one: &[i32], other: &[i32]) -> f64 {
     share_of_area(triangles, |f| one[f] != other[f])
 }
 
-/// The steps of a curve by stretches.
+/// The steps of a curve, grouped into stretches.
 pub(super) struct Stretches {
     of: Vec<Vec<Step>>,
 }
 
 impl Stretches {
-    /// Steps follow each other within a curve; and where as many others arrive at a vertex as leave
-    /// it, one the other.
+    /// Groups steps: they follow each other within a curve, and at a vertex where as many curves
+    /// start as end, each end is followed by a start.
     pub fn of(steps: &[Step]) -> Stretches {
         let steps: Vec<Step> = steps.iter().copied().filter(|s| s.jump != 0).collect();
         let mut next: Vec<Option<usize>> = vec![None; steps.len()];
@@ -174,10 +172,10 @@ impl Stretches {
         self.of.len()
     }
 
-    /// Turns over what lowers the energy, one stretch after the other, the one that lowers it most
-    /// first.
+    /// Reverses stretches as long as that lowers the energy, each time the one that lowers it most.
     ///
     /// # Cost
+    /// One factorisation, and per stretch a solve for the values beside the curve.
     /// A factorisation, and for each stretch a solve for the values beside the curve.
     pub fn diagnose(
         &self,
@@ -198,12 +196,12 @@ impl Stretches {
         let lengths: Vec<f64> =
             self.of.iter().map(|s| s.iter().map(|step| length(mesh, triangles, step)).sum()).collect();
         let whole = energy.clone();
-        self.leave_neighbours_alone(mesh, unit, &lengths, &mut energy);
+        self.clear_neighbours(mesh, unit, &lengths, &mut energy);
         let mut sign = vec![1.0; self.count()];
         let raised = |p: usize, sign: &[f64]| -> f64 {
             (0..sign.len()).filter(|&q| q != p).map(|q| sign[p] * sign[q] * energy[p][q]).sum()
         };
-        // Every turn lowers the energy, so that no state comes back.
+        // Every reversal lowers the energy, so no state recurs.
         loop {
             let worst = (0..sign.len())
                 .filter(|&p| has_ends[p] && energy[p][p] > NO_ENERGY)
@@ -214,8 +212,8 @@ impl Stretches {
             sign[worst] = -sign[worst];
         }
         let groups = groups(&energy, &has_ends);
-        turn_the_shorter_parts(&groups, &lengths, &mut sign);
-        turn_back_what_saves_nothing(&groups, &whole, &mut sign);
+        reverse_the_shorter_parts(&groups, &lengths, &mut sign);
+        restore_what_saves_nothing(&groups, &whole, &mut sign);
         let pairs = (0..sign.len()).flat_map(|p| (0..sign.len()).map(move |q| (p, q)));
         let after: f64 = pairs.map(|(p, q)| sign[p] * sign[q] * whole[p][q]).sum();
         if given <= NO_ENERGY || after >= given {
@@ -235,7 +233,7 @@ impl Stretches {
         Ok(report)
     }
 
-    /// What each stretch adds to the energy beside each other one. `None` if none has ends.
+    /// Returns the pairwise energies of the stretches; `None` if none has ends.
     fn interaction(
         &self,
         mesh: &TriangleMesh,
@@ -246,7 +244,7 @@ impl Stretches {
         let mut coordinates = Coordinates::none(mesh);
         let mut jump = vec![0.0; mesh.edge_count()];
         let mut has_ends = Vec::with_capacity(self.count());
-        // The differences that each stretch makes along halfedges.
+        // The differences along halfedges that each stretch causes.
         let mut made: Vec<Vec<(Halfedge, f64)>> = Vec::with_capacity(self.count());
         for stretch in &self.of {
             let endpoints = coordinates.endpoints.len();
@@ -296,15 +294,9 @@ impl Stretches {
         Ok(Some(Interaction { energy, has_ends }))
     }
 
-    /// Forgets what stretches add to each other's energy that run alongside each other: the middle
-    /// of one is nearer to the other than a quarter of its length.
-    fn leave_neighbours_alone(
-        &self,
-        mesh: &TriangleMesh,
-        unit: f64,
-        lengths: &[f64],
-        energy: &mut [Vec<f64>],
-    ) {
+    /// Clears the mutual energy of stretches that run alongside each other: the middle third of one
+    /// is nearer to the other than a quarter of its length.
+    fn clear_neighbours(&self, mesh: &TriangleMesh, unit: f64, lengths: &[f64], energy: &mut [Vec<f64>]) {
         let position = |v: Vertex| mesh.position(v).map(|x| x / unit);
         let points: Vec<Vec<[f64; 3]>> =
             self.of.iter().map(|s| vertices_of(s).into_iter().map(position).collect()).collect();
@@ -324,17 +316,17 @@ impl Stretches {
     }
 }
 
-/// How many points of a stretch are looked at to tell whether it runs alongside another.
+/// Number of points of a stretch tested for running alongside another.
 const MOST_POINTS: usize = 16;
 
 struct Interaction {
-    /// What each stretch adds to the energy beside each other one.
+    /// The energy contributed by each pair of stretches.
     energy: Vec<Vec<f64>>,
     /// Whether a stretch ends inside the surface.
     has_ends: Vec<bool>,
 }
 
-/// Numbers of the groups of stretches that have to do with each other.
+/// Returns the group number of each stretch; stretches that interact share a group.
 fn groups(energy: &[Vec<f64>], has_ends: &[bool]) -> Vec<usize> {
     let mut groups = DisjointSets::new(energy.len());
     for p in 0..energy.len() {
@@ -348,9 +340,9 @@ fn groups(energy: &[Vec<f64>], has_ends: &[bool]) -> Vec<usize> {
     groups.numbers().0.into_iter().map(|g| g as usize).collect()
 }
 
-/// Turning over a whole group changes next to no energy: of what is turned over of it and the rest,
-/// the shorter is what looks reversed.
-fn turn_the_shorter_parts(groups: &[usize], lengths: &[f64], sign: &mut [f64]) {
+/// Keeps the longer side of each group: reversing a whole group hardly changes the energy, so of
+/// its reversed and its other stretches the shorter set counts as reversed.
+fn reverse_the_shorter_parts(groups: &[usize], lengths: &[f64], sign: &mut [f64]) {
     let mut kept = vec![0.0; groups.len()];
     (0..sign.len()).for_each(|p| kept[groups[p]] += sign[p] * lengths[p]);
     for p in (0..sign.len()).filter(|&p| kept[groups[p]] < 0.0) {
@@ -358,9 +350,9 @@ fn turn_the_shorter_parts(groups: &[usize], lengths: &[f64], sign: &mut [f64]) {
     }
 }
 
-/// Turns back what is turned over of a group, unless that would raise the energy, now with what
-/// stretches beside each other add to it.
-fn turn_back_what_saves_nothing(groups: &[usize], whole: &[Vec<f64>], sign: &mut [f64]) {
+/// Restores the reversed stretches of a group unless that raises the energy, this time including
+/// stretches that run alongside each other.
+fn restore_what_saves_nothing(groups: &[usize], whole: &[Vec<f64>], sign: &mut [f64]) {
     for g in 0..groups.len() {
         let is_turned = |p: usize, sign: &[f64]| groups[p] == g && sign[p] < 0.0;
         let turned: Vec<usize> = (0..sign.len()).filter(|&p| is_turned(p, sign)).collect();

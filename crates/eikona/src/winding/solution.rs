@@ -1,4 +1,4 @@
-//! What a solve gives.
+//! Result of a solve: winding number, labels and report.
 
 use crate::cut::{EmbeddedCurve, areas_of_pieces, label_of_most, weights_in};
 use crate::geometry::unit_of;
@@ -11,18 +11,18 @@ use eikona_mesh::{
 };
 use eikona_numeric::{Certificate, JumpStatistics};
 
-/// The winding number of curves on a surface, and what follows from it. All fields are on
+/// Winding number of curves on a surface, with labels and completed curves. All fields live on
 /// [`mesh`](Winding::mesh).
 #[derive(Clone, Debug)]
 pub struct Winding {
-    /// The surface of the result: the input with its faces wound alike where that is possible. It
-    /// is cut along curves that cross faces and along straightened completions
-    /// ([`CompletionShape`](super::CompletionShape)), and finer along short open pieces of the
-    /// curve ([`split_short`](super::WindingOptions::split_short)); fields have values for its
-    /// faces then, not for those of the input. See [`face_parent`](Winding::face_parent),
+    /// The surface of the result: the input, with its faces consistently oriented where possible.
+    /// It is cut along curves that cross faces and along straightened completions
+    /// ([`CompletionShape`](super::CompletionShape)), and refined along short open pieces of the
+    /// curve ([`split_short`](super::WindingOptions::split_short)); fields then have values per
+    /// face of the cut mesh, not of the input. See [`face_parent`](Winding::face_parent),
     /// [`input_labels`](Winding::input_labels), [`label_at`](Winding::label_at).
     pub mesh: TriangleMesh,
-    /// The face of the input that each face lies in: itself, if the mesh was not cut.
+    /// The input face that contains each face: the face itself if the mesh was not cut.
     pub face_parent: Vec<Face>,
     /// The winding number `w` at each corner. It jumps across the curve and is smooth elsewhere. It
     /// is determined up to one constant per island, which [`shift`](Winding::shift) fixes. NaN at
@@ -37,120 +37,119 @@ pub struct Winding {
     /// The certainty of each label: 0.5 where the value is an integer; 0 where it lies halfway
     /// between two or nearer to another one, and in faces without values.
     pub margin: FaceField<f64>,
-    /// For each island, the constant that makes its values integers where the curve is whole:
+    /// For each island, the constant that makes its values integers where the curve has no gaps:
     /// `label = round(w + shift)` for the mean `w` over the corners of a face.
     pub shift: Vec<f64>,
-    /// The island of each face: the set of faces joined to it through vertices with values. As a
-    /// rule this is its connected component of the mesh.
+    /// The island of each face: the set of faces joined to it through vertices with values, usually
+    /// its connected component of the mesh.
     pub island: FaceField<u32>,
-    /// The curves of the input, as walks along edges of [`mesh`](Winding::mesh); each step with the
+    /// The input curves as walks along edges of [`mesh`](Winding::mesh); each step names the
     /// segment that it is a piece of.
     pub curves: Vec<EmbeddedCurve>,
-    /// The input as a jump at each edge: the value in the face of its first halfedge minus that of
-    /// its second. Multiplicities are added, opposite directions cancel.
+    /// The input as a jump per edge: the value in the face of its first halfedge minus that of its
+    /// second. Multiplicities add, opposite directions cancel.
     pub jump: EdgeField<i32>,
-    /// The jump `t` of the nonbounding part at each edge, completed to closed loops; integers if
-    /// the curve is closed. Straightened loops may run along the curve and add to its own jump.
+    /// The jump `t` of the nonbounding part per edge, completed to closed loops; integers if the
+    /// curve is closed. Straightened loops may run along the curve and add to its own jump.
     pub nonbounding: EdgeField<f64>,
     /// The residual function `v` at each corner, which jumps by
     /// [`nonbounding`](Winding::nonbounding).
     pub residual_function: CornerField<f64>,
     /// Inner vertices at which the curve ends.
     pub endpoints: Vec<Vertex>,
-    /// For each of [`curves`](Winding::curves) and each of its steps what it belongs to.
+    /// The part that each step of each of [`curves`](Winding::curves) belongs to.
     pub parts: Vec<Vec<Part>>,
     /// The completed boundary of the regions: loops between faces of different labels.
     pub bounding_loops: Vec<JumpLoop>,
     /// The completed nonbounding loops, those with a jump of more than 0.1.
     pub nonbounding_loops: Vec<JumpLoop>,
-    /// What was done and noticed.
+    /// Timings, residuals and warnings.
     pub report: WindingReport,
     pub(crate) parents: Parents,
 }
 
-/// The way back to the faces of the input.
+/// Maps from the result back to the faces of the input.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parents {
-    /// Faces of the input whose winding was turned over; empty if none was.
+    /// Per input face, whether its orientation was flipped; empty if none was.
     pub turned: Vec<bool>,
-    /// The mesh before it was cut, and where the vertices lie on it.
+    /// The mesh before it was cut, and the place of each vertex on it.
     pub cut: Option<(TriangleMesh, Vec<SurfacePoint>)>,
-    /// Whether the label of a point is that of its face, not its value rounded.
+    /// Whether the label at a point is that of its face rather than its rounded value.
     pub follows_labels: bool,
 }
 
-/// What the solver did, measured.
+/// Timings, residuals and warnings of one solve.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WindingReport {
-    /// Phases of the solve.
+    /// Wall time per phase.
     pub phases: Phases,
     /// Largest relative residual of the linear solves.
     pub residual: f64,
-    /// The linear program, if there was need for it.
+    /// The linear program, if one was solved.
     pub program: Option<ProgramReport>,
-    /// The largest nonbounding jump of the solution on edges, and how far such jumps are from whole
-    /// numbers: 0 for closed curves, up to 0.5 for broken ones.
+    /// The largest nonbounding jump of the solution on edges.
     pub largest_nonbounding: f64,
-    /// See [`largest_nonbounding`](WindingReport::largest_nonbounding).
+    /// Largest distance of such a jump from an integer: 0 for closed curves, up to 0.5 for broken
+    /// ones.
     pub farthest_from_whole: f64,
-    /// The share of the area whose label is next to a guess: its [`margin`](Winding::margin) is
-    /// below 0.1.
+    /// The share of the area with uncertain labels: [`margin`](Winding::margin) below 0.1.
     pub uncertain_area: f64,
-    /// How the completion was straightened; `None` if there is none, or it stays on edges
+    /// How the completion was straightened; `None` if there is none, or if it stays on edges
     /// ([`CompletionShape`](super::CompletionShape)).
     pub completion: Option<CompletionReport>,
-    /// What was found about stretches of the curve that look reversed, if it was looked for.
+    /// Stretches of the curve that look reversed, if the orientation was checked.
     pub orientation: Option<Orientation>,
-    /// Sentences for the user.
+    /// User-facing warnings.
     pub warnings: Vec<String>,
 }
 
-/// How the completion of the curve was straightened. Pieces lie between open ends of the curve and
-/// places where pieces meet.
+/// How the completion of the curve was straightened. Its pieces run between open ends of the curve
+/// and junctions of pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CompletionReport {
-    /// Pieces of the completion, those of region boundaries and of nonbounding loops.
+    /// Number of completion pieces, of region boundaries and of nonbounding loops.
     pub pieces: usize,
-    /// How many of them were straightened. Others are single edges or otherwise straight already,
-    /// or stay on edges.
+    /// Number of straightened pieces. The others are single edges, are already straight, or stay on
+    /// edges.
     pub straightened: usize,
-    /// How many stay on edges, since they would cross other parts of the completed curve or vanish.
+    /// Number of pieces that stay on edges, because they would cross other parts of the completed
+    /// curve or vanish.
     pub kept: usize,
     /// Total length of the straightened pieces along edges, in the unit of the mesh.
     pub length_before: f64,
-    /// Their total length after.
+    /// Their total length after straightening.
     pub length_after: f64,
 }
 
-/// How the linear program was solved, and how well. Costs are lengths in the unit of the mesh.
+/// Cost, certificate and work of the linear program. Costs are lengths in the unit of the mesh.
 ///
-/// Deviation: of several shortest loops always the same one is found, as lengths are taken up to
-/// 1e-4 longer, each by a little more or less. So the program that is solved is not quite that of
-/// eq. 11. [`certificate`](ProgramReport::certificate) proves the answer optimal for the lengths
-/// that were taken; that it is nearly optimal for the true ones is what
-/// [`lower_bound`](ProgramReport::lower_bound) says.
+/// Deviation from eq. 11: edge lengths are increased by up to 1e-4, each by a different amount, to
+/// break ties between shortest loops deterministically. [`certificate`](ProgramReport::certificate)
+/// proves the solution optimal for the increased lengths;
+/// [`lower_bound`](ProgramReport::lower_bound) bounds its distance from the optimum for the true
+/// lengths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramReport {
-    /// The cost of the nonbounding part by true lengths, those along the curve times epsilon.
+    /// Cost of the nonbounding part for true lengths; edges along the curve count times epsilon.
     pub objective: f64,
-    /// No nonbounding part costs less by true lengths; at most 1e-4 of it below the objective.
+    /// Lower bound on the cost of any nonbounding part for true lengths; at most 1e-4 (relative)
+    /// below the objective.
     pub lower_bound: f64,
-    /// Value, bound and gap of the program that was solved, computed from the answer alone. Its
-    /// value is the objective for the lengths that were taken, at most 1e-4 larger than for true
-    /// ones.
+    /// Value, bound and gap of the program with increased lengths, computed from the solution
+    /// alone. Its value is at most 1e-4 (relative) larger than the objective.
     pub certificate: Certificate,
-    /// Method and work; the work is that of all attempts.
+    /// Method and work, summed over all attempts.
     pub statistics: JumpStatistics,
-    /// How often the program was tried: once, and again after each time that limits had to be
-    /// raised or dropped.
+    /// Number of attempts: one, plus one each time limits were raised or dropped.
     pub attempts: usize,
-    /// At how many edges of the curve the limit of the jump was raised or dropped, since no jumps
-    /// keep all of them: there the nonbounding part need not lie between nothing and the curve.
+    /// Number of curve edges whose jump limit was raised or dropped because the limits were
+    /// infeasible: there the nonbounding part need not lie between zero and the curve.
     pub freed: usize,
 }
 
 impl ProgramReport {
-    /// With costs in another unit.
+    /// Converts costs to another unit.
     pub(crate) fn in_unit(mut self, unit: f64) -> ProgramReport {
         let Certificate { primal, dual, .. } = &mut self.certificate;
         for cost in [&mut self.objective, &mut self.lower_bound, primal, dual] {
@@ -161,16 +160,16 @@ impl ProgramReport {
 }
 
 impl Winding {
-    /// The winding number at a point of a face of the input (barycentric weights of its corners, in
-    /// their order there), shifted so that it is a whole number where the curve is whole. On the
-    /// curve it is the value of one of the sides. NaN at an endpoint of the curve, in a face whose
-    /// corners are all endpoints, and for faces that do not exist.
+    /// Returns the winding number at a point of an input face (barycentric coordinates in the order
+    /// of its corners there), shifted to an integer where the curve has no gaps. On the curve it is
+    /// the value of one of the sides. NaN at an endpoint of the curve, in a face whose corners are
+    /// all endpoints, and for faces that do not exist.
     ///
-    /// Near an endpoint the value depends on the direction from it: corners without value have no
+    /// Near an endpoint the value depends on the direction from it: corners without a value have no
     /// weight (eq. 4).
     ///
     /// # Cost
-    /// O(log F), and the number of pieces into which the face was cut.
+    /// O(log F) plus the number of pieces of the face.
     pub fn value_at(&self, face: Face, weights: [f64; 3]) -> f64 {
         let (face, weights) = self.piece_at(face, weights);
         let Some(values) = self.values.as_slice().get(3 * face.index()..3 * face.index() + 3) else {
@@ -184,10 +183,10 @@ impl Winding {
         if total == 0.0 { f64::NAN } else { sum / total + self.shift[self.island[face] as usize] }
     }
 
-    /// The label at a point. With straightened completions it is that of the face of
-    /// [`mesh`](Winding::mesh) there, so that it changes across the completed boundary; with
-    /// completions on edges the whole number nearest to [`value_at`](Winding::value_at), which near
-    /// the curve's gaps changes inside faces. `None` where there is no value.
+    /// Returns the label at a point. With straightened completions it is that of the face of
+    /// [`mesh`](Winding::mesh) there, so it changes across the completed boundary. With completions
+    /// on edges it is [`value_at`](Winding::value_at) rounded, which changes inside faces near gaps
+    /// of the curve. `None` where there is no value.
     ///
     /// ```
     /// use eikona::mesh::{Curve, Face, SurfaceCurves, Vertex, shapes};
@@ -211,20 +210,20 @@ impl Winding {
         (!value.is_nan()).then(label)
     }
 
-    /// [`label_at`](Winding::label_at) for many points.
+    /// Returns [`label_at`](Winding::label_at) for many points.
     pub fn labels_at(&self, points: &[(Face, [f64; 3])]) -> Vec<Option<i32>> {
         points.iter().map(|&(face, weights)| self.label_at(face, weights)).collect()
     }
 
-    /// The face of [`mesh`](Winding::mesh) in which a point of an input face lies, with the weights
-    /// of its corners.
+    /// Returns the face of [`mesh`](Winding::mesh) that contains a point of an input face, with the
+    /// point's barycentric coordinates in it.
     fn piece_at(&self, face: Face, mut weights: [f64; 3]) -> (Face, [f64; 3]) {
         if self.parents.turned.get(face.index()) == Some(&true) {
             weights.swap(1, 2);
         }
         let Some((uncut, places)) = &self.parents.cut else { return (face, weights) };
         let parents = &self.face_parent;
-        // Cuts are found by true barycentric weights.
+        // Cuts are located by normalised barycentric coordinates.
         let sum: f64 = weights.iter().sum();
         let weights = weights.map(|w| w / sum);
         if face.index() >= uncut.face_count() {
@@ -238,7 +237,8 @@ impl Winding {
                 self.mesh.face_vertices(Face(piece as u32)).map(|v| weights_in(places[v.index()], corners));
             barycentric(weights, [a, b, c])
         };
-        // The one with the least negative weights: rounding leaves points on sides in none.
+        // Take the face with the least negative coordinates: rounding can leave points on sides in
+        // none.
         let or_none = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };
         let lowest = |w: &[f64; 3]| w.iter().fold(f64::INFINITY, |m, x| m.min(or_none(*x)));
         let best = (first..first + pieces)
@@ -247,12 +247,13 @@ impl Winding {
         best.unwrap_or((Face(u32::MAX), weights))
     }
 
-    /// What is left of the jump at an edge when the nonbounding part is taken off.
+    /// Returns the jump at an edge without its nonbounding part.
     pub fn bounding_jump(&self, edge: Edge) -> f64 {
         f64::from(self.jump[edge]) - self.nonbounding[edge]
     }
-    /// The part of the input that bounds, as curves along edges of [`mesh`](Winding::mesh), every
-    /// copy by itself. Not completed: see [`bounding_loops`](Winding::bounding_loops).
+
+    /// Returns the bounding part of the input, as curves along edges of [`mesh`](Winding::mesh),
+    /// each copy by itself. It is not completed: see [`bounding_loops`](Winding::bounding_loops).
     ///
     /// ```
     /// use eikona::mesh::{Curve, SurfaceCurves, Vertex, shapes};
@@ -270,8 +271,8 @@ impl Winding {
         self.part(Part::Bounding)
     }
 
-    /// The part of the input that bounds nothing, as [`bounding_part`](Winding::bounding_part) does
-    /// it.
+    /// Returns the nonbounding part of the input, in the form of
+    /// [`bounding_part`](Winding::bounding_part).
     pub fn nonbounding_part(&self) -> SurfaceCurves {
         self.part(Part::Nonbounding)
     }
@@ -296,9 +297,9 @@ impl Winding {
         self.parents.cut.is_some()
     }
 
-    /// Where a vertex of [`mesh`](Winding::mesh) lies on the input: vertices of the input come
-    /// first and keep their numbers, those of cuts lie in edges and faces of it. `None` if there is
-    /// no such vertex.
+    /// Returns the place of a vertex of [`mesh`](Winding::mesh) on the input. Input vertices come
+    /// first and keep their numbers; vertices of cuts lie in input edges and faces. `None` if there
+    /// is no such vertex.
     pub fn vertex_place(&self, v: Vertex) -> Option<SurfacePoint> {
         match &self.parents.cut {
             Some((_, places)) => places.get(v.index()).copied(),
@@ -306,12 +307,12 @@ impl Winding {
         }
     }
 
-    /// The label of each face of the input: where the mesh was cut, the one that covers most of the
-    /// face; of labels that cover the same area the smallest. (Equally many pieces stand for equal
-    /// areas where a face has none.)
+    /// Returns the label of each input face: where the mesh was cut, the label that covers the
+    /// largest area of the face, on ties the smallest. (In faces of zero area pieces are counted
+    /// instead.)
     ///
     /// # Cost
-    /// O(F log n) for n pieces of a face.
+    /// O(F log n) for n pieces per face.
     ///
     /// ```
     /// use eikona::mesh::{Curve, SurfaceCurves, SurfacePoint, shapes};
@@ -338,14 +339,14 @@ impl Winding {
         labels.into_iter().map(|label| label.unwrap_or(0)).collect::<Vec<i32>>().into()
     }
 
-    /// The label of so many groups of input faces, polygons that were triangulated for instance: by
-    /// the rule of [`input_labels`](Winding::input_labels). `None` for a group of no face.
+    /// Returns the labels of `groups` groups of input faces, for instance of triangulated polygons,
+    /// by the rule of [`input_labels`](Winding::input_labels). `None` for an empty group.
     ///
     /// # Cost
     /// O(F log F).
     ///
     /// # Panics
-    /// If a face is of none of the groups.
+    /// If `group_of` returns `groups` or more for a face.
     ///
     /// ```
     /// use eikona::mesh::{Curve, SurfaceCurves, Vertex, shapes};
@@ -373,8 +374,8 @@ impl Winding {
     }
 }
 
-/// The weights that make a point of a triangle from three others, all of them given by weights; NaN
-/// if these lie on a line.
+/// Returns the barycentric coordinates of a point in a triangle, all given by coordinates in
+/// another triangle; NaN if the corners are collinear.
 fn barycentric(point: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     let area =
         |p: [f64; 3], q: [f64; 3], r: [f64; 3]| (q[1] - p[1]) * (r[2] - p[2]) - (q[2] - p[2]) * (r[1] - p[1]);

@@ -1,4 +1,4 @@
-//! The mesh made ready for curves, and what becomes of one.
+//! Preprocesses a mesh once; solves for any number of curves.
 
 use crate::curves::side::consistently_oriented;
 use crate::cut::{Embedded, EmbeddedCurve, embed_curves, parts_of_short_edges};
@@ -21,14 +21,13 @@ use crate::winding::walks::{segments_of, walks};
 use crate::wording::counted;
 use eikona_mesh::{Curve, CurveKind, Face, Segment, SurfaceCurves, TriangleMesh};
 
-/// A mesh with its factored operators: answers curve after curve.
+/// A mesh with its factored operators, reused from curve to curve.
 ///
 /// Curves along edges without endpoints (closed, or from boundary to boundary) share one factor of
-/// the Laplacian and one of the Hodge system. Others leave out the vertices at which they end,
-/// which changes the numbers of the Laplacian but not its pattern: it is factored anew, not
-/// analysed anew; but on intrinsic Delaunay triangles, which leave out the faces at such vertices,
-/// all is made anew. For a curve across faces the mesh is cut, and the operators are those of the
-/// cut mesh.
+/// the Laplacian and one of the Hodge system. Curves with endpoints exclude these vertices, which
+/// changes the values of the Laplacian but not its pattern: it is refactored, not reanalysed. On
+/// intrinsic Delaunay triangles, which omit the faces at such vertices, everything is rebuilt. For
+/// a curve across faces the mesh is cut, and the operators are those of the cut mesh.
 #[derive(Debug)]
 pub struct Solver {
     surface: Surface,
@@ -38,8 +37,8 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// Sets up the operators. Nothing is analysed or factored before the first curve shows what is
-    /// needed.
+    /// Checks and orients the mesh. Operators are analysed and factored when a curve first needs
+    /// them.
     ///
     /// # Errors
     /// [`WindingError::NoFaces`].
@@ -52,7 +51,7 @@ impl Solver {
         let cuts = mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() > 2).count();
         if cuts > 0 {
             let edges = counted(cuts, "edge has", "edges have");
-            warnings.push(format!("{edges} three or more faces; the surface is taken as cut open there"));
+            warnings.push(format!("{edges} three or more faces; the surface is treated as cut open there"));
         }
         let mut turned: Vec<bool> =
             mesh.faces().map(|f| mesh.face_vertices(f) != oriented.face_vertices(f)).collect();
@@ -62,16 +61,16 @@ impl Solver {
         Ok(Solver { surface: Surface::new(oriented), turned, warnings })
     }
 
-    /// The mesh that curves are given on: the input, with faces turned over so that they are wound
-    /// alike if that is possible.
+    /// Returns the mesh that curves refer to: the input, with faces flipped to a consistent
+    /// orientation where possible.
     pub fn mesh(&self) -> &TriangleMesh {
         &self.surface.mesh
     }
 
-    /// The winding number of curves. Where they cross faces, or end inside of edges or faces, the
-    /// mesh is cut along them first ([`embed_curves`]); and where open pieces of them have fewer
-    /// than 8 edges, unless [`split_short`](WindingOptions::split_short) is off. The result is on
-    /// the cut mesh then, with the parent of each face in [`Winding::face_parent`].
+    /// Computes the winding number of curves. Where they cross faces, or end inside edges or faces,
+    /// the mesh is first cut along them ([`embed_curves`]). Open pieces of fewer than 8 edges are
+    /// refined, unless [`split_short`](WindingOptions::split_short) is off. The result then lives
+    /// on the cut mesh, with the parent of each face in [`Winding::face_parent`].
     ///
     /// # Errors
     /// [`WindingError::NoCurve`], [`WindingError::Unsigned`], [`WindingError::Curve`],
@@ -81,12 +80,12 @@ impl Solver {
     /// # Cost
     /// Two back-substitutions; for curves with endpoints a factorisation, and on surfaces that are
     /// not simply connected the Hodge system (factored once) and a linear program on the faces.
-    /// Where the mesh is cut, analysis and factorisation of its operators. To look at the
-    /// orientation of several pieces takes a factorisation and a back-substitution each, on the
-    /// faces, and if some look reversed a whole second solve: see [`Diagnosis`](super::Diagnosis).
-    /// To straighten completions takes O(F) and what
-    /// [`straighten_curve`](crate::curves::straighten_curve) takes for their pieces, a small part
-    /// of the solve.
+    /// Where the mesh is cut, analysis and factorisation of its operators. The orientation check of
+    /// several stretches takes one factorisation and one back-substitution per stretch, on the
+    /// faces, and a whole second solve if some look reversed: see [`Diagnosis`](super::Diagnosis).
+    /// Straightening completions takes O(F) and the cost of
+    /// [`straighten_curve`](crate::curves::straighten_curve) for their pieces, a small part of the
+    /// solve.
     pub fn solve(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<Winding, WindingError> {
         let mut phases = Phases::start();
         self.check(curves, options)?;
@@ -152,7 +151,7 @@ impl Solver {
         }
         let epsilon = options.epsilon;
         if !EPSILONS.contains(&epsilon) {
-            let bound = "a number from 1e-9 to 1 is needed";
+            let bound = "choose a number from 1e-9 to 1";
             return Err(WindingError::Option { name: "epsilon", value: epsilon, bound });
         }
         match options.reference {
@@ -164,7 +163,7 @@ impl Solver {
     }
 }
 
-/// With the completion in the shape that is wanted.
+/// Straightens the completion if asked for, and measures the uncertain area.
 fn finished(surface: &Surface, mut winding: Winding, options: &WindingOptions) -> Winding {
     if options.completion_shape == CompletionShape::Straight {
         let mut phases = Phases::start();
@@ -179,7 +178,7 @@ fn finished(surface: &Surface, mut winding: Winding, options: &WindingOptions) -
     winding
 }
 
-/// Solves for curves along edges, and looks at their orientation.
+/// Solves for curves along edges, and checks their orientation.
 fn solve_along_edges(
     surface: &Surface,
     curves: &SurfaceCurves,
@@ -240,7 +239,7 @@ fn solve_along_edges(
     })
 }
 
-/// Which stretches of the curve look reversed, and what would come of turning them over.
+/// Finds stretches of the curve that look reversed, and the effect of reversing them.
 fn orientation(
     surface: &Surface,
     chain: &Chain,
@@ -256,7 +255,7 @@ fn orientation(
         Diagnosis::Automatic if stretches.count() > MOST_STRETCHES => return None,
         Diagnosis::Always if stretches.count() > MOST_AT_ALL => {
             let count = stretches.count();
-            warnings.push(format!("the orientation of the curve was not looked at: it has {count} stretches, at most {MOST_AT_ALL} can be compared"));
+            warnings.push(format!("the orientation of the curve was not checked: it has {count} stretches, more than the {MOST_AT_ALL} that can be compared"));
             return None;
         }
         Diagnosis::Automatic | Diagnosis::Always => {}
@@ -265,7 +264,7 @@ fn orientation(
     match stretches.diagnose(&surface.mesh, sizes, &surface.on_faces, &found.excluded, walks) {
         Ok(mut orientation) => {
             if !orientation.reversed.is_empty() {
-                let jump = orientation.turned_over(steps, &chain.jump);
+                let jump = orientation.with_reversed(steps, &chain.jump);
                 let other = solve_chain(surface, &jump, options, &mut Phases::start()).ok();
                 let label = &found.labels.label;
                 orientation.changed_area =
@@ -274,15 +273,15 @@ fn orientation(
             }
             Some(orientation)
         }
-        // The answer stands without it.
+        // The result is valid without the check.
         Err(fault) => {
-            warnings.push(format!("the orientation of the curve was not looked at: {fault}"));
+            warnings.push(format!("the orientation of the curve was not checked: {fault}"));
             None
         }
     }
 }
 
-/// Labels with a smaller margin are next to a guess.
+/// Labels with a smaller margin count as uncertain.
 const UNCERTAIN: f64 = 0.1;
 
 fn by_curve(curves: usize, steps: &[Step], parts: &[Part]) -> Vec<Vec<Part>> {

@@ -1,4 +1,4 @@
-//! The mesh cut open where labels change.
+//! Cuts the mesh open where labels change.
 
 use crate::winding::corner_values::tip_corner;
 use crate::winding::solution::Winding;
@@ -7,23 +7,23 @@ use eikona_mesh::{DisjointSets, Edge, Face, FaceField, Halfedge, MeshError, Tria
 /// A mesh in which regions of different labels share no vertex: see [`Winding::split`].
 #[derive(Clone, Debug)]
 pub struct Split {
-    /// The faces of [`Winding::mesh`] in their order, so that [`Winding::labels`] are theirs. Its
-    /// vertices keep their numbers; copies come behind them.
+    /// The faces of [`Winding::mesh`] in their order, so that [`Winding::labels`] apply. Vertices
+    /// keep their numbers; copies follow.
     pub mesh: TriangleMesh,
-    /// For each vertex the one of [`Winding::mesh`] that it is a copy of.
+    /// For each vertex, the vertex of [`Winding::mesh`] that it copies.
     pub vertex_parent: Vec<Vertex>,
-    /// For each face the one of the input that it lies in.
+    /// For each face, the input face that contains it.
     pub face_parent: Vec<Face>,
 }
 
 impl Winding {
-    /// The mesh cut open along the completed boundary of the regions: wherever the two faces of an
-    /// edge have different labels.
+    /// Cuts the mesh open along the completed boundary of the regions: at every edge whose two
+    /// faces have different labels.
     ///
-    /// A vertex whose faces have more than one label gets a copy for each fan of equally labelled
-    /// faces (faces that hang together across edges at it), so that every vertex of the result has
-    /// one label. At an edge of three or more faces those of equal label stay together. All other
-    /// vertices stay as they are, also those at which the surface only touches itself.
+    /// A vertex whose faces have more than one label gets a copy per fan of equally labelled faces
+    /// (faces connected across edges at it), so that every vertex of the result has one label. At
+    /// an edge of three or more faces those of equal label stay together. All other vertices are
+    /// unchanged, also those at which the surface only touches itself.
     ///
     /// # Errors
     /// [`MeshError::TooLarge`] if the copies do not fit into 32-bit indices; coarsen the mesh.
@@ -57,8 +57,8 @@ impl Winding {
     }
 }
 
-/// Gives each of some vertices a copy for every set of its corners, the first set excepted. Faces
-/// keep their order and their corners; the parent of each vertex comes with the mesh.
+/// Gives each of some vertices a copy for every set of its corners except the first. Faces keep
+/// their order and their corners; the parent of each vertex is returned with the mesh.
 pub(super) fn cut_open(
     mesh: &TriangleMesh,
     corners_of: &mut DisjointSets,
@@ -92,7 +92,7 @@ pub(super) fn cut_open(
     Ok((TriangleMesh::new(positions, triangles)?, vertex_parent))
 }
 
-/// Joins the corners at both ends of an edge of those of its faces that have the same label.
+/// Joins the corners at both ends of an edge, for those of its faces that have the same label.
 fn join_across(fans: &mut DisjointSets, mesh: &TriangleMesh, e: Edge, labels: &FaceField<i32>) {
     let mut join_all = |halfedges: &[Halfedge]| {
         for pair in halfedges.windows(2).filter(|p| labels[p[0].face()] == labels[p[1].face()]) {

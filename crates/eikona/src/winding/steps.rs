@@ -1,4 +1,4 @@
-//! Steps 1 to 10, for jumps at edges.
+//! Steps 1 to 10 of algorithm 1, for jumps at edges.
 
 use crate::operators::{darboux_derivative, differences, solve_jump_equation};
 use crate::phases::Running;
@@ -13,7 +13,7 @@ use crate::winding::solution::ProgramReport;
 use crate::winding::surface::{Prepared, Surface};
 use eikona_mesh::{Edge, TriangleMesh, Vertex};
 
-/// What the steps give for jumps at edges.
+/// Results of the steps for jumps at edges.
 pub(super) struct Found {
     pub coordinates: Coordinates,
     pub excluded: Vec<bool>,
@@ -27,15 +27,15 @@ pub(super) struct Found {
     pub freed: Vec<Edge>,
 }
 
-/// A harmonic form below this (jumps are whole numbers) is rounding: every part of the curve
+/// Harmonic forms below this are rounding errors (jumps are integers): every part of the curve
 /// bounds.
 const NO_HARMONIC_PART: f64 = 1e-9;
 
-/// Where the faces at a vertex are several fans jumps below this fade out towards it: better than
-/// no value, on meshes full of such vertices.
+/// At vertices with several fans, smaller jumps fade out instead of making the value undefined:
+/// better on meshes full of such vertices.
 const FADES: f64 = 0.01;
 
-/// Steps 1 to 10 and the labels, for jumps at edges.
+/// Runs steps 1 to 10 and computes labels, for jumps at edges.
 pub(super) fn solve_chain(
     surface: &Surface,
     curve: &[i32],
@@ -66,7 +66,7 @@ pub(super) fn solve_chain(
     let (mut program, mut freed) = (None, Vec::new());
     if let Some(harmonic) = harmonic {
         residual = residual.max(harmonic.residual);
-        // Without endpoints jumps are those of the curve, to the last digit.
+        // Without endpoints the jumps are exactly those of the curve.
         let shift = if harmonic.is_whole { jump.clone() } else { jumps_of(mesh, &harmonic.in_faces) };
         let part = nonbounding_part(mesh, &surface.triangles, curve, &shift, options.epsilon)?;
         for (corner, value) in residual_function.iter_mut().enumerate() {
@@ -78,7 +78,7 @@ pub(super) fn solve_chain(
 
         let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
         let corrected = corrected(mesh, &mut coordinates, &mut excluded, curve, &rest, options.completion);
-        // Jumps that end in the middle of the surface are no form that flips could carry.
+        // Jumps that end inside the surface have no derivative 1-form that flips could carry.
         let delaunay = options.intrinsic_delaunay && options.completion == Completion::Full;
         if corrected.leaves_out_more || delaunay != options.intrinsic_delaunay {
             prepared = surface.prepared(&excluded, delaunay)?;
@@ -107,7 +107,7 @@ pub(super) fn solve_chain(
     })
 }
 
-/// Steps 3 to 6: the harmonic part of the derivative, if there is any.
+/// Steps 3 to 6: the harmonic part of the derivative; `None` if it vanishes.
 fn harmonic_part(
     surface: &Surface,
     prepared: &Prepared,
@@ -124,7 +124,7 @@ fn harmonic_part(
     if form.iter().all(|x| x.abs() <= NO_HARMONIC_PART) {
         return Ok(None);
     }
-    // Without endpoints the function itself has the harmonic derivative.
+    // Without endpoints the derivative is already harmonic.
     let in_faces = if is_whole {
         values.to_vec()
     } else {
@@ -134,9 +134,9 @@ fn harmonic_part(
     Ok(Some(Harmonic { in_faces, is_whole, residual }))
 }
 
-/// Reduced coordinates of the curve without its nonbounding part (algorithm 8, with the running
-/// sum that it leaves out). The curve still ends where it did, as what was taken off is closed.
-/// Where more than a trace of it comes to vertices of several fans these are left out too.
+/// Computes reduced coordinates of the curve without its nonbounding part (algorithm 8, with the
+/// running sum that it omits). The curve keeps its endpoints, as the subtracted part is closed.
+/// Vertices of several fans are excluded, too, where more than a trace of a jump reaches them.
 fn corrected(
     mesh: &TriangleMesh,
     before: &mut Coordinates,
@@ -171,23 +171,24 @@ fn corrected(
     Corrected { corner, leaves_out_more }
 }
 
-/// What the curve can not be undone along.
+/// The harmonic part of the jump function's derivative.
 struct Harmonic {
     /// Integrated in every face, at its corners.
     in_faces: Vec<f64>,
-    /// Its jumps are the curve's.
+    /// Whether the curve has no endpoints, so that the jumps are exactly the curve's.
     is_whole: bool,
     residual: f64,
 }
 
-/// Coordinates at corners, and whether there are vertices without that had some before.
+/// Coordinates at corners, and whether further vertices have lost theirs.
 struct Corrected {
     corner: Vec<f64>,
     leaves_out_more: bool,
 }
 
-/// The smoothest function with these coordinates at corners, NaN at excluded vertices; its
-/// derivative along the halfedges of the operators' triangulation; and the relative residual.
+/// Solves for the smoothest function with these coordinates at corners (eq. 10). Returns the
+/// function, NaN at excluded vertices; its derivative along the halfedges of the operators'
+/// triangulation; and the relative residual.
 fn jump_function(
     mesh: &TriangleMesh,
     Prepared { on, factor }: &Prepared,

@@ -1,4 +1,4 @@
-//! A mesh with everything about it that does not depend on the curve.
+//! A mesh and the data that do not depend on the curve.
 
 use crate::geometry::{Triangle, lay_out_in, unit_of};
 use crate::winding::operators::Operators;
@@ -7,8 +7,8 @@ use eikona_numeric::{Cholesky, NumericError};
 use std::ops::Deref;
 use std::sync::OnceLock;
 
-/// A consistently oriented mesh (where it is orientable) with its operators. These are analysed and
-/// factored when they are first needed.
+/// A mesh, consistently oriented where orientable, with its operators. These are analysed and
+/// factored on first use.
 #[derive(Debug)]
 pub(super) struct Surface {
     pub mesh: TriangleMesh,
@@ -17,7 +17,7 @@ pub(super) struct Surface {
     /// Whether every closed curve bounds, so that there is no nonbounding part.
     pub simply_connected: bool,
     /// The unit of length of `triangles`. Labels do not depend on the size of the mesh, and squares
-    /// of very large or small lengths are no numbers.
+    /// of very large or small lengths overflow or underflow.
     pub unit: f64,
     pub triangles: Vec<Triangle>,
     pub on_faces: Operators,
@@ -39,7 +39,7 @@ impl Surface {
         }
     }
 
-    /// Returns the operators without these vertices, on the faces or on Delaunay triangles.
+    /// Returns the operators without the excluded vertices, on the faces or on Delaunay triangles.
     pub fn prepared(&self, excluded: &[bool], delaunay: bool) -> Result<Prepared<'_>, NumericError> {
         let mesh = &self.mesh;
         let whole = !excluded.contains(&true);
@@ -62,7 +62,7 @@ impl Surface {
     }
 }
 
-/// Operators and the factor of the Laplacian: those that the surface keeps, or temporary ones.
+/// Operators and the factor of the Laplacian, borrowed from the surface or temporary.
 pub(super) struct Prepared<'a> {
     pub on: Kept<'a, Operators>,
     pub factor: Kept<'a, Cholesky<f64>>,

@@ -3,7 +3,7 @@
 use crate::cut::EmbeddedCurve;
 use eikona_mesh::{Located, Segment, SurfaceCurves, TriangleMesh, segment_host};
 
-/// The steps of walks along edges.
+/// Returns the segments of walks along edges.
 pub(super) fn segments_of(mesh: &TriangleMesh, walks: &[EmbeddedCurve]) -> Vec<Segment> {
     let mut segments = Vec::new();
     for (curve, walk) in walks.iter().enumerate() {
@@ -17,7 +17,7 @@ pub(super) fn segments_of(mesh: &TriangleMesh, walks: &[EmbeddedCurve]) -> Vec<S
     segments
 }
 
-/// Curves along edges as walks.
+/// Converts curves along edges to walks.
 pub(super) fn walks(curves: &SurfaceCurves, segments: &[Segment]) -> Vec<EmbeddedCurve> {
     let mut walks: Vec<EmbeddedCurve> = curves
         .curves

@@ -1,11 +1,11 @@
-//! The signed heat method once more, slowly and plainly: vectors in space a face, dense matrices,
-//! elimination with pivots. Nothing here is shared with the library but the mesh and the segments
-//! of a curve.
+//! A plain dense implementation of the signed heat method: space vectors per face, dense matrices,
+//! elimination with pivoting. It shares nothing with the library but the mesh and the segments of a
+//! curve.
 
 use crate::exact::{cross, dot, norm, sub};
 use eikona_mesh::{CurveKind, Face, Segment, SegmentHost, SurfaceCurves, TriangleMesh};
 
-/// A full matrix.
+/// A dense matrix.
 #[derive(Clone)]
 pub struct Dense {
     pub n: usize,
@@ -26,7 +26,7 @@ impl Dense {
         self.entries.chunks(self.n).map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
     }
 
-    /// Elimination with the largest pivot of each column, and two steps of refinement.
+    /// Solves by elimination with column pivoting and two steps of iterative refinement.
     pub fn solve(&self, b: &[f64]) -> Vec<f64> {
         let mut x = self.eliminate(b);
         for _ in 0..2 {
@@ -64,8 +64,8 @@ impl Dense {
         x
     }
 
-    /// How many pivots of the symmetric elimination are negative: as many as there are negative
-    /// eigenvalues (Sylvester).
+    /// Returns the number of negative pivots of the symmetric elimination, which is the number of
+    /// negative eigenvalues (Sylvester).
     pub fn negative_pivots(&self) -> usize {
         let n = self.n;
         let mut a = self.entries.clone();
@@ -83,7 +83,7 @@ impl Dense {
     }
 }
 
-/// What is asked of the values on the curves.
+/// The constraint on the values along the curves.
 #[derive(Clone, Copy, Debug)]
 pub enum Constraint {
     Free,
@@ -92,12 +92,12 @@ pub enum Constraint {
     Soft(f64),
 }
 
-/// A face seen in space.
+/// A face embedded in space.
 pub struct FaceFrame {
     pub area: f64,
     pub normal: [f64; 3],
-    /// For each side: its edge's unit vector (in the edge's own direction), and that turned by +90
-    /// degrees in the face.
+    /// For each side: its edge's unit vector (in the edge's own direction), and that vector rotated
+    /// by +90 degrees in the face.
     pub along: [[f64; 3]; 3],
     pub across: [[f64; 3]; 3],
     /// Gradients of the three barycentric coordinates.
@@ -115,21 +115,21 @@ impl FaceFrame {
             d.map(|x| x / norm(d))
         });
         let across = along.map(|u| cross(normal, u));
-        // Perpendicular to the opposite side, one over the height long.
+        // Perpendicular to the opposite side, with length one over the height.
         let barycentric =
             [0, 1, 2].map(|k| cross(normal, sub(p[(k + 2) % 3], p[(k + 1) % 3])).map(|x| x / norm(doubled)));
         FaceFrame { area: 0.5 * norm(doubled), normal, along, across, barycentric }
     }
 
-    /// The vector of side k for the two real unknowns of its edge.
+    /// Returns the vectors of side k for the two real unknowns of its edge.
     pub fn basis(&self, k: usize) -> [[f64; 3]; 2] {
         [self.along[k], self.across[k]]
     }
 }
 
-/// Mass and Dirichlet energy of Crouzeix-Raviart vector fields on a mesh of consistent winding.
-/// Unknowns 2 e and 2 e + 1: the parts along the edge and across it. The function of side k is 1 -
-/// 2 (barycentric coordinate of the opposite corner).
+/// Assembles mass and Dirichlet energy of Crouzeix-Raviart vector fields on a consistently oriented
+/// mesh. Unknowns 2 e and 2 e + 1 are the components along the edge and across it. The function of
+/// side k is 1 - 2 (barycentric coordinate of the opposite corner).
 pub fn vector_operators(mesh: &TriangleMesh) -> (Dense, Dense) {
     let n = 2 * mesh.edge_count();
     let (mut mass, mut energy) = (Dense::zeros(n), Dense::zeros(n));
@@ -155,7 +155,7 @@ pub fn vector_operators(mesh: &TriangleMesh) -> (Dense, Dense) {
     (mass, energy)
 }
 
-/// The Dirichlet energy of functions that are linear in each face.
+/// Assembles the Dirichlet energy of piecewise linear functions.
 pub fn scalar_laplacian(mesh: &TriangleMesh) -> Dense {
     let mut c = Dense::zeros(mesh.vertex_count());
     for f in mesh.faces() {
@@ -171,8 +171,8 @@ pub fn scalar_laplacian(mesh: &TriangleMesh) -> Dense {
     c
 }
 
-/// Signed distance to oriented curves, negative on their left, on a connected mesh of consistent
-/// winding.
+/// Computes the signed distance to oriented curves, negative on their left, on a connected,
+/// consistently oriented mesh.
 pub fn signed_distance(
     mesh: &TriangleMesh,
     source: &SurfaceCurves,
@@ -220,8 +220,8 @@ fn position(mesh: &TriangleMesh, f: Face, weights: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|c| (0..3).map(|k| weights[k] * p[k][c]).sum())
 }
 
-/// The right normals of the segments, as long as these: in a face on all its sides, along an edge
-/// on that.
+/// Returns the right normals of the segments, scaled by length: in a face on all its sides, along
+/// an edge on that edge.
 fn normals(mesh: &TriangleMesh, segments: &[Segment]) -> Vec<f64> {
     let mut values = vec![0.0; 2 * mesh.edge_count()];
     for s in segments {
@@ -245,7 +245,7 @@ fn normals(mesh: &TriangleMesh, segments: &[Segment]) -> Vec<f64> {
     values
 }
 
-/// One row a segment: the part along it of a field, at its middle.
+/// Returns one row per segment: the tangential component of a field at its midpoint.
 fn tangents(mesh: &TriangleMesh, segments: &[Segment]) -> Vec<Vec<f64>> {
     let tangent = |s: &Segment| {
         let mut row = vec![0.0; 2 * mesh.edge_count()];
@@ -298,8 +298,8 @@ fn integrate(
                 let [p, q] = s.ends.map(|e| e.position(mesh));
                 let scale = weight * norm(sub(q, p)) / area.sqrt();
                 let [a, b] = s.ends.map(row);
-                // The integral of the square of a linear function: (a a + a b + b b) / 3 of its end
-                // values.
+                // The integral of the square of a linear function: (a a + a b + b b) / 3 for end
+                // values a, b.
                 for i in 0..n {
                     for j in 0..n {
                         let cross = 0.5 * (a[i] * b[j] + b[i] * a[j]);
@@ -325,12 +325,12 @@ fn mean_along(mesh: &TriangleMesh, segments: &[Segment], phi: &[f64]) -> f64 {
     sum / length
 }
 
-/// How strongly curves inside edges and faces are held (`ALONG_CURVES` of the library).
+/// Weight that holds curves inside edges and faces (`ALONG_CURVES` of the library).
 const ALONG_CURVES: f64 = 10.0;
 
-/// The fit with values of zero along the curves, or at a level of its own along each (with mean
-/// zero over the vertices): exactly at vertices, and by weight along segments inside edges and
-/// faces. No two curves touch. The levels are unknowns as the values are.
+/// Fits with zero along the curves, or with a separate level along each (with mean zero over the
+/// vertices): exactly at vertices, and by weight along segments inside edges and faces. No two
+/// curves touch. The levels are unknowns like the values.
 fn held(mesh: &TriangleMesh, segments: &[Segment], rhs: &[f64], curves: Option<usize>) -> Vec<f64> {
     let (laplacian, n) = (scalar_laplacian(mesh), mesh.vertex_count());
     let m = n + curves.unwrap_or(0);
@@ -381,7 +381,7 @@ fn held(mesh: &TriangleMesh, segments: &[Segment], rhs: &[f64], curves: Option<u
     constrained(&system, &rhs, &independent(rows))[..n].to_vec()
 }
 
-/// The minimum of x C x / 2 - b x with A x = 0, from its saddle system.
+/// Minimises x C x / 2 - b x subject to A x = 0, by its saddle point system.
 fn constrained(c: &Dense, b: &[f64], rows: &[Vec<f64>]) -> Vec<f64> {
     let n = c.n;
     let mut system = Dense::zeros(n + rows.len());
@@ -401,7 +401,7 @@ fn constrained(c: &Dense, b: &[f64], rows: &[Vec<f64>]) -> Vec<f64> {
     system.solve(&rhs)[..n].to_vec()
 }
 
-/// An orthonormal basis of what the rows span.
+/// Returns an orthonormal basis of the span of the rows.
 fn independent(rows: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for mut row in rows {

@@ -1,4 +1,4 @@
-//! What must hold whenever a mesh is cut along curves, and small meshes to cut.
+//! Properties of every mesh cut along curves, and small meshes to cut.
 
 use eikona::cut::{Embedded, embed_curves};
 use eikona_mesh::{
@@ -30,7 +30,7 @@ pub fn longest_side(mesh: &TriangleMesh, f: Face) -> f64 {
     (0..3).map(|k| norm(sub(p[k], p[(k + 1) % 3]))).fold(0.0, f64::max)
 }
 
-/// What does not change when a surface is cut into smaller faces.
+/// Returns invariants of a surface under cutting into smaller faces.
 pub fn shape_of_surface(mesh: &TriangleMesh) -> impl PartialEq + std::fmt::Debug {
     let t = Topology::of(mesh);
     let of_component = |c: &eikona_mesh::Component| {
@@ -51,7 +51,7 @@ pub fn shape_of_surface(mesh: &TriangleMesh) -> impl PartialEq + std::fmt::Debug
     )
 }
 
-/// Total length of the edges with one face, and with more than two.
+/// Returns the total lengths of the edges with one face, and with more than two.
 pub fn lengths_of_odd_edges(mesh: &TriangleMesh) -> [f64; 2] {
     let mut lengths = [0.0; 2];
     for e in mesh.edges() {
@@ -65,8 +65,8 @@ pub fn lengths_of_odd_edges(mesh: &TriangleMesh) -> [f64; 2] {
     lengths
 }
 
-/// Checks everything that holds for every cut mesh. `merged` is how far nodes may have been moved,
-/// as a share of the mesh.
+/// Checks the properties of every cut mesh. `merged` is how far nodes may have moved, as a share of
+/// the mesh.
 pub fn check(name: &str, input: &TriangleMesh, curves: &SurfaceCurves, cut: &Embedded, merged: f64) {
     let (mesh, size) = (&cut.mesh, largest_coordinate(input));
     let close = 1e-12 * size;
@@ -112,7 +112,7 @@ pub fn check(name: &str, input: &TriangleMesh, curves: &SurfaceCurves, cut: &Emb
             assert_eq!(mesh.triangles()[first], input.triangles()[parent.index()], "{name}: untouched");
             assert!(!inside.contains(&input.face_vertices(parent)));
         }
-        // Coordinates have an error of 1e-16 of the mesh, which counts along the sides.
+        // Coordinates have an error of 1e-16 of the mesh, which accumulates along the sides.
         let allowed = 1e-12 * area + 4e-16 * size * side * pieces.len() as f64;
         let flat = area < 1e-6 * side * side;
         assert!((sum - area).abs() <= allowed || flat, "{name}: {parent} has area {area}, its pieces {sum}");
@@ -122,7 +122,7 @@ pub fn check(name: &str, input: &TriangleMesh, curves: &SurfaceCurves, cut: &Emb
     assert_eq!(
         format!("{:?}", shape_of_surface(mesh)),
         format!("{:?}", shape_of_surface(input)),
-        "{name}: the surface is another one"
+        "{name}: the surface has changed"
     );
     let (a, b) = (lengths_of_odd_edges(mesh), lengths_of_odd_edges(input));
     assert!((0..2).all(|k| (a[k] - b[k]).abs() <= 1e-11 * b[k]), "{name}: boundary {a:?} {b:?}");
@@ -148,7 +148,7 @@ pub fn check(name: &str, input: &TriangleMesh, curves: &SurfaceCurves, cut: &Emb
             *multiplicity.entry(mesh.edge_vertices(edge)).or_default() += if forward { 1 } else { -1 };
             let [p, q] = [step[0], step[1]].map(|v| mesh.position(v));
             walked[segment] += norm(sub(p, q));
-            // On the segment: the ways to both ends add up to its length.
+            // On the segment: the distances to both ends sum to its length.
             let (a, b) = (nodes[segment], nodes[segment + 1]);
             let detour = norm(sub(a, q)) + norm(sub(q, b)) - norm(sub(a, b));
             assert!(detour <= close + 2.0 * moved, "{name}, curve {c}, segment {segment}: {detour}");
@@ -237,7 +237,7 @@ pub fn pillow() -> TriangleMesh {
     TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 1]]).unwrap()
 }
 
-/// The lowest height of a new face, in a parent of three sides of length 1.
+/// Returns the lowest height of a new face, in an equilateral parent with sides of length 1.
 pub fn lowest_height(mesh: &TriangleMesh, cut: &Embedded) -> f64 {
     let mut lowest = f64::INFINITY;
     for f in cut.mesh.faces() {
@@ -246,7 +246,7 @@ pub fn lowest_height(mesh: &TriangleMesh, cut: &Embedded) -> f64 {
             .mesh
             .face_vertices(f)
             .map(|v| cut.vertex_place[v.index()].locate(mesh).unwrap().weights_in_face(mesh, parent));
-        // A place inside one of two faces with the same corners is found in the first.
+        // A place inside one of two faces with the same corners is located in the first.
         let [Some(a), Some(b), Some(c)] = weights else { continue };
         let flat = |w: Vec3| [w[1] + 0.5 * w[2], 0.75f64.sqrt() * w[2], 0.0];
         let p = [a, b, c].map(flat);

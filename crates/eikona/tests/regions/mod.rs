@@ -9,8 +9,8 @@ pub fn centre(mesh: &TriangleMesh, f: Face) -> [f64; 3] {
     [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
 }
 
-/// The sides of a region's boundary, with the region on their left in the winding of its faces; a
-/// curve a side.
+/// Returns the boundary of a region as one curve per side, with the region on the left by the
+/// orientation of its faces.
 pub fn boundary_of(mesh: &TriangleMesh, inside: impl Fn(Face) -> bool) -> Vec<Curve> {
     let mut sides = Vec::new();
     for h in mesh.faces().filter(|&f| inside(f)).flat_map(|f| [0, 1, 2].map(|k| f.halfedge(k))) {

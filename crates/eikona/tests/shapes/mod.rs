@@ -1,4 +1,4 @@
-//! Small meshes made for the tests of curves, and a seeded generator.
+//! Small meshes for tests of curves, and a seeded generator.
 #![allow(dead_code)] // each test file uses some of them
 
 use eikona_mesh::{PolygonMesh, TriangleMesh};
@@ -25,7 +25,7 @@ impl Random {
     }
 }
 
-/// n x n squares over [0, 1]^2, each cut by its rising diagonal.
+/// n x n squares over [0, 1]^2, each divided by its rising diagonal.
 pub fn grid(n: usize, height: impl Fn(f64, f64) -> [f64; 3]) -> TriangleMesh {
     let m = n as u32 + 1;
     let mut positions = Vec::new();
@@ -49,7 +49,7 @@ pub fn flat_grid(n: usize) -> TriangleMesh {
     grid(n, |x, y| [x, y, 0.0])
 }
 
-/// A height field whose inner vertices are moved at random.
+/// A height field with randomly moved inner vertices.
 pub fn rough_grid(n: usize, seed: u64) -> TriangleMesh {
     let random = std::cell::RefCell::new(Random(seed));
     let h = 0.3 / n as f64;
@@ -61,7 +61,7 @@ pub fn rough_grid(n: usize, seed: u64) -> TriangleMesh {
     })
 }
 
-/// The unit sphere: an icosahedron cut in four `levels` times.
+/// The unit sphere: an icosahedron subdivided in four `levels` times.
 pub fn sphere(levels: usize) -> TriangleMesh {
     let g = (1.0 + 5f64.sqrt()) / 2.0;
     let mut positions: Vec<[f64; 3]> = Vec::new();
@@ -184,8 +184,8 @@ pub fn cube(n: usize) -> TriangleMesh {
     TriangleMesh::new(positions, faces).unwrap()
 }
 
-/// Vertices and faces of an OBJ or OFF file, just enough for the data folder. `None` if the file is
-/// not there.
+/// Reads vertices and faces of an OBJ or OFF file, just enough for the data folder. `None` if the
+/// file does not exist.
 pub fn read_mesh(path: impl AsRef<Path>) -> Option<TriangleMesh> {
     let text = String::from_utf8_lossy(&std::fs::read(path.as_ref()).ok()?).into_owned();
     let numbers =

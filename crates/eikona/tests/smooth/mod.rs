@@ -1,4 +1,4 @@
-//! What holds for every straightened completion, against the same solve with completions along
+//! Properties of every straightened completion, compared with the same solve with completions along
 //! edges.
 #![allow(dead_code)] // each test file uses some of them
 
@@ -7,13 +7,14 @@ use eikona::mesh::{Edge, Face, TriangleMesh, Vertex};
 use eikona::winding::{JumpLoop, Winding};
 use std::collections::BTreeMap;
 
-/// The length of loops.
+/// Returns the length of loops.
 pub fn length(mesh: &TriangleMesh, loops: &[JumpLoop]) -> f64 {
     let steps = loops.iter().flat_map(|l| l.vertices.windows(2));
     steps.map(|v| distance(mesh.position(v[0]), mesh.position(v[1]))).sum()
 }
 
-/// The jump of the labels at an edge, the face of its first halfedge less that of its second.
+/// Returns the jump of the labels at an edge: the face of its first halfedge minus that of its
+/// second.
 pub fn label_jump(w: &Winding, e: Edge) -> i32 {
     match w.mesh.edge_halfedges(e) {
         &[a, b] => w.labels[a.face()] - w.labels[b.face()],
@@ -21,7 +22,7 @@ pub fn label_jump(w: &Winding, e: Edge) -> i32 {
     }
 }
 
-/// The labels beside the steps of the curve, in its order: those of a step that was cut are those
+/// Returns the labels beside the steps of the curve, in its order: for a step that was cut, those
 /// of its first part.
 fn beside_curve(w: &Winding) -> BTreeMap<(usize, usize), Vec<[i32; 2]>> {
     let mut labels: BTreeMap<(usize, usize), Vec<[i32; 2]>> = BTreeMap::new();
@@ -53,20 +54,20 @@ pub fn check(input: &TriangleMesh, edges: &Winding, straight: &Winding) {
     let report = report.unwrap();
     assert!(report.straightened + report.kept <= report.pieces);
     assert!(report.length_after < report.length_before);
-    // What belongs to the solution on edges stays.
+    // Properties of the solution on edges are unchanged.
     assert_eq!(straight.report.program, edges.report.program);
     assert_eq!(straight.report.largest_nonbounding, edges.report.largest_nonbounding);
     assert_eq!((&straight.endpoints, &straight.shift), (&edges.endpoints, &edges.shift));
     assert_eq!(straight.bounding_part().curves.len(), edges.bounding_part().curves.len());
-    // The input stays where it is, with its jumps and parts.
+    // The input stays in place, with its jumps and parts.
     assert_eq!(straight.curves.len(), edges.curves.len());
     for (new, old) in straight.curves.iter().zip(&edges.curves) {
         let mut next = new.vertices.iter();
-        assert!(old.vertices.iter().all(|v| next.any(|n| n == v)), "a walk passes all its vertices still");
+        assert!(old.vertices.iter().all(|v| next.any(|n| n == v)), "a walk still passes all its vertices");
     }
     let copies = |w: &Winding| -> i64 { w.jump.iter().map(|(_, j)| i64::from(j.abs())).sum() };
     assert!(copies(straight) >= copies(edges));
-    // Both ways back lead to the input.
+    // Both maps lead back to the input.
     assert_eq!(straight.face_parent.len(), mesh.face_count());
     assert!(straight.face_parent.is_sorted());
     for v in mesh.vertices() {
@@ -74,7 +75,7 @@ pub fn check(input: &TriangleMesh, edges: &Winding, straight: &Winding) {
         let size = input.positions().iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
         assert!((0..3).all(|k| (place[k] - mesh.position(v)[k]).abs() <= 1e-7 * size), "{v}");
     }
-    // Loops are where the labels and the nonbounding jumps are, and only there.
+    // Loops run exactly where labels and nonbounding jumps change.
     let mut from_loops = vec![0.0; mesh.edge_count()];
     for l in &straight.bounding_loops {
         for ends in l.vertices.windows(2) {
@@ -84,14 +85,14 @@ pub fn check(input: &TriangleMesh, edges: &Winding, straight: &Winding) {
     for e in mesh.edges() {
         assert_eq!(from_loops[e.index()], f64::from(label_jump(straight, e).abs()), "{e}");
     }
-    // What bounds nothing is closed: around inner vertices its jumps add up to nothing.
+    // The nonbounding part is closed: its jumps sum to zero around inner vertices.
     for v in mesh.vertices() {
         if let Some(sum) = sum_around(mesh, v, |e| straight.nonbounding[e]) {
             let most = edges.nonbounding.iter().fold(1.0f64, |m, (_, t)| m.max(t.abs()));
             assert!(sum.abs() < 1e-6 * most, "{v}: {sum}");
         }
     }
-    // Beside the curve labels are what they were, unless a completion runs there or ran there.
+    // Labels beside the curve are unchanged, unless a completion runs or ran there.
     let (new, old) = (beside_curve(straight), beside_curve(edges));
     for (step, labels) in &old {
         let ([a, b], [c, d]) = (labels[0], new[step][0]);
@@ -99,7 +100,7 @@ pub fn check(input: &TriangleMesh, edges: &Winding, straight: &Winding) {
     }
 }
 
-/// The sum of jumps around a vertex inside the surface.
+/// Returns the sum of jumps around a vertex inside the surface.
 pub fn sum_around(mesh: &TriangleMesh, v: Vertex, jump: impl Fn(Edge) -> f64) -> Option<f64> {
     let first = mesh.vertex_corners(v).first()?.halfedge();
     let (mut side, mut sum) = (first, 0.0);
@@ -116,7 +117,7 @@ pub fn sum_around(mesh: &TriangleMesh, v: Vertex, jump: impl Fn(Edge) -> f64) ->
     None
 }
 
-/// The area of the faces for which `chosen` says so.
+/// Returns the area of the faces that `chosen` accepts.
 pub fn area_of(mesh: &TriangleMesh, chosen: impl Fn(Face) -> bool) -> f64 {
     mesh.faces().filter(|&f| chosen(f)).map(|f| eikona::geometry::Triangle::of_face(mesh, f).area).sum()
 }

@@ -1,4 +1,4 @@
-//! Whether labels found from straightened pieces can be those of the curve.
+//! Checks of the labels that follow from straightened pieces.
 
 use super::layer::Layer;
 use super::refined::{Refined, Wall};
@@ -8,12 +8,12 @@ use crate::winding::solution::Winding;
 use eikona_mesh::{Edge, Face, Halfedge, Neighbour, TriangleMesh};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// See [`Winding::overreaching`]. 0: regions may change label if values are halfway; 1: whatever
-/// the values.
+/// Threshold of [`Winding::overreaching`]. At 0 regions may change label only if their values are
+/// halfway; at 1 always.
 const DOUBT: f64 = 0.3;
 
 impl Winding {
-    /// The pieces beside which the labels are not what they were: they cross others.
+    /// Returns the pieces beside which the labels changed: they cross others.
     pub(super) fn crossing(
         &self,
         refined: &Refined,
@@ -35,8 +35,7 @@ impl Winding {
         walls.iter().filter(is_wrong).map(|(i, _)| *i).collect()
     }
 
-    /// Whether labels are what they were along those edges of the curve where no piece runs, nor
-    /// ran.
+    /// Whether labels are unchanged along those edges of the curve where no piece runs or ran.
     pub(super) fn keeps_labels_beside_the_curve(
         &self,
         refined: &Refined,
@@ -59,12 +58,12 @@ impl Winding {
         mesh.edges().all(|e| uses[e.index()] > 0 || mesh.edge_halfedges(e).iter().all(|&h| keeps(h)))
     }
 
-    /// The pieces that take in regions of whose label there was little doubt: a path around a limb
-    /// may be pulled over its end.
+    /// Returns the pieces that take in regions whose label was hardly in doubt: a path around a
+    /// limb may be pulled over its end.
     ///
-    /// A region between a piece before and after is too certain if its values lie nearer to the old
-    /// label than to the new one by more than [`DOUBT`] in the mean. One narrower than an edge is
-    /// as it has to be.
+    /// A region between the old and the new path of a piece is too certain if its values are nearer
+    /// to the old label than to the new one by more than [`DOUBT`] on average. Regions narrower
+    /// than an edge are always accepted.
     pub(super) fn overreaching(
         &self,
         refined: &Refined,
@@ -112,7 +111,7 @@ impl Winding {
                     }
                 }
             }
-            // A piece may sweep a strip of the width of its edges, whatever is there.
+            // A piece may sweep a strip of the width of its edges, whatever lies there.
             let strip = |i: &usize| {
                 let strand = &regions.strands[*i];
                 let length = strand.pulled.as_ref().map_or(0.0, |p| p.before / unit);
@@ -126,7 +125,7 @@ impl Winding {
     }
 }
 
-/// How many walls lie on each edge.
+/// Returns the number of walls on each edge.
 fn uses(mesh: &TriangleMesh, walls: &[(usize, Vec<Wall>)]) -> Vec<u32> {
     let mut uses = vec![0u32; mesh.edge_count()];
     walls.iter().flat_map(|(_, walls)| walls).for_each(|(high, _)| uses[mesh.edge(*high).index()] += 1);

@@ -1,4 +1,4 @@
-//! Pieces of the completion, how far each may move, and where it has been pulled.
+//! Pieces of the completion with their freedom to move and their straightened paths.
 
 use super::pieces::Piece;
 use super::pull::{Pulled, Slit, Stays};
@@ -9,13 +9,13 @@ use eikona_mesh::{Face, TriangleMesh, Vertex};
 pub(super) enum Freedom {
     /// To the shortest path in its homotopy class.
     Free,
-    /// To the shortest one that does not enter faces whose label is certain.
+    /// To the shortest such path that does not enter faces whose label is certain.
     Banded,
     /// Not at all.
     OnEdges,
 }
 
-/// A piece of the completion, and where it has been pulled.
+/// A piece of the completion and its straightened path.
 pub(super) struct Strand {
     pub piece: Piece,
     pub freedom: Freedom,
@@ -42,8 +42,8 @@ impl Layer {
         Layer { strands: pieces.into_iter().map(strand).collect(), junctions }
     }
 
-    /// Pulls all pieces straight that may move. Edges that are `closed`, and pieces that stay, are
-    /// in their way, and for some the faces that are `certain`.
+    /// Straightens all pieces that may move. Their paths do not cross `closed` edges or pieces that
+    /// stay; banded ones do not enter `certain` faces either.
     pub fn pull(
         &mut self,
         mesh: &TriangleMesh,
@@ -74,7 +74,7 @@ impl Layer {
         }
     }
 
-    /// Closes the sides of faces that are certain, unless a piece comes to them.
+    /// Closes the sides of certain faces that no piece touches.
     fn close_faces(&self, mesh: &TriangleMesh, certain: impl Fn(Face) -> bool, closed: &mut [bool]) {
         let mut at_piece = vec![false; mesh.vertex_count()];
         for step in self.strands.iter().flat_map(|s| &s.piece.steps) {
@@ -86,7 +86,7 @@ impl Layer {
         }
     }
 
-    /// The pieces that moved.
+    /// Iterates over the pieces that moved.
     pub fn moved(&self) -> impl Iterator<Item = (usize, &Piece, &Pulled)> {
         let all = self.strands.iter().enumerate();
         all.filter_map(|(i, s)| s.pulled.as_ref().map(|pulled| (i, &s.piece, pulled)))
@@ -96,8 +96,8 @@ impl Layer {
         self.strands.iter_mut().for_each(Strand::stay);
     }
 
-    /// Takes the pieces that moved off jumps at edges.
-    pub fn take_off(&self, mesh: &TriangleMesh, jump: &mut [f64]) {
+    /// Subtracts the pieces that moved from jumps at edges.
+    pub fn subtract_moved(&self, mesh: &TriangleMesh, jump: &mut [f64]) {
         for step_of in self.moved().map(|(_, piece, _)| piece) {
             for step in &step_of.steps {
                 let e = mesh.edge(step.high);

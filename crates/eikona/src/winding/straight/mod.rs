@@ -1,14 +1,15 @@
-//! The completed curve made smooth.
+//! Straightens the completion of a curve.
 //!
-//! What completes a curve runs along edges: regions are made of faces, and so are the jumps of the
-//! linear program. That is right for the mesh, but zigzags on the surface. Here each piece of the
-//! completion (`pieces.rs`) is pulled straight (`pull.rs`), its ends fixed, to a shortest path
-//! across faces in its homotopy class relative to the curve, to the boundary and to the ends of
-//! other pieces. The mesh is cut along the result (`refined.rs`), and labels and values follow:
-//! between the old path and the new one they change by the height of the jump. That they do is
-//! checked edge by edge; a piece for which it fails stays on edges.
+//! The completion of a curve runs along edges: regions are made of faces, and so are the jumps of
+//! the linear program. On the surface such paths zigzag. Each piece of the completion (`pieces.rs`)
+//! is therefore straightened (`pull.rs`) to a locally shortest path across faces between the same
+//! ends, in its homotopy class relative to the curve, to the boundary and to the ends of other
+//! pieces. The mesh is cut along the result (`refined.rs`). Labels and values between the old and
+//! the new path change by the height of the jump. This is checked edge by edge; a piece that fails
+//! the check stays on edges.
 //!
-//! Boundaries of regions and nonbounding loops are treated apart, as they may cross each other.
+//! Boundaries of regions and nonbounding loops are treated separately, as they may cross each
+//! other.
 
 mod checks;
 mod layer;
@@ -29,28 +30,27 @@ use layer::{Freedom, Layer};
 use pieces::Jumps;
 use refined::{Refined, Wall};
 
-/// Rounds in which pieces that go wrong are made to move less, before none moves.
+/// Rounds of restricting pieces that fail the checks before all stay on edges.
 const ROUNDS: usize = 8;
 
-/// Faces whose label has at least this margin are out of bounds for pieces that would take in too
-/// much.
+/// Pieces that would take in too much may not enter faces whose label has at least this margin.
 const CERTAIN: f64 = 0.25;
 
-/// What came of it.
+/// The result of straightening.
 struct Straight {
     cut: Embedded,
     labels: Vec<f64>,
     /// Values at corners.
     values: Vec<f64>,
-    /// What is added to the residual function in each face, and taken off the winding number, as
-    /// the nonbounding part moves.
+    /// Per face, what the move of the nonbounding part adds to the residual function and subtracts
+    /// from the winding number.
     moved: Vec<f64>,
     /// The jump of `moved`.
     moved_jump: Vec<f64>,
 }
 
 impl Winding {
-    /// With the completion pulled straight. `consistent`: whether all faces are wound alike.
+    /// Straightens the completion. `consistent`: whether all faces are consistently oriented.
     pub(super) fn straightened(mut self, consistent: bool, completion: Completion, unit: f64) -> Winding {
         self.parents.follows_labels = true;
         let mesh = self.mesh.clone();
@@ -98,8 +98,8 @@ impl Winding {
         if report.kept > 0 {
             let kept = counted(report.kept, "piece", "pieces");
             self.report.warnings.push(format!(
-                "{kept} of the completed curve (of {pieces}) stayed on edges of the mesh, as straight paths would cross other \
-                 parts of it or take in regions whose label is certain; close the widest gaps of the curve, or refine the mesh"
+                "{kept} of the completion (of {pieces}) could not be straightened; close the widest gaps of the curve, or \
+                 refine the mesh"
             ));
         }
         self.report.completion = Some(report);
@@ -109,7 +109,7 @@ impl Winding {
         }
     }
 
-    /// The jumps of labels at edges of two faces.
+    /// Returns the jumps of labels at edges of two faces.
     fn label_jumps(&self) -> Vec<f64> {
         let jump = |e| match self.mesh.edge_halfedges(e) {
             &[a, b] => f64::from(self.labels[a.face()]) - f64::from(self.labels[b.face()]),
@@ -118,7 +118,7 @@ impl Winding {
         self.mesh.edges().map(jump).collect()
     }
 
-    /// The jumps of the completed nonbounding loops at edges.
+    /// Returns the jumps of the completed nonbounding loops at edges.
     fn loop_jumps(&self) -> Vec<f64> {
         let mut jump = vec![0.0; self.mesh.edge_count()];
         for l in &self.nonbounding_loops {
@@ -131,8 +131,8 @@ impl Winding {
         jump
     }
 
-    /// Cuts the mesh along the straightened pieces and finds labels and values there. `None` if
-    /// they contradict a piece: it is marked as one that moves less.
+    /// Cuts the mesh along the straightened pieces and computes labels and values there. `None` if
+    /// they contradict a piece, which is then restricted.
     fn try_out(
         &self,
         label_jump: &[f64],
@@ -161,7 +161,7 @@ impl Winding {
         let (Some(region_walls), Some(loop_walls)) = (region_walls, loop_walls) else { return None };
 
         let mut jump = vec![0.0; mesh.edge_count()];
-        loops.take_off(mesh, &mut jump);
+        loops.subtract_moved(mesh, &mut jump);
         let mut moved_jump = refined.jumps(&jump);
         loop_walls.iter().for_each(|(_, walls)| refined.add(walls, &mut moved_jump));
         let Some(moved) = refined.function(&moved_jump, |_| 0.0, unit) else {
@@ -169,14 +169,14 @@ impl Winding {
             return None;
         };
         let mut values = refined.values(self.values.as_slice());
-        // With the nonbounding part taken off along the curve only, the function is continuous off
-        // the curve: nothing moves.
+        // With the nonbounding part subtracted along the curve only, the function is continuous off
+        // the curve and does not change.
         if completion == Completion::Full {
             values.iter_mut().enumerate().for_each(|(c, x)| *x -= moved[c / 3]);
         }
 
         let mut jump = label_jump.to_vec();
-        regions.take_off(mesh, &mut jump);
+        regions.subtract_moved(mesh, &mut jump);
         let rest = refined.jumps(&jump);
         let mut jump = rest.clone();
         region_walls.iter().for_each(|(_, walls)| refined.add(walls, &mut jump));
@@ -204,7 +204,7 @@ impl Winding {
         None
     }
 
-    /// The result on the mesh that was cut once more.
+    /// Returns the result on the mesh that was cut once more.
     fn on_cut(self, straight: Straight) -> Winding {
         let Straight { cut, labels, values, moved, moved_jump } = straight;
         let before = &self.mesh;
@@ -281,8 +281,8 @@ impl Winding {
     }
 }
 
-/// The walls of all pieces that moved, from their paths on the cut mesh. `None` if the sides of one
-/// can not be told: it stays.
+/// Returns the walls of all pieces that moved, from their paths on the cut mesh. `None` if the
+/// sides of a piece cannot be determined; it then stays on edges.
 fn walls_of<'a>(
     refined: &Refined,
     layer: &mut Layer,

@@ -1,4 +1,4 @@
-//! The part of closed jumps that is not input, taken apart into pieces between fixed vertices.
+//! Decomposes closed jumps off the curve into pieces between fixed vertices.
 
 use super::sides::{carried, other_side, swept};
 use eikona_mesh::{Edge, Halfedge, TriangleMesh, Vertex};
@@ -10,8 +10,8 @@ const NOTHING: f64 = 1e-7;
 /// One step of a piece along an edge.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
-    /// The halfedge on whose side the piece runs; matters along the curve only, which a piece must
-    /// not cross.
+    /// The halfedge on whose side the piece runs. It matters along the curve only, which a piece
+    /// must not cross.
     pub along: Halfedge,
     /// Whether the step runs in the direction of that halfedge.
     pub forward: bool,
@@ -30,8 +30,8 @@ impl Step {
     }
 }
 
-/// A path along edges across which a function jumps by one height: from one fixed vertex to
-/// another, or a closed loop without any.
+/// A path along edges with a jump of constant height: from one fixed vertex to another, or a closed
+/// loop without fixed vertices.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
     pub steps: Vec<Step>,
@@ -53,11 +53,11 @@ pub(super) struct Jumps<'a> {
     pub mesh: &'a TriangleMesh,
     /// The jump at each edge: first face minus second.
     pub jump: &'a [f64],
-    /// Whether the edge is input, which stays where it is.
+    /// Whether the edge belongs to the input, which does not move.
     pub is_curve: &'a [bool],
 }
 
-/// The edges at vertices of the completion and of the curve.
+/// The edges of the completion and of the curve at each vertex.
 struct Star {
     free: BTreeMap<Vertex, Vec<Edge>>,
     curve: BTreeMap<Vertex, Vec<Edge>>,
@@ -88,8 +88,8 @@ impl Jumps<'_> {
         self.mesh.edge_halfedges(e)[usize::from(self.jump[e.index()] < 0.0)]
     }
 
-    /// The step that goes on from another one, unless the vertex between them has to stay: on the
-    /// curve, where pieces meet, and where the sides of one are not those of the other.
+    /// Returns the step that continues another, unless the vertex between them is fixed: on the
+    /// curve, at junctions of pieces, and where the sides of the two do not match.
     fn next(&self, star: &Star, step: &Step) -> Option<Step> {
         let mesh = self.mesh;
         let v = step.ends(mesh)[1];
@@ -109,7 +109,7 @@ impl Jumps<'_> {
         })
     }
 
-    /// The pieces, and the vertices off the curve at which some of them end.
+    /// Returns the pieces, and the vertices off the curve at which some of them end.
     pub fn pieces(&self) -> (Vec<Piece>, Vec<Vertex>) {
         let mesh = self.mesh;
         let star = self.star();
@@ -148,10 +148,10 @@ impl Jumps<'_> {
         (pieces, junctions)
     }
 
-    /// Lets pieces begin at open ends of the curve that they only come near. Labels are rounded
-    /// face by face, so the last edges of a stretch of the curve can have one label on both sides:
-    /// there the piece leaves it before its end. It is led back along the side from which it came.
-    /// `expected` is the jump of edges that such a tail may have.
+    /// Extends pieces to open ends of the curve that they miss. Labels are rounded face by face, so
+    /// the last edges of a stretch of the curve can have one label on both sides: there the piece
+    /// leaves the curve before its end. It is led along the curve to the end, on the side from
+    /// which it came. `expected` is the jump that the edges of such a tail must have.
     pub fn extend_to_ends<'a>(
         &self,
         pieces: impl Iterator<Item = &'a mut Piece>,
@@ -182,7 +182,7 @@ impl Jumps<'_> {
         if star.free.get(&v).map_or(0, Vec::len) != 1 {
             return None;
         }
-        // The piece turns into the tail on the side where the rest of the curve is not.
+        // The piece turns into the tail on the side away from the rest of the curve.
         let low = other_side(mesh, last.high)?;
         let not_rest = |e: Edge| e != rest;
         let (mut along, on_high) = match swept(mesh, v, last.high, edge, not_rest) {
@@ -192,7 +192,7 @@ impl Jumps<'_> {
         let mut tail = Vec::new();
         loop {
             let high = if on_high { along } else { other_side(mesh, along)? };
-            // With the piece taken off the tail has the jump of the curve again.
+            // Without the piece, the tail has the jump of the curve again.
             let first = mesh.edge_halfedges(edge)[0] == high;
             let left = if first { -piece.height } else { piece.height };
             if (left - expected(edge)?).abs() > NOTHING {

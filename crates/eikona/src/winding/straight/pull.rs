@@ -1,4 +1,4 @@
-//! Pieces of the completion pulled straight, on the mesh cut open along what they must not cross.
+//! Straightens pieces on the mesh cut open along everything that they must not cross.
 
 use super::pieces::Piece;
 use crate::curves::{path_length, straighten_around, straighten_loop};
@@ -13,7 +13,7 @@ pub(super) struct Slit {
     unit: f64,
 }
 
-/// A piece pulled straight: its places on the uncut mesh, and its length before and after.
+/// A straightened piece: its path on the uncut mesh, and its length before and after.
 #[derive(Clone, Debug)]
 pub(super) struct Pulled {
     pub path: Vec<Located>,
@@ -22,8 +22,8 @@ pub(super) struct Pulled {
 }
 
 impl Slit {
-    /// Cuts along the edges that are `closed`. Pieces go no more than up to the vertices `fixed`.
-    /// Lengths are taken in `unit`s.
+    /// Cuts along the `closed` edges. Pieces do not pass the `fixed` vertices. Lengths are measured
+    /// in `unit`s.
     pub fn new(mesh: &TriangleMesh, closed: &[bool], fixed: &[Vertex], unit: f64) -> Result<Slit, MeshError> {
         let mut fans = DisjointSets::new(mesh.halfedge_count());
         let mut at_cut = vec![false; mesh.vertex_count()];
@@ -47,7 +47,7 @@ impl Slit {
         Ok(Slit { mesh: open.with_positions(scaled)?, vertex_parent, is_fixed, unit })
     }
 
-    /// `None` if the piece is straight already, or can not be straightened: `Err` then.
+    /// Straightens a piece; `None` if it is already straight, `Err` if it cannot be straightened.
     pub fn pull(&self, mesh: &TriangleMesh, piece: &Piece, keep_base: bool) -> Result<Option<Pulled>, Stays> {
         let mut path: Vec<Located> = Vec::with_capacity(piece.steps.len() + 1);
         for step in &piece.steps {
@@ -85,6 +85,6 @@ impl Slit {
     }
 }
 
-/// The piece stays on edges.
+/// Error: the piece cannot be straightened and stays on edges.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stays;

@@ -1,5 +1,4 @@
-//! The mesh cut along straightened pieces: what lay on edges and faces carried over, and functions
-//! with given jumps.
+//! The mesh cut along straightened pieces: transfers edge and corner data, and integrates jumps.
 
 use super::pieces::Piece;
 use super::sides::{carried, turned};
@@ -8,13 +7,13 @@ use crate::geometry::face_in;
 use eikona_mesh::{Edge, Face, Halfedge, TriangleMesh, Vertex};
 use std::collections::{BTreeMap, VecDeque};
 
-/// A mesh cut once more.
+/// A mesh before and after the cut.
 pub(super) struct Refined<'a> {
     pub before: &'a TriangleMesh,
     pub cut: &'a Embedded,
 }
 
-/// An edge of a straightened piece, by its halfedge on the higher side, and how high it is.
+/// An edge of a straightened piece: its halfedge on the higher side, and its height.
 pub(super) type Wall = (Halfedge, f64);
 
 impl Refined<'_> {
@@ -22,7 +21,7 @@ impl Refined<'_> {
         &self.cut.mesh
     }
 
-    /// The weights of a corner's vertex in the face that the corner's face was cut from.
+    /// Returns the barycentric coordinates of a vertex in the face that `face` was cut from.
     fn weights(&self, face: Face, v: Vertex) -> [f64; 3] {
         weights_in(
             self.cut.vertex_place[v.index()],
@@ -30,7 +29,7 @@ impl Refined<'_> {
         )
     }
 
-    /// The halfedge before the cut that a halfedge is a part of.
+    /// Returns the halfedge before the cut that contains a halfedge.
     pub fn parent(&self, h: Halfedge) -> Option<Halfedge> {
         let face = h.face();
         let [a, b] = [self.mesh().origin(h), self.mesh().tip(h)].map(|v| self.weights(face, v));
@@ -39,15 +38,15 @@ impl Refined<'_> {
         Some(self.cut.face_parent[face.index()].halfedge(side))
     }
 
-    /// The edge before the cut that an edge is a part of, and whether the first faces of both are
-    /// on the same side.
+    /// Returns the edge before the cut that contains an edge, and whether the first faces of both
+    /// are on the same side.
     fn edge_parent(&self, e: Edge) -> Option<(Edge, bool)> {
         let parent = self.parent(self.mesh().edge_halfedges(e)[0])?;
         let edge = self.before.edge(parent);
         Some((edge, self.before.edge_halfedges(edge)[0] == parent))
     }
 
-    /// Jumps at edges carried over: first face minus second. Edges inside faces have none.
+    /// Transfers jumps at edges: first face minus second. Edges inside faces have none.
     pub fn jumps<T: Copy + Default + std::ops::Neg<Output = T>>(&self, jump: &[T]) -> Vec<T> {
         let of = |e| match self.edge_parent(e) {
             Some((parent, true)) => jump[parent.index()],
@@ -57,7 +56,7 @@ impl Refined<'_> {
         self.mesh().edges().map(of).collect()
     }
 
-    /// Values at corners carried over; corners without value (NaN) have no weight, as in eq. 4.
+    /// Transfers values at corners; corners without a value (NaN) have no weight, as in eq. 4.
     pub fn values(&self, values: &[f64]) -> Vec<f64> {
         let mesh = self.mesh();
         let mut result = Vec::with_capacity(3 * mesh.face_count());
@@ -77,8 +76,8 @@ impl Refined<'_> {
         result
     }
 
-    /// The edges of a straightened piece with their higher sides, which start from that of the
-    /// piece before. `None` if the sides can not be told.
+    /// Returns the edges of a straightened piece with their higher sides, transported from that of
+    /// the original piece. `None` if the sides cannot be determined.
     pub fn walls(&self, piece: &Piece, walk: &[Vertex]) -> Option<Vec<Wall>> {
         let mesh = self.mesh();
         let mut walls: Vec<Wall> = Vec::with_capacity(walk.len());
@@ -87,7 +86,7 @@ impl Refined<'_> {
             let high = match walls.last() {
                 Some(&(high, _)) => carried(mesh, ends[0], high, edge)?,
                 None if piece.is_loop && !walk.first().is_some_and(|v| self.starts_at(piece, *v)) => {
-                    // Faces have one orientation here, and left stays left.
+                    // Faces are consistently oriented here, and left stays left.
                     let step = piece.steps.first()?;
                     let on_left = step.forward == (step.along == step.high);
                     let runs_along = |h: &&Halfedge| (mesh.origin(**h) == ends[0]) == on_left;
@@ -104,7 +103,7 @@ impl Refined<'_> {
         piece.steps.first().is_some_and(|s| s.ends(self.before)[0] == v)
     }
 
-    /// The halfedge at the piece's first vertex that is a part of the higher side of its first
+    /// Returns the halfedge at the piece's first vertex that lies on the higher side of its first
     /// step.
     fn first_high(&self, piece: &Piece, v: Vertex) -> Option<Halfedge> {
         let high = piece.steps.first()?.high;
@@ -122,9 +121,9 @@ impl Refined<'_> {
         }
     }
 
-    /// The function on faces with these jumps, constant elsewhere. Of its constants, one per
-    /// connected component, each is the one for which the largest area keeps its value `before`.
-    /// `None` if there is no such function.
+    /// Integrates jumps to a function that is constant on faces. Its constant on each connected
+    /// component keeps the value `before` on the largest area. `None` if the jumps are not
+    /// integrable.
     pub fn function(&self, jump: &[f64], before: impl Fn(Face) -> f64, unit: f64) -> Option<Vec<f64>> {
         let mesh = self.mesh();
         let mut value = vec![f64::NAN; mesh.face_count()];

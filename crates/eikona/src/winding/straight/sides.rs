@@ -1,9 +1,8 @@
-//! Which side of a path is which, carried around vertices: works on any surface, whatever the
-//! orientation of its faces.
+//! Transports the sides of a path around vertices, independently of the orientation of faces.
 
 use eikona_mesh::{Edge, Halfedge, Neighbour, TriangleMesh, Vertex};
 
-/// The halfedge of the other face at an edge of two faces.
+/// Returns the halfedge of the other face at an edge of two faces.
 pub(super) fn other_side(mesh: &TriangleMesh, h: Halfedge) -> Option<Halfedge> {
     match mesh.neighbour(h) {
         Neighbour::Twin(other) => Some(other),
@@ -11,8 +10,9 @@ pub(super) fn other_side(mesh: &TriangleMesh, h: Halfedge) -> Option<Halfedge> {
     }
 }
 
-/// Turns about a vertex, away from the edge of `from` through its face, until a face has the edge
-/// `to`: the halfedge of that face. `None` where the faces end first, or an edge is not `passable`.
+/// Turns about a vertex, away from the edge of `from` through its face, up to the edge `to`, and
+/// returns the halfedge of the face that reaches it. `None` if the faces end first, or an edge is
+/// not `passable`.
 pub(super) fn swept(
     mesh: &TriangleMesh,
     v: Vertex,
@@ -35,14 +35,15 @@ pub(super) fn swept(
     None
 }
 
-/// The side `high` of a path that arrives at a vertex, at the edge by which it leaves.
+/// Transports the side `high` of a path that arrives at a vertex to the edge by which it leaves.
 pub(super) fn carried(mesh: &TriangleMesh, v: Vertex, high: Halfedge, to: Edge) -> Option<Halfedge> {
     let through_low =
         || swept(mesh, v, other_side(mesh, high)?, to, |_| true).and_then(|low| other_side(mesh, low));
     swept(mesh, v, high, to, |_| true).or_else(through_low)
 }
 
-/// The side `high` of a path that leaves a vertex, at another edge by which it is to leave instead.
+/// Transports the side `high` of a path that leaves a vertex to another edge by which it leaves
+/// instead.
 pub(super) fn turned(mesh: &TriangleMesh, v: Vertex, high: Halfedge, to: Edge) -> Option<Halfedge> {
     if mesh.edge(high) == to {
         return Some(high);
