@@ -93,8 +93,8 @@ fn check(w: &Winding, full: bool, on_edges: bool) {
             assert!(jump.is_nan() || off < 1e-6 * most, "{e} at {v}: {jump}, not {}", w.bounding_jump(e));
         }
     }
-    let told = w.parts.iter().flatten().filter(|part| **part != Part::LeftOut).count();
-    assert_eq!(w.bounding_part().segment_count() + w.nonbounding_part().segment_count(), told);
+    let assigned = w.parts.iter().flatten().filter(|part| **part != Part::LeftOut).count();
+    assert_eq!(w.bounding_part().segment_count() + w.nonbounding_part().segment_count(), assigned);
     for round in w.bounding_loops.iter().chain(&w.nonbounding_loops) {
         assert!(round.vertices.windows(2).all(|v| w.mesh.find_edge(v[0], v[1]).is_some()));
     }

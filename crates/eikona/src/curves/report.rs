@@ -1,5 +1,5 @@
 //! Checks of a set of curves before use: lengths, gaps, crossings, doubled pieces, segments across
-//! faces, closed curves without two sides.
+//! faces, one-sided closed curves.
 
 use super::meeting::{self, Hosted};
 use super::nearest_end::nearest_others;

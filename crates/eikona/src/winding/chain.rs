@@ -69,9 +69,9 @@ impl Chain {
             chain.jump[edge.index()] += jump;
             steps.push(step(jump));
         }
-        if let Some(edge) = mesh.edges().find(|e| chain.jump[e.index()].abs() > MOST_COPIES) {
+        if let Some(edge) = mesh.edges().find(|e| chain.jump[e.index()].abs() > MAX_COPIES) {
             let vertices = mesh.edge_vertices(edge);
-            return Err(WindingError::Multiplicity { edge, vertices, most: MOST_COPIES });
+            return Err(WindingError::Multiplicity { edge, vertices, most: MAX_COPIES });
         }
         let mut touched: Vec<Edge> = steps.iter().filter(|s| s.jump != 0).map(|s| s.edge).collect();
         touched.sort_unstable();
@@ -92,4 +92,4 @@ pub(crate) fn along_edge(segment: &Segment) -> Option<(Edge, bool)> {
 
 /// Largest accepted multiplicity of an edge: labels are small integers, and more is a mistake in
 /// the input.
-const MOST_COPIES: i32 = 1_000_000;
+const MAX_COPIES: i32 = 1_000_000;

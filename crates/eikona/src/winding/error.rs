@@ -127,10 +127,10 @@ impl WindingError {
 
 /// Lists edges in words, at most three of them.
 fn named(edges: &[[Vertex; 2]]) -> String {
-    const MOST: usize = 3;
+    const MAX_NAMED: usize = 3;
     let few: Vec<String> =
-        edges.iter().take(MOST).map(|[a, b]| format!("vertex {} to {}", a.index(), b.index())).collect();
-    match edges.len().saturating_sub(MOST) {
+        edges.iter().take(MAX_NAMED).map(|[a, b]| format!("vertex {} to {}", a.index(), b.index())).collect();
+    match edges.len().saturating_sub(MAX_NAMED) {
         0 => few.join(", "),
         more => format!("{} and {more} more", few.join(", ")),
     }

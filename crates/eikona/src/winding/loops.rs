@@ -86,23 +86,23 @@ fn walk(mesh: &TriangleMesh, left: &[f64], nothing: f64, first: Edge, place: &mu
         }
     }
     // Going backwards reverses every step.
-    let turned = |s: &Step| Step { forward: !s.forward, ..*s };
+    let reversed = |s: &Step| Step { forward: !s.forward, ..*s };
     let before =
-        |behind: &[Step]| next_step(mesh, left, nothing, *behind.last().unwrap_or(&turned(&ahead[0])));
+        |behind: &[Step]| next_step(mesh, left, nothing, *behind.last().unwrap_or(&reversed(&ahead[0])));
     while let (None, Some(step)) = (&meeting, before(&behind)) {
         let at = &mut place[mesh.edge(step.high).index()];
         if *at == NONE {
             behind.push(step);
             *at = -(behind.len() as i32);
         } else if *at < 0 {
-            meeting = Some(behind[(-1 - *at) as usize..].iter().rev().map(turned).collect());
+            meeting = Some(behind[(-1 - *at) as usize..].iter().rev().map(reversed).collect());
         } else {
-            let to_first = behind.iter().rev().map(turned);
+            let to_first = behind.iter().rev().map(reversed);
             meeting = Some(to_first.chain(ahead[..=*at as usize].iter().copied()).collect());
         }
     }
     ahead.iter().chain(&behind).for_each(|s| place[mesh.edge(s.high).index()] = NONE);
-    meeting.unwrap_or_else(|| behind.iter().rev().map(turned).chain(ahead).collect())
+    meeting.unwrap_or_else(|| behind.iter().rev().map(reversed).chain(ahead).collect())
 }
 
 /// Returns the next edge around the vertex at the end of a step, starting from the step's higher

@@ -56,7 +56,7 @@ pub(crate) fn nonbounding_part(
             },
         });
     }
-    let (solution, attempts, freed) = minimise_with_limits(mesh.face_count(), &mut terms, MOST_REPAIRS)
+    let (solution, attempts, freed) = minimise_with_limits(mesh.face_count(), &mut terms, MAX_REPAIRS)
         .map_err(|fault| WindingError::of_program(fault, mesh, &edges))?;
     let mut jump = vec![0.0; mesh.edge_count()];
     for (&e, &t) in edges.iter().zip(&solution.jumps) {
@@ -79,7 +79,7 @@ pub(crate) fn nonbounding_part(
 
 /// Rounds of raising contradictory limits before dropping them for whole components. Adjacent rings
 /// take 3 attempts; 10 000 faces with limits on all edges take up to 70.
-const MOST_REPAIRS: usize = 50;
+const MAX_REPAIRS: usize = 50;
 
 /// Minimises jumps, relaxes infeasible limits, and returns the number of attempts and the relaxed
 /// terms.
@@ -218,7 +218,7 @@ mod tests {
     fn limits_are_raised_and_finally_dropped_in_the_affected_components() {
         let (faces, terms) = pairs_of_rings(6);
         let mut raised = terms.clone();
-        let (solution, attempts, freed) = minimise_with_limits(faces, &mut raised, MOST_REPAIRS).unwrap();
+        let (solution, attempts, freed) = minimise_with_limits(faces, &mut raised, MAX_REPAIRS).unwrap();
         assert_eq!((attempts, freed.len()), (2, 3 * 3));
         // Three rings jump by 5.
         assert!((solution.objective - 3.0 * 5.0).abs() < 1e-9);
@@ -245,7 +245,7 @@ mod tests {
         let (faces, mut terms) = pairs_of_rings(6);
         let first = minimise_jumps(faces, &terms, &JumpOptions::default()).unwrap_err();
         let FlowError::Infeasible { work: before, .. } = first else { panic!("{first}") };
-        let (solution, ..) = minimise_with_limits(faces, &mut terms, MOST_REPAIRS).unwrap();
+        let (solution, ..) = minimise_with_limits(faces, &mut terms, MAX_REPAIRS).unwrap();
         let last = minimise_jumps(faces, &terms, &JumpOptions::default()).unwrap();
         assert_eq!(solution.statistics.work, before + last.statistics.work);
     }

@@ -33,21 +33,24 @@ impl Operators {
     /// Factors the Laplacian without the excluded vertices.
     pub fn factor(&self, mesh: &TriangleMesh, excluded: &[bool]) -> Result<Cholesky<f64>, NumericError> {
         let analyse = || JumpLaplacian::new(&self.triangulation, mesh.positions());
-        made_once(&self.laplace, analyse)?.factor(&self.triangulation, excluded)
+        get_or_try_init(&self.laplace, analyse)?.factor(&self.triangulation, excluded)
     }
 
     /// Returns the Laplacian of all vertices, factored once.
     pub fn whole_factor(&self, mesh: &TriangleMesh) -> Result<&Cholesky<f64>, NumericError> {
-        made_once(&self.whole, || self.factor(mesh, &vec![false; mesh.vertex_count()]))
+        get_or_try_init(&self.whole, || self.factor(mesh, &vec![false; mesh.vertex_count()]))
     }
 
     /// Returns the Hodge system, factored once.
     pub fn hodge(&self, mesh: &TriangleMesh) -> Result<&Hodge, NumericError> {
-        made_once(&self.hodge, || Hodge::new(mesh, &self.triangulation))
+        get_or_try_init(&self.hodge, || Hodge::new(mesh, &self.triangulation))
     }
 }
 
-pub(crate) fn made_once<T, E>(cell: &OnceLock<T>, make: impl FnOnce() -> Result<T, E>) -> Result<&T, E> {
+pub(crate) fn get_or_try_init<T, E>(
+    cell: &OnceLock<T>,
+    make: impl FnOnce() -> Result<T, E>,
+) -> Result<&T, E> {
     if let Some(made) = cell.get() {
         return Ok(made);
     }

@@ -27,7 +27,7 @@ pub const MOST_STRETCHES: usize = 32;
 
 /// Largest number of stretches that [`Diagnosis::Always`](super::Diagnosis::Always) checks: every
 /// pair is compared.
-pub(super) const MOST_AT_ALL: usize = 2000;
+pub(super) const MAX_CHECKED: usize = 2000;
 
 /// A stretch is reversed if its contribution to the energy of the others exceeds this share of its
 /// own energy.
@@ -52,8 +52,8 @@ pub struct Orientation {
 }
 
 impl Orientation {
-    /// Returns the input curves with the segments that look reversed reversed. A curve that looks
-    /// reversed only in part is split.
+    /// Returns the input curves with the suspect segments reversed. A curve that looks reversed in
+    /// part only is split.
     ///
     /// ```
     /// use eikona::mesh::{Curve, SurfaceCurves, Vertex, shapes};
@@ -303,7 +303,7 @@ impl Stretches {
         for (p, stretch) in self.of.iter().enumerate() {
             let third = stretch.len() / 3;
             let middle = &stretch[third..stretch.len() - third];
-            let few = middle.iter().step_by(middle.len().div_ceil(MOST_POINTS).max(1));
+            let few = middle.iter().step_by(middle.len().div_ceil(MAX_POINTS).max(1));
             let few: Vec<[f64; 3]> = few.map(|step| position(step.ends[0])).collect();
             for q in (0..self.count()).filter(|&q| q != p) {
                 let near = |a: &[f64; 3]| points[q].iter().any(|b| distance(*a, *b) < 0.25 * lengths[p]);
@@ -317,7 +317,7 @@ impl Stretches {
 }
 
 /// Number of points of a stretch tested for running alongside another.
-const MOST_POINTS: usize = 16;
+const MAX_POINTS: usize = 16;
 
 struct Interaction {
     /// The energy contributed by each pair of stretches.
@@ -354,15 +354,15 @@ fn reverse_the_shorter_parts(groups: &[usize], lengths: &[f64], sign: &mut [f64]
 /// stretches that run alongside each other.
 fn restore_what_saves_nothing(groups: &[usize], whole: &[Vec<f64>], sign: &mut [f64]) {
     for g in 0..groups.len() {
-        let is_turned = |p: usize, sign: &[f64]| groups[p] == g && sign[p] < 0.0;
-        let turned: Vec<usize> = (0..sign.len()).filter(|&p| is_turned(p, sign)).collect();
-        let others = (0..sign.len()).filter(|&q| !is_turned(q, sign));
+        let is_reversed = |p: usize, sign: &[f64]| groups[p] == g && sign[p] < 0.0;
+        let reversed: Vec<usize> = (0..sign.len()).filter(|&p| is_reversed(p, sign)).collect();
+        let others = (0..sign.len()).filter(|&q| !is_reversed(q, sign));
         let between: f64 = others
-            .flat_map(|q| turned.iter().map(move |&p| (p, q)))
+            .flat_map(|q| reversed.iter().map(move |&p| (p, q)))
             .map(|(p, q)| sign[p] * sign[q] * (whole[p][q] + whole[q][p]))
             .sum();
         if between >= 0.0 {
-            turned.into_iter().for_each(|p| sign[p] = 1.0);
+            reversed.into_iter().for_each(|p| sign[p] = 1.0);
         }
     }
 }

@@ -72,7 +72,7 @@ pub struct Winding {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parents {
     /// Per input face, whether its orientation was flipped; empty if none was.
-    pub turned: Vec<bool>,
+    pub flipped: Vec<bool>,
     /// The mesh before it was cut, and the place of each vertex on it.
     pub cut: Option<(TriangleMesh, Vec<SurfacePoint>)>,
     /// Whether the label at a point is that of its face rather than its rounded value.
@@ -113,8 +113,8 @@ pub struct CompletionReport {
     /// Number of straightened pieces. The others are single edges, are already straight, or stay on
     /// edges.
     pub straightened: usize,
-    /// Number of pieces that stay on edges, because they would cross other parts of the completed
-    /// curve or vanish.
+    /// Number of pieces that could not be straightened: their paths would cross other parts of the
+    /// completed curve, vanish, or take in regions whose label is certain.
     pub kept: usize,
     /// Total length of the straightened pieces along edges, in the unit of the mesh.
     pub length_before: f64,
@@ -139,7 +139,7 @@ pub struct ProgramReport {
     /// Value, bound and gap of the program with increased lengths, computed from the solution
     /// alone. Its value is at most 1e-4 (relative) larger than the objective.
     pub certificate: Certificate,
-    /// Method and work, summed over all attempts.
+    /// Method and work; the work is summed over all attempts.
     pub statistics: JumpStatistics,
     /// Number of attempts: one, plus one each time limits were raised or dropped.
     pub attempts: usize,
@@ -218,7 +218,7 @@ impl Winding {
     /// Returns the face of [`mesh`](Winding::mesh) that contains a point of an input face, with the
     /// point's barycentric coordinates in it.
     fn piece_at(&self, face: Face, mut weights: [f64; 3]) -> (Face, [f64; 3]) {
-        if self.parents.turned.get(face.index()) == Some(&true) {
+        if self.parents.flipped.get(face.index()) == Some(&true) {
             weights.swap(1, 2);
         }
         let Some((uncut, places)) = &self.parents.cut else { return (face, weights) };

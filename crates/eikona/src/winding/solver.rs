@@ -13,7 +13,7 @@ use crate::winding::notes::{
     Names, note_chain, note_freed, note_not_fans, note_uncertain, note_without_value,
 };
 use crate::winding::options::{CompletionShape, Diagnosis, EPSILONS, Reference, WindingOptions};
-use crate::winding::orientation::{MOST_AT_ALL, MOST_STRETCHES, Orientation, Stretches, changed_area};
+use crate::winding::orientation::{MAX_CHECKED, MOST_STRETCHES, Orientation, Stretches, changed_area};
 use crate::winding::solution::{Parents, Winding, WindingReport};
 use crate::winding::steps::{Found, solve_chain};
 use crate::winding::surface::Surface;
@@ -32,7 +32,7 @@ use eikona_mesh::{Curve, CurveKind, Face, Segment, SurfaceCurves, TriangleMesh};
 pub struct Solver {
     surface: Surface,
     /// Whether each face was flipped; empty if none was.
-    turned: Vec<bool>,
+    flipped: Vec<bool>,
     warnings: Vec<String>,
 }
 
@@ -53,12 +53,12 @@ impl Solver {
             let edges = counted(cuts, "edge has", "edges have");
             warnings.push(format!("{edges} three or more faces; the surface is treated as cut open there"));
         }
-        let mut turned: Vec<bool> =
+        let mut flipped: Vec<bool> =
             mesh.faces().map(|f| mesh.face_vertices(f) != oriented.face_vertices(f)).collect();
-        if !turned.contains(&true) {
-            turned = Vec::new();
+        if !flipped.contains(&true) {
+            flipped = Vec::new();
         }
-        Ok(Solver { surface: Surface::new(oriented), turned, warnings })
+        Ok(Solver { surface: Surface::new(oriented), flipped, warnings })
     }
 
     /// Returns the mesh that curves refer to: the input, with faces flipped to a consistent
@@ -94,10 +94,10 @@ impl Solver {
         if segments.iter().all(|s| along_edge(s).is_some()) {
             let walks = walks(curves, &segments);
             if !options.split_short || parts_of_short_edges(&self.surface.mesh, &walks).is_empty() {
-                let told = (Names::default(), self.warnings.clone());
+                let context = (Names::default(), self.warnings.clone());
                 let mut winding =
-                    solve_along_edges(&self.surface, curves, &segments, walks, options, told, phases)?;
-                winding.parents = Parents { turned: self.turned.clone(), ..Parents::default() };
+                    solve_along_edges(&self.surface, curves, &segments, walks, options, context, phases)?;
+                winding.parents = Parents { flipped: self.flipped.clone(), ..Parents::default() };
                 return Ok(finished(&self.surface, winding, options));
             }
         }
@@ -131,11 +131,11 @@ impl Solver {
         };
         let along = SurfaceCurves { curves: walks.iter().map(curve).collect(), points: Vec::new() };
         let segments = segments_of(&mesh, &walks);
-        let told = (Names(Some((&vertex_place, &face_parent))), self.warnings.clone());
-        let mut winding = solve_along_edges(&cut, &along, &segments, walks, &options, told, phases)?;
+        let context = (Names(Some((&vertex_place, &face_parent))), self.warnings.clone());
+        let mut winding = solve_along_edges(&cut, &along, &segments, walks, &options, context, phases)?;
         winding.face_parent = face_parent;
         winding.parents = Parents {
-            turned: self.turned.clone(),
+            flipped: self.flipped.clone(),
             cut: Some((self.surface.mesh.clone(), vertex_place)),
             ..Parents::default()
         };
@@ -253,9 +253,9 @@ fn orientation(
     match options.diagnosis {
         Diagnosis::Never => return None,
         Diagnosis::Automatic if stretches.count() > MOST_STRETCHES => return None,
-        Diagnosis::Always if stretches.count() > MOST_AT_ALL => {
+        Diagnosis::Always if stretches.count() > MAX_CHECKED => {
             let count = stretches.count();
-            warnings.push(format!("the orientation of the curve was not checked: it has {count} stretches, more than the {MOST_AT_ALL} that can be compared"));
+            warnings.push(format!("the orientation of the curve was not checked: it has {count} stretches, more than the {MAX_CHECKED} that can be compared"));
             return None;
         }
         Diagnosis::Automatic | Diagnosis::Always => {}

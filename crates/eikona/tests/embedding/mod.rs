@@ -102,9 +102,9 @@ pub fn check(name: &str, input: &TriangleMesh, curves: &SurfaceCurves, cut: &Emb
             let piece = Face(piece as u32);
             let of_piece = normal(mesh, piece);
             sum += norm(of_piece);
-            let wound = dot(of_piece, of_parent) / area.max(f64::MIN_POSITIVE);
+            let signed = dot(of_piece, of_parent) / area.max(f64::MIN_POSITIVE);
             assert!(
-                wound >= -1e-14 * side * size || area < 1e-8 * side * side,
+                signed >= -1e-14 * side * size || area < 1e-8 * side * side,
                 "{name}: {piece} of {parent}"
             );
         }

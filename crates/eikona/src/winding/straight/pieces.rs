@@ -1,6 +1,6 @@
 //! Decomposes closed jumps off the curve into pieces between fixed vertices.
 
-use super::sides::{carried, other_side, swept};
+use super::sides::{other_side, swept, transported};
 use eikona_mesh::{Edge, Halfedge, TriangleMesh, Vertex};
 use std::collections::BTreeMap;
 
@@ -102,7 +102,7 @@ impl Jumps<'_> {
         let high = self.high(e);
         let heights = [here, e].map(|e| self.jump[e.index()].abs());
         let same_height = (heights[0] - heights[1]).abs() <= 1e-6 * heights[0];
-        (same_height && carried(mesh, v, step.high, e) == Some(high)).then(|| Step {
+        (same_height && transported(mesh, v, step.high, e) == Some(high)).then(|| Step {
             along: high,
             forward: mesh.origin(high) == v,
             high,

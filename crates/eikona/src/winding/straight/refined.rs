@@ -1,7 +1,7 @@
 //! The mesh cut along straightened pieces: transfers edge and corner data, and integrates jumps.
 
 use super::pieces::Piece;
-use super::sides::{carried, turned};
+use super::sides::{redirected, transported};
 use crate::cut::{Embedded, weights_in};
 use crate::geometry::face_in;
 use eikona_mesh::{Edge, Face, Halfedge, TriangleMesh, Vertex};
@@ -84,7 +84,7 @@ impl Refined<'_> {
         for ends in walk.windows(2) {
             let edge = mesh.find_edge(ends[0], ends[1])?;
             let high = match walls.last() {
-                Some(&(high, _)) => carried(mesh, ends[0], high, edge)?,
+                Some(&(high, _)) => transported(mesh, ends[0], high, edge)?,
                 None if piece.is_loop && !walk.first().is_some_and(|v| self.starts_at(piece, *v)) => {
                     // Faces are consistently oriented here, and left stays left.
                     let step = piece.steps.first()?;
@@ -92,7 +92,7 @@ impl Refined<'_> {
                     let runs_along = |h: &&Halfedge| (mesh.origin(**h) == ends[0]) == on_left;
                     *mesh.edge_halfedges(edge).iter().find(runs_along)?
                 }
-                None => turned(mesh, ends[0], self.first_high(piece, ends[0])?, edge)?,
+                None => redirected(mesh, ends[0], self.first_high(piece, ends[0])?, edge)?,
             };
             walls.push((high, piece.height));
         }

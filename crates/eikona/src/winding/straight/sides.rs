@@ -36,7 +36,7 @@ pub(super) fn swept(
 }
 
 /// Transports the side `high` of a path that arrives at a vertex to the edge by which it leaves.
-pub(super) fn carried(mesh: &TriangleMesh, v: Vertex, high: Halfedge, to: Edge) -> Option<Halfedge> {
+pub(super) fn transported(mesh: &TriangleMesh, v: Vertex, high: Halfedge, to: Edge) -> Option<Halfedge> {
     let through_low =
         || swept(mesh, v, other_side(mesh, high)?, to, |_| true).and_then(|low| other_side(mesh, low));
     swept(mesh, v, high, to, |_| true).or_else(through_low)
@@ -44,7 +44,7 @@ pub(super) fn carried(mesh: &TriangleMesh, v: Vertex, high: Halfedge, to: Edge) 
 
 /// Transports the side `high` of a path that leaves a vertex to another edge by which it leaves
 /// instead.
-pub(super) fn turned(mesh: &TriangleMesh, v: Vertex, high: Halfedge, to: Edge) -> Option<Halfedge> {
+pub(super) fn redirected(mesh: &TriangleMesh, v: Vertex, high: Halfedge, to: Edge) -> Option<Halfedge> {
     if mesh.edge(high) == to {
         return Some(high);
     }
