@@ -229,11 +229,11 @@ fn solve(
     let winding = session.unmeasured("solve", || surface_winding_number(&input.mesh, curves, &options))?;
     let report = &winding.report;
     if let (Some(path), None) = (&arguments.outputs.suggested, &report.orientation) {
-        let mut reasons = report.warnings.iter().filter(|w| w.starts_with("the orientation"));
+        let reason = report.orientation_unchecked.as_ref();
         return Err(Failure::Failed(format!(
             "{}: cannot suggest a curve{}; leave --suggested out",
             path.display(),
-            reasons.next().map_or(String::new(), |reason| format!(": {reason}"))
+            reason.map_or(String::new(), |reason| format!(": {reason}"))
         )));
     }
     session.report.phases_of("solve", &report.phases);

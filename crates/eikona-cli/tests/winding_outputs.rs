@@ -405,6 +405,6 @@ fn a_missing_suggestion_is_a_failure() {
         }
     }
     folder.write("pieces.obj", &text);
-    let words = ["better.json", "it has 2601 stretches, at most 2000", "leave --suggested out"];
+    let words = ["better.json", "it has 2601 stretches, more than the 2000", "leave --suggested out"];
     folder.refused("winding pieces.obj --keep-short -o o.ply --suggested better.json", 1, &words);
 }

@@ -100,6 +100,8 @@ pub struct WindingReport {
     pub completion: Option<CompletionReport>,
     /// Stretches of the curve that look reversed, if the orientation was checked.
     pub orientation: Option<Orientation>,
+    /// Why the orientation was not checked, if [`Diagnosis`](super::Diagnosis) asked for it.
+    pub orientation_unchecked: Option<String>,
     /// User-facing warnings.
     pub warnings: Vec<String>,
 }

@@ -197,6 +197,13 @@ fn solve_along_edges(
     note_without_value(&found.islands, names, &mut warnings);
 
     let orientation = orientation(surface, &chain, &steps, &walks, &found, options, &mut warnings);
+    let (orientation, orientation_unchecked) = match orientation {
+        Ok(orientation) => (orientation, None),
+        Err(reason) => {
+            warnings.push(format!("the orientation of the curve was not checked: {reason}"));
+            (None, Some(reason))
+        }
+    };
     phases.end("orientation");
     let parts = by_curve(walks.len(), &steps, &parts_of(&steps, &chain.jump, &found.nonbounding));
     let label = &found.labels.label;
@@ -234,12 +241,14 @@ fn solve_along_edges(
             uncertain_area: 0.0,
             completion: None,
             orientation,
+            orientation_unchecked,
             warnings,
         },
     })
 }
 
-/// Finds stretches of the curve that look reversed, and the effect of reversing them.
+/// Finds stretches of the curve that look reversed, and the effect of reversing them. Fails with the
+/// reason if they can not be compared.
 fn orientation(
     surface: &Surface,
     chain: &Chain,
@@ -248,15 +257,16 @@ fn orientation(
     found: &Found,
     options: &WindingOptions,
     warnings: &mut Vec<String>,
-) -> Option<Orientation> {
+) -> Result<Option<Orientation>, String> {
     let stretches = Stretches::of(steps);
     match options.diagnosis {
-        Diagnosis::Never => return None,
-        Diagnosis::Automatic if stretches.count() > MOST_STRETCHES => return None,
+        Diagnosis::Never => return Ok(None),
+        Diagnosis::Automatic if stretches.count() > MOST_STRETCHES => return Ok(None),
         Diagnosis::Always if stretches.count() > MAX_CHECKED => {
             let count = stretches.count();
-            warnings.push(format!("the orientation of the curve was not checked: it has {count} stretches, more than the {MAX_CHECKED} that can be compared"));
-            return None;
+            return Err(format!(
+                "it has {count} stretches, more than the {MAX_CHECKED} that can be compared"
+            ));
         }
         Diagnosis::Automatic | Diagnosis::Always => {}
     }
@@ -271,13 +281,10 @@ fn orientation(
                     other.map(|other| changed_area(&surface.triangles, label, &other.labels.label));
                 warnings.push(orientation.sentence());
             }
-            Some(orientation)
+            Ok(Some(orientation))
         }
         // The result is valid without the check.
-        Err(fault) => {
-            warnings.push(format!("the orientation of the curve was not checked: {fault}"));
-            None
-        }
+        Err(fault) => Err(fault.to_string()),
     }
 }
 
