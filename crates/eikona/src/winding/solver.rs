@@ -247,8 +247,8 @@ fn solve_along_edges(
     })
 }
 
-/// Finds stretches of the curve that look reversed, and the effect of reversing them. Fails with the
-/// reason if they can not be compared.
+/// Finds stretches of the curve that look reversed, and the effect of reversing them. Fails with
+/// the reason if they can not be compared.
 fn orientation(
     surface: &Surface,
     chain: &Chain,
