@@ -39,7 +39,7 @@ pub struct LevelSet {
 /// let mesh = TriangleMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], vec![[0, 1, 2]])?;
 /// let x = vec![0.0, 1.0, 0.0].into();
 /// let points = polylines(&mesh, &isolines(&mesh, &x, &[0.25])?[0].curves)?;
-/// Upwards, so that smaller values are on the left.
+/// // Upwards, so that smaller values are on the left.
 /// assert_eq!(points, [[[0.25, 0.0, 0.0], [0.25, 0.75, 0.0]]]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -48,7 +48,7 @@ use triangulation::{ONE, Point};
 /// use eikona_mesh::{Curve, SurfaceCurves, SurfacePoint, TriangleMesh};
 /// let corners = vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 /// let mesh = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;
-/// Across the lower triangle, from the midpoint of its first side to that of the diagonal.
+/// // Across the lower triangle, from the midpoint of its first side to that of the diagonal.
 /// let middle = |vertices| SurfacePoint::Edge { vertices, t: 0.5 };
 /// let curve = Curve::signed([[0, 1], [2, 0]].map(middle));
 /// let cut = embed_curves(&mesh, &SurfaceCurves::from_curve(curve))?;
