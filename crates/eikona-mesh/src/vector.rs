@@ -18,7 +18,7 @@ pub fn sub(a: Vec3, b: Vec3) -> Vec3 {
 pub fn scale(a: Vec3, s: f64) -> Vec3 {
     [s * a[0], s * a[1], s * a[2]]
 }
-/// Returns the scalar product.
+/// Returns the dot product.
 #[inline]
 pub fn dot(a: Vec3, b: Vec3) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -38,12 +38,12 @@ pub fn norm(a: Vec3) -> f64 {
 pub fn distance(a: Vec3, b: Vec3) -> f64 {
     norm(sub(a, b))
 }
-/// Interpolates linearly from `a` (t = 0) to `b` (t = 1).
+/// Returns `(1 - t) a + t b`.
 #[inline]
 pub fn lerp(a: Vec3, b: Vec3, t: f64) -> Vec3 {
     [0, 1, 2].map(|k| (1.0 - t) * a[k] + t * b[k])
 }
-/// Returns the vector of length 1 in the direction of `a`; `None` if `a` is zero or not finite.
+/// Returns the unit vector in the direction of `a`; `None` if `a` is zero or not finite.
 ///
 /// ```
 /// use eikona_mesh::vector::normalize;
@@ -60,12 +60,12 @@ pub fn normalize(a: Vec3) -> Option<Vec3> {
     let length = norm(b);
     length.is_finite().then(|| b.map(|x| x / length))
 }
-/// Returns the vector of length 1 in the direction of `a`; zero if `a` is zero or not finite.
+/// Returns the unit vector in the direction of `a`; zero if `a` is zero or not finite.
 pub fn unit(a: Vec3) -> Vec3 {
     normalize(a).unwrap_or_default()
 }
 /// Returns the angle between two vectors, in [0, pi]; 0 if one of them is zero. Accurate to
-/// rounding near 0 and pi, too.
+/// rounding also near 0 and pi.
 pub fn angle(a: Vec3, b: Vec3) -> f64 {
     norm(cross(a, b)).atan2(dot(a, b))
 }

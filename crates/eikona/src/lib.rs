@@ -1,10 +1,10 @@
-//! eikona answers four questions about imperfect geometry: how far and on which side, inside or
-//! outside, which direction, and how a surface can move without touching itself. This version
-//! answers the first two, on triangle meshes: see [`signed_heat`] and [`winding`].
+//! Geometry processing for imperfect input: signed distance along a surface ([`signed_heat`]), and
+//! inside/outside by winding numbers ([`winding`]), from curves with gaps, noise and crossings.
+//! This version works on triangle meshes.
 //!
-//! Meshes, curves and files are those of [`eikona_mesh`], re-exported as [`mesh`]; complex numbers
-//! and sparse systems those of [`eikona_numeric`], re-exported as [`numeric`]. Signs, orientations
-//! and units are defined in `docs/conventions.md`.
+//! Meshes, curves and files come from [`eikona_mesh`], re-exported as [`mesh`]; complex numbers and
+//! sparse systems from [`eikona_numeric`], re-exported as [`numeric`]. `docs/conventions.md` is the
+//! single reference for signs, orientations and units.
 
 pub use eikona_mesh as mesh;
 pub use eikona_numeric as numeric;
@@ -23,7 +23,7 @@ mod wording;
 
 pub use option_name::OptionNameError;
 
-/// The program of the README compiles.
+/// Compiles the program in the README.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;

@@ -1,4 +1,4 @@
-//! How long each part of a computation took.
+//! Timings of the phases of a computation.
 
 use std::time::{Duration, Instant};
 
@@ -7,30 +7,30 @@ use std::time::{Duration, Instant};
 pub struct Phases(pub Vec<(&'static str, Duration)>);
 
 impl Phases {
-    /// Starts the clock.
+    /// Starts timing the first phase.
     pub(crate) fn start() -> Running {
         Running { phases: Phases::default(), since: Instant::now() }
     }
-    /// The time of all phases.
+    /// Total duration of all phases.
     pub fn total(&self) -> Duration {
         self.0.iter().map(|(_, d)| *d).sum()
     }
 }
 
-/// Phases of which the last is still running.
+/// Finished phases and the start of the current one.
 pub(crate) struct Running {
     phases: Phases,
     since: Instant,
 }
 
 impl Running {
-    /// Ends the running phase under this name and starts the next.
+    /// Ends the current phase under this name and starts the next.
     pub fn end(&mut self, name: &'static str) {
         let now = Instant::now();
         self.phases.0.push((name, now - self.since));
         self.since = now;
     }
-    /// All ended phases.
+    /// Returns all finished phases.
     pub fn finish(self) -> Phases {
         self.phases
     }

@@ -294,7 +294,7 @@ fn normals_that_contradict_each_other() {
         let kept = solution.report.kept_normals.clone().unwrap();
         println!("contradictory, coefficient {coefficient}: {kept:?}");
         assert!(solution.distance.as_slice().iter().all(|d| d.is_finite()));
-        let warned = solution.report.warnings.iter().any(|w| w.contains("normals of the source are kept to"));
+        let warned = solution.report.warnings.iter().any(|w| w.contains("preserve_source_normals reached"));
         assert_eq!(warned, kept.residual > kept.tolerance, "{kept:?}");
     }
 }

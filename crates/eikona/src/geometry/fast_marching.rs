@@ -1,4 +1,4 @@
-//! Unsigned distance along a surface from seed vertices, by fast marching.
+//! Fast marching: unsigned distance along a surface from seed vertices.
 
 use super::Triangle;
 use super::triangle::power_of_two_near;
@@ -6,9 +6,11 @@ use eikona_mesh::{TriangleMesh, Vertex};
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
-/// First-order distance at every vertex from seeds given with their starting values; infinite where
-/// no seed reaches. Each vertex is settled once, in order of distance, from the front edges of its
-/// faces (Kimmel and Sethian 1998), or along a mesh edge where the front comes in from outside the
+/// Computes the first-order distance at every vertex from seeds with given starting values;
+/// infinite where no seed reaches.
+///
+/// Each vertex is settled once, in order of distance. Its value comes from the front edges of its
+/// faces (Kimmel and Sethian 1998), or from a mesh edge where the front comes from outside the
 /// face.
 ///
 /// # Cost
@@ -34,7 +36,7 @@ pub fn fast_marching(mesh: &TriangleMesh, triangles: &[Triangle], seeds: &[(Vert
             let t = &triangles[face.index()];
             let corners = mesh.triangles()[face.index()];
             for (i, other) in [((k + 1) % 3, (k + 2) % 3), ((k + 2) % 3, (k + 1) % 3)] {
-                // The candidate is corner i; its second support is the other corner, if that is
+                // Corner i is updated from the settled vertex and from the other corner, if that is
                 // settled.
                 let u = corners[i] as usize;
                 if settled[u] {
@@ -59,10 +61,11 @@ pub fn fast_marching(mesh: &TriangleMesh, triangles: &[Triangle], seeds: &[(Vert
     distance
 }
 
-/// Arrival at the corner between sides `a` and `b` (of angle cosine `cos`) of the straight front
-/// that reaches their other ends at `da` and `db`; `None` if it does not come through the triangle.
+/// Returns the arrival time, at the corner between sides `a` and `b` (with angle cosine `cos`), of
+/// the planar front that reaches their other ends at `da` and `db`; `None` if the front does not
+/// come through the triangle.
 fn plane_front(da: f64, db: f64, a: f64, b: f64, cos: f64) -> Option<f64> {
-    // Products of four lengths are taken below.
+    // Scaled, since products of four lengths follow.
     let unit = power_of_two_near(a.max(b));
     let [da, db, a, b] = [da, db, a, b].map(|x| x / unit);
     // Gradient g with |g| = 1, g.A = d - da, g.B = d - db for the vectors A, B from the ends to the
@@ -91,7 +94,7 @@ fn plane_front(da: f64, db: f64, a: f64, b: f64, cos: f64) -> Option<f64> {
     (coefficients[0] >= 0.0 && coefficients[1] >= 0.0).then_some(d * unit)
 }
 
-/// A vertex waiting to be settled; ties go to the smaller index.
+/// Queued vertex; ties go to the smaller index.
 struct Front {
     distance: f64,
     vertex: u32,

@@ -1,35 +1,35 @@
-//! Intrinsic triangulations of a surface: its faces, or the Delaunay triangulation with the same
-//! vertices (Bobenko and Springborn 2007), with cotangent weights.
+//! Intrinsic triangulations of a surface with cotangent weights: its faces, or the Delaunay
+//! triangulation with the same vertices (Bobenko and Springborn 2007).
 
 use crate::geometry::Triangle;
 use eikona_mesh::{Face, Halfedge, HalfedgeField, TriangleMesh, Vertex};
 use std::collections::VecDeque;
 
-/// Bounds of half the cotangent opposite each halfedge. The Hodge star divides by sums of these
-/// weights, and a Laplacian with negative sums need not be definite. Both operators must have the
-/// same weights: otherwise the derivative of a solution is not co-closed for the Hodge star.
+/// Bounds on half the cotangent opposite each halfedge. The Hodge star divides by sums of these
+/// weights, and a Laplacian with negative sums may be indefinite. Both operators must use the same
+/// weights; otherwise the derivative of a solution is not co-closed for the Hodge star.
 const BOUNDS: (f64, f64) = (1e-3, 1e3);
-/// Bounds of the sum of both weights of a side in a Delaunay triangulation, where it is negative on
-/// the boundary at most. Deviation: the authors' program bounds each weight by itself there, too.
+/// Bounds on the sum of both weights of a side in a Delaunay triangulation, where it is negative at
+/// most on the boundary. Deviation: there, too, the authors' program bounds each weight separately.
 const BOUNDS_OF_SUM: (f64, f64) = (1e-5, 2e3);
 
 /// Triangles glued along their sides. Halfedge `3 f + k` runs from corner `k` of triangle `f` to
-/// the next. The surface is cut open at edges of three or more faces.
+/// the next. The surface is cut along edges of three or more faces.
 #[derive(Clone, Debug)]
 pub(crate) struct IntrinsicTriangulation {
-    /// The vertices of each triangle.
+    /// Vertices of each triangle.
     pub corners: Vec<[Vertex; 3]>,
     /// Half the cotangent opposite each halfedge, within bounds.
     pub weight: HalfedgeField<f64>,
     /// The halfedge of the other triangle at the same side; `None` at the boundary.
     glued: HalfedgeField<Option<Halfedge>>,
-    /// The flips that turn the faces of the mesh into these triangles, in order: pairs of glued
+    /// Flips that turn the faces of the mesh into these triangles, in order, as pairs of glued
     /// halfedges.
     flips: Vec<[Halfedge; 2]>,
 }
 
 impl IntrinsicTriangulation {
-    /// Returns the faces of a mesh.
+    /// Returns the faces of a mesh as a triangulation.
     pub fn of_faces(mesh: &TriangleMesh, triangles: &[Triangle]) -> IntrinsicTriangulation {
         let mut glued = HalfedgeField::constant(mesh.halfedge_count(), None);
         for e in mesh.edges() {
@@ -44,10 +44,11 @@ impl IntrinsicTriangulation {
         IntrinsicTriangulation { corners, weight: weight.into(), glued, flips: Vec::new() }
     }
 
-    /// Returns the intrinsic Delaunay triangulation of the surface with the same vertices. Sides
-    /// are flipped, in the plane into which their two triangles unfold, until opposite angles add
-    /// up to at most 180 degrees. Triangles at the vertices in `keep` stay, and so do sides across
-    /// which the orientation changes, and sides whose flip would join a vertex to itself.
+    /// Returns the intrinsic Delaunay triangulation of the surface with the same vertices.
+    ///
+    /// Sides are flipped in the plane of their two unfolded triangles, until opposite angles sum to
+    /// at most 180 degrees. Triangles at the vertices in `keep` are kept, as are sides across which
+    /// the orientation changes and sides whose flip would connect a vertex to itself.
     ///
     /// # Cost
     /// O(1) per flip; few flips on most meshes.
@@ -55,7 +56,7 @@ impl IntrinsicTriangulation {
         let mut this = IntrinsicTriangulation::of_faces(mesh, triangles);
         let mut triangles = triangles.to_vec();
         let mut waiting: VecDeque<Halfedge> = this.halfedges().collect();
-        // In exact arithmetic the flips end by themselves.
+        // A guard against rounding: in exact arithmetic the flips terminate.
         let mut left = 64 * this.glued.len();
         while let Some(h) = waiting.pop_front() {
             if left == 0 {
@@ -86,7 +87,7 @@ impl IntrinsicTriangulation {
         IntrinsicTriangulation { weight: weight.into(), ..this }
     }
 
-    /// All halfedges.
+    /// Iterates over all halfedges.
     pub fn halfedges(&self) -> impl Iterator<Item = Halfedge> + use<> {
         (0..self.glued.len() as u32).map(Halfedge)
     }
@@ -98,25 +99,25 @@ impl IntrinsicTriangulation {
         self.glued[h].map(|other| (other, self.origin(h) == self.origin(other)))
     }
 
-    /// The vertex at which a halfedge starts.
+    /// Returns the vertex at which a halfedge starts.
     #[inline]
     pub fn origin(&self, h: Halfedge) -> Vertex {
         self.corners[h.face().index()][h.side()]
     }
 
-    /// The vertex at which a halfedge ends.
+    /// Returns the vertex at which a halfedge ends.
     #[inline]
     pub fn tip(&self, h: Halfedge) -> Vertex {
         self.origin(h.next())
     }
 
-    /// The Hodge star of a side: the sum of the weights of its halfedges.
+    /// Returns the Hodge star of a side: the sum of the weights of its halfedges.
     pub fn star(&self, h: Halfedge) -> f64 {
         self.weight[h] + self.other(h).map_or(0.0, |(other, _)| self.weight[other])
     }
 
-    /// Returns the 1-form with this value at the first halfedge of each side. The two halfedges of
-    /// a side get the same digits.
+    /// Returns the 1-form with this value at the first halfedge of each side. Both halfedges of a
+    /// side get exactly the same magnitude.
     pub fn form(&self, value: impl Fn(Halfedge) -> f64) -> Vec<f64> {
         let mut form = vec![0.0; self.glued.len()];
         for h in self.halfedges() {
@@ -129,8 +130,8 @@ impl IntrinsicTriangulation {
         form
     }
 
-    /// Carries a 1-form from the faces of the mesh to these triangles. It must be closed in all
-    /// triangles that were flipped.
+    /// Transfers a 1-form from the faces of the mesh to these triangles. The form must be closed in
+    /// all flipped triangles.
     pub fn form_from_mesh(&self, form: &mut [f64]) {
         for &[a, b] in &self.flips {
             let across = form[b.previous().index()] + form[a.next().index()];
@@ -140,7 +141,7 @@ impl IntrinsicTriangulation {
         }
     }
 
-    /// Undoes [`form_from_mesh`](Self::form_from_mesh).
+    /// Inverts [`form_from_mesh`](Self::form_from_mesh).
     pub fn form_to_mesh(&self, form: &mut [f64]) {
         for &[a, b] in self.flips.iter().rev() {
             turn_quad_back(form, a, b);
@@ -150,7 +151,7 @@ impl IntrinsicTriangulation {
         }
     }
 
-    /// Returns the quad around a side that must be flipped.
+    /// Returns the quad around a side if the side must be flipped.
     fn quad_to_flip(&self, triangles: &[Triangle], a: Halfedge, keep: &[bool]) -> Option<Quad> {
         let (b, same_direction) = self.other(a)?;
         let [i, j, k, l] =
@@ -218,7 +219,7 @@ fn bounded(weight: f64, (low, high): (f64, f64)) -> f64 {
     if weight.is_nan() { 1.0 } else { weight.clamp(low, high) }
 }
 
-/// Moves the values at the four outer sides as the diagonal turns.
+/// Permutes the values at the four outer sides when the diagonal flips.
 fn turn_quad<T: Copy>(values: &mut [T], a: Halfedge, b: Halfedge) {
     let [a1, a2, b1, b2] = [a.next(), a.previous(), b.next(), b.previous()].map(|h| h.index());
     let first = values[a1];
@@ -228,7 +229,7 @@ fn turn_quad<T: Copy>(values: &mut [T], a: Halfedge, b: Halfedge) {
     values[b2] = first;
 }
 
-/// Undoes [`turn_quad`].
+/// Inverts [`turn_quad`].
 fn turn_quad_back<T: Copy>(values: &mut [T], a: Halfedge, b: Halfedge) {
     let [a1, a2, b1, b2] = [a.next(), a.previous(), b.next(), b.previous()].map(|h| h.index());
     let last = values[b2];
@@ -244,13 +245,13 @@ mod tests {
     use crate::geometry::lay_out;
     use eikona_mesh::{damage, shapes};
 
-    fn disturbed() -> TriangleMesh {
+    fn jittered_torus() -> TriangleMesh {
         damage::jitter(&shapes::torus(1.0, 0.4, 24, 12).unwrap(), 0.45, 7).unwrap()
     }
 
     #[test]
-    fn flips_end_with_delaunay_triangles() {
-        let mesh = disturbed();
+    fn flips_give_delaunay_triangles() {
+        let mesh = jittered_torus();
         let triangles = lay_out(&mesh);
         let keep = vec![false; mesh.vertex_count()];
         let delaunay = IntrinsicTriangulation::delaunay(&mesh, &triangles, &keep);
@@ -266,8 +267,8 @@ mod tests {
 
     #[test]
     fn weights_on_delaunay_triangles_are_cotangents() {
-        // A flat disk of long, thin faces that wind outwards. The energy of a coordinate is the
-        // area, if no weight is bounded.
+        // A flat disk of long, thin faces that spiral outwards. If no weight is clamped, the energy
+        // of a coordinate is the area.
         let (rings, around, twist) = (12u32, 72u32, 3u32);
         let number = |k: u32, j: u32| 1 + (k - 1) * around + j % around;
         let mut positions = vec![[0.0; 3]];
@@ -294,8 +295,8 @@ mod tests {
         };
         let delaunay = IntrinsicTriangulation::delaunay(&disk, &triangles, &vec![false; disk.vertex_count()]);
         for axis in 0..2 {
-            // Quads with all corners on a circle have a diagonal of weight 0, which is raised to
-            // the lowest.
+            // Quads with concyclic corners have a diagonal of weight 0, which is raised to the
+            // lower bound.
             let star = |h: Halfedge| delaunay.star(h);
             let diagonals = delaunay.halfedges().filter(|&h| star(h) <= BOUNDS_OF_SUM.0).count();
             let raised = 0.5 * diagonals as f64 * BOUNDS_OF_SUM.0 * 0.2f64.powi(2);
@@ -303,14 +304,14 @@ mod tests {
             assert!(off.abs() <= 1e-9 + raised && raised < 1e-3 * area, "{off} {raised}");
             assert!(
                 energy(&IntrinsicTriangulation::of_faces(&disk, &triangles), axis) > 1.1 * area,
-                "bounded on the faces"
+                "weights are clamped on the faces"
             );
         }
     }
 
     #[test]
-    fn closed_forms_survive_the_way_there_and_back() {
-        let mesh = disturbed();
+    fn closed_forms_survive_the_round_trip() {
+        let mesh = jittered_torus();
         let triangles = lay_out(&mesh);
         let mut keep = vec![false; mesh.vertex_count()];
         keep[5] = true;
@@ -322,7 +323,7 @@ mod tests {
                 .zip(mesh.triangles())
                 .all(|(now, then)| !then.contains(&5) || now.map(|v| v.0) == *then)
         );
-        // The derivative of a function, whose values at new sides are known.
+        // The derivative of a function; its values at new sides are known.
         let height = |v: Vertex| mesh.position(v)[2];
         let plain = IntrinsicTriangulation::of_faces(&mesh, &triangles);
         let derivative = |t: &IntrinsicTriangulation| -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! Lengths, areas, angles: intrinsic first.
+//! Intrinsic geometry of triangles and meshes: lengths, areas, angles, triangulations.
 
 mod fast_marching;
 mod intrinsic;

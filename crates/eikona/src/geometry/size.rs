@@ -1,14 +1,14 @@
-//! Meshes at the ends of the range of doubles, where areas overflow or vanish.
+//! Rescaling of meshes at the ends of the range of doubles, where areas overflow or underflow.
 
 use crate::geometry::triangle::{Triangle, lay_out, power_of_two_near};
 use eikona_mesh::{Face, TriangleMesh};
 
-/// Coordinates from here to the inverse are taken as they are: areas, and products of those, stay
-/// far from the ends of the range.
+/// Coordinates between this and its inverse need no rescaling: areas and their products stay far
+/// from the ends of the range.
 const SMALL: f64 = 1e-60;
 
-/// A power of two that brings the mesh into the middle of the range of doubles when all lengths are
-/// divided by it; 1 if it is there. For methods whose results do not depend on size.
+/// Returns a power of two by which lengths can be divided to bring the mesh into the middle of the
+/// range of doubles; 1 if it is there already. For methods whose results do not depend on size.
 pub(crate) fn unit_of(mesh: &TriangleMesh) -> f64 {
     unit_near(mesh.positions().iter().flatten().fold(0.0f64, |m, x| m.max(x.abs())))
 }
@@ -17,17 +17,17 @@ fn unit_near(largest: f64) -> f64 {
     if (SMALL..=1.0 / SMALL).contains(&largest) { 1.0 } else { power_of_two_near(largest) }
 }
 
-/// The triangles of all faces in such units.
+/// Returns the triangles of all faces in this unit of length.
 pub(crate) fn lay_out_in(mesh: &TriangleMesh, unit: f64) -> Vec<Triangle> {
     if unit == 1.0 { lay_out(mesh) } else { mesh.faces().map(|f| face_in(mesh, f, unit)).collect() }
 }
 
-/// The triangle of a face in such units.
+/// Returns the triangle of a face in this unit of length.
 pub(crate) fn face_in(mesh: &TriangleMesh, face: Face, unit: f64) -> Triangle {
     Triangle::of_corners(mesh.face_positions(face).map(|p| p.map(|x| x / unit)))
 }
 
-/// The shape of a face: its triangle in a unit of its own.
+/// Returns the shape of a face: its triangle in a unit chosen for this face.
 pub(crate) fn shape_of_face(mesh: &TriangleMesh, face: Face) -> Triangle {
     let largest = mesh.face_positions(face).iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
     face_in(mesh, face, unit_near(largest))

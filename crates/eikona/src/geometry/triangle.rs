@@ -1,44 +1,47 @@
-//! One triangle laid out in its own plane: everything intrinsic about it.
+//! Layout of a single triangle in its own plane, from intrinsic data.
 
 use crate::geometry::vector::{cross, distance, dot, norm, sub};
 use eikona_mesh::{Face, TriangleMesh};
 use eikona_numeric::Complex;
 
-/// A triangle in the plane of complex numbers, counter-clockwise: corner 0 at the origin, corner 1
-/// on the positive real axis. It depends on edge lengths only, so it is the same for every way in
-/// which the surface may be bent; where corners are known, they give more digits of it.
+/// Triangle in the complex plane, counter-clockwise, with corner 0 at the origin and corner 1 on
+/// the positive real axis.
 ///
-/// A flat triangle (of a height below 1e-8 of its longest side) is mollified: no side is left
-/// shorter than 1e-7 of the longest, and all are made longer by 1e-14 of it, so that it has angles
-/// while no length changes by more than 1e-7 of the longest side. (After Sharp and Crane 2020,
-/// section 4.5, who use one amount for the whole mesh.)
+/// It depends on edge lengths only, so it is invariant under isometric bending of the surface;
+/// corner positions, if given, only improve the accuracy.
+///
+/// A flat triangle (with a height below 1e-8 of its longest side) is mollified: sides are
+/// lengthened to at least 1e-7 of the longest, then all by 1e-14 of it. The triangle then has
+/// angles, and no length changes by more than 1e-7 of the longest side. (After Sharp and Crane
+/// 2020, section 4.5, who use one amount for the whole mesh.)
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle {
-    /// Length of each side, side `k` from corner `k` to corner `k + 1`.
+    /// Length of each side; side `k` runs from corner `k` to corner `k + 1`.
     pub lengths: [f64; 3],
     /// Cosine and sine of the angle at each corner, as `cos + i sin`.
     pub angles: [Complex; 3],
-    /// The area.
+    /// Area.
     pub area: f64,
-    /// Whether the sides had to be made longer.
+    /// Whether the triangle was mollified: its sides were lengthened.
     pub mollified: bool,
 }
 
-/// Triangles of a smaller height, in units of the longest side, are mollified.
+/// Triangles with a smaller height, relative to the longest side, are mollified.
 const FLAT: f64 = 1e-8;
-/// What the sides of a flat triangle are at least, and what is added to them, in units of the
-/// longest side.
+/// Minimum length of the sides of a flat triangle, and the length then added to each, relative to
+/// the longest side.
 const SHORTEST_SIDE: f64 = 1e-7;
 const SLACK: f64 = 1e-14;
 
 impl Triangle {
-    /// The triangle of a face of a mesh.
+    /// Lays out a face of a mesh.
     pub fn of_face(mesh: &TriangleMesh, face: Face) -> Triangle {
         Triangle::of_corners(mesh.face_positions(face))
     }
 
-    /// Angles come from products of edge vectors: those of a face of height `h` (relative to its
-    /// longest side) are off by 1e-16 / h, those found from lengths by 1e-16 / h^2.
+    /// Lays out the triangle with these corners. Angles come from products of edge vectors: for a
+    /// face of height `h` (relative to its longest side) their error is 1e-16 / h, compared with
+    /// 1e-16 / h^2 from lengths.
     pub(crate) fn of_corners([a, b, c]: [[f64; 3]; 3]) -> Triangle {
         let lengths = [distance(a, b), distance(b, c), distance(c, a)];
         let longest = (0..3).fold(0, |l, k| if lengths[k] > lengths[l] { k } else { l });
@@ -54,8 +57,8 @@ impl Triangle {
         Triangle { lengths, angles, area, mollified: false }
     }
 
-    /// The triangle with these side lengths. Lengths that violate the triangle inequality are
-    /// mollified.
+    /// Lays out the triangle with these side lengths. Lengths that violate the triangle inequality
+    /// are mollified.
     pub fn from_lengths(lengths: [f64; 3]) -> Triangle {
         let area = area_from_lengths(lengths);
         if is_solid(&lengths, area) {
@@ -76,7 +79,7 @@ impl Triangle {
         Triangle { lengths, angles: angles_from_lengths(lengths, area), area, mollified: true }
     }
 
-    /// Unit vector along each side.
+    /// Returns the unit vector along each side.
     #[inline]
     pub fn directions(&self) -> [Complex; 3] {
         // From side k to side k + 1 the direction turns by pi - angle.
@@ -85,20 +88,20 @@ impl Triangle {
         [Complex { re: 1.0, im: 0.0 }, second, second * turn(self.angles[2])]
     }
 
-    /// The corners.
+    /// Returns the corners.
     #[inline]
     pub fn corners(&self) -> [Complex; 3] {
         let zero = Complex { re: 0.0, im: 0.0 };
         [zero, Complex { re: self.lengths[0], im: 0.0 }, self.angles[0] * self.lengths[2]]
     }
 
-    /// Cotangent of the angle at a corner.
+    /// Returns the cotangent of the angle at a corner.
     #[inline]
     pub fn cotangent(&self, corner: usize) -> f64 {
         self.angles[corner].re / self.angles[corner].im
     }
 
-    /// The point with these barycentric weights.
+    /// Returns the point with these barycentric coordinates.
     #[inline]
     pub fn point(&self, weights: [f64; 3]) -> Complex {
         let [_, b, c] = self.corners();
@@ -106,13 +109,13 @@ impl Triangle {
     }
 }
 
-/// The triangles of all faces of a mesh.
+/// Lays out all faces of a mesh.
 pub fn lay_out(mesh: &TriangleMesh) -> Vec<Triangle> {
     mesh.faces().map(|f| Triangle::of_face(mesh, f)).collect()
 }
 
-/// The mean length of the edges of a mesh, each counted once, from the layouts of its faces; zero
-/// without edges.
+/// Returns the mean edge length of a mesh, with each edge counted once, from the layouts of its
+/// faces; zero without edges.
 pub fn mean_edge_length(mesh: &TriangleMesh, triangles: &[Triangle]) -> f64 {
     let length = |e| {
         let h = mesh.edge_halfedges(e)[0];
@@ -121,7 +124,7 @@ pub fn mean_edge_length(mesh: &TriangleMesh, triangles: &[Triangle]) -> f64 {
     mesh.edges().map(length).sum::<f64>() / mesh.edge_count().max(1) as f64
 }
 
-/// Whether a triangle is high enough for its angles to be used; false for an area that is NaN.
+/// Returns whether a triangle is high enough for its angles to be used; false if the area is NaN.
 fn is_solid(lengths: &[f64; 3], area: f64) -> bool {
     let longest = lengths.iter().fold(0.0f64, |m, &l| m.max(l));
     2.0 * area >= FLAT * longest * longest && area > 0.0
@@ -144,15 +147,15 @@ fn unit_complex(re: f64, im: f64) -> Complex {
 fn area_from_lengths(lengths: [f64; 3]) -> f64 {
     let mut l = lengths;
     l.sort_by(|x, y| y.total_cmp(x));
-    // A product of four lengths leaves the range of doubles long before a length does.
+    // A product of four lengths overflows or underflows long before a length does.
     let unit = power_of_two_near(l[0]);
     let [a, b, c] = l.map(|x| x / unit);
     let product = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c));
     0.25 * product.max(0.0).sqrt() * unit * unit
 }
 
-/// The power of two at or below a positive length, by which lengths can be divided without
-/// rounding; 1 where there is none.
+/// Returns the power of two at or below a positive length, by which lengths can be divided without
+/// rounding; 1 if there is none.
 pub(crate) fn power_of_two_near(length: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
     let power = f64::from_bits(length.to_bits() & EXPONENT);
@@ -187,7 +190,7 @@ mod tests {
 
     #[test]
     fn scale_does_not_matter() {
-        // The last ones were found by fuzzing: their fourth powers overflow and underflow.
+        // The last scales were found by fuzzing: their fourth powers overflow and underflow.
         for scale in [1e-8, 1e8, 1e-100, 1e100] {
             let t = Triangle::from_lengths([3.0 * scale, 4.0 * scale, 5.0 * scale]);
             assert!((t.area / (scale * scale) - 6.0).abs() < 1e-13);

@@ -1,17 +1,17 @@
-//! The vertex operators of step III: cotan Laplacian and divergence.
+//! Vertex operators of step III: cotan Laplacian (SHM eq. 10) and divergence (section 5.5).
 
 use crate::geometry::Triangle;
 use eikona_mesh::TriangleMesh;
 use eikona_numeric::{Complex, Graph, SymmetricMatrix};
 
-/// The cotan Laplacian `C` (SHM eq. 10): real, positive semidefinite, one null vector a connected
-/// component, boundary condition natural (no flux). Defined on every mesh, nonmanifold ones
-/// included: it is the sum of the faces' own matrices.
+/// Cotan Laplacian `C` (SHM eq. 10): real and positive semidefinite, with one null vector per
+/// connected component and natural (no-flux) boundary conditions. Defined on every mesh, including
+/// nonmanifold ones, as the sum of one matrix per face.
 #[derive(Debug)]
 pub struct CotanLaplacian {
-    /// Which vertices meet: three pairs a face, side by side.
+    /// Pairs of vertices with an entry: three consecutive pairs per face.
     pub graph: Graph,
-    /// The entries.
+    /// Entries of the matrix.
     pub matrix: SymmetricMatrix<f64>,
 }
 
@@ -37,17 +37,20 @@ impl CotanLaplacian {
         CotanLaplacian { graph, matrix }
     }
 
-    /// The place in `matrix.off_diagonal` of an entry between two vertices, if they share a face.
+    /// Returns the index in `matrix.off_diagonal` of an entry between two vertices, if they share a
+    /// face.
     pub fn entry(&self, mesh: &TriangleMesh, i: u32, j: u32) -> Option<usize> {
         let edge = mesh.find_edge(eikona_mesh::Vertex(i), eikona_mesh::Vertex(j))?;
-        // Pair 3 f + k is that of halfedge 3 f + k.
+        // Pair 3 f + k belongs to halfedge 3 f + k.
         mesh.edge_halfedges(edge).first().map(|h| h.index())
     }
 }
 
-/// The integrated divergence at each vertex of a tangent vector a face (given in the layout of the
-/// face), so that the function whose gradient is nearest to the field solves `C phi = -divergence`.
-/// Boundary vertices get no extra term: it cancels against the natural boundary condition.
+/// Computes the integrated divergence at each vertex of a field with one tangent vector per face,
+/// given in the layout of the face.
+///
+/// The function whose gradient is closest to the field solves `C phi = -divergence`. Boundary
+/// vertices get no extra term: it cancels with the natural boundary condition.
 ///
 /// Deviation: SHM section 5.5 and algorithm 8 print `e_ki` in the second term; both edges must
 /// leave vertex `i`. Eq. 13 prints `C phi = div`; with C positive semidefinite the sign is minus.
@@ -57,7 +60,7 @@ pub fn divergence(mesh: &TriangleMesh, triangles: &[Triangle], field: &[Complex]
     for ((corners, t), y) in mesh.triangles().iter().zip(triangles).zip(field) {
         let directions = t.directions();
         for k in 0..3 {
-            // Flux through the side from corner k to k + 1, seen from its two ends.
+            // Flux through the side from corner k to k + 1, as contributed to its two ends.
             let along = (directions[k].re * y.re + directions[k].im * y.im) * t.lengths[k];
             let flux = 0.5 * t.cotangent((k + 2) % 3) * along;
             result[corners[k] as usize] += flux;

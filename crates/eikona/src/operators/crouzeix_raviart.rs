@@ -1,55 +1,57 @@
-//! The edge operators of step I: Crouzeix-Raviart mass matrix and connection Laplacian.
+//! Edge operators of step I: Crouzeix-Raviart mass matrix (SHM eq. 7) and connection Laplacian (eq.
+//! 9).
 
 use crate::geometry::Triangle;
 use eikona_mesh::{Edge, Face, Halfedge, TriangleMesh};
 use eikona_numeric::{Complex, Graph, Scalar, SymmetricMatrix};
 use std::ops::Range;
 
-/// How the faces at an edge share the vector that lives there.
+/// Representation of the vector at an edge, which its faces share.
 ///
-/// Seen from a halfedge `h`, a tangent vector is a complex number: its real part runs along `h`,
-/// its imaginary part into the face of `h`. What is stored is fewer numbers than one a halfedge:
-/// see [`ComplexFrames`] and [`RealFrames`]. A field is a vector of [`Value`](EdgeFrames::Value)s,
-/// one an unknown, so that a field of the one kind can not be read by the other.
+/// In the frame of a halfedge `h`, a tangent vector is a complex number: its real part runs along
+/// `h`, its imaginary part into the face of `h`. Implementations store fewer numbers than one per
+/// halfedge: see [`ComplexFrames`] and [`RealFrames`]. A field is a vector of
+/// [`Value`](EdgeFrames::Value)s, one per unknown, so that a field of one kind can not be read as
+/// the other.
 pub trait EdgeFrames {
-    /// What an unknown is.
+    /// Type of an unknown.
     type Value: Scalar;
-    /// The unknowns of an edge.
+    /// Returns the unknowns of an edge.
     fn of_edge(&self, e: Edge) -> Range<usize>;
-    /// Number of unknowns.
+    /// Returns the number of unknowns.
     fn unknowns(&self) -> usize;
-    /// The vector at a halfedge's edge, seen from the halfedge.
+    /// Returns the vector at a halfedge's edge, in the frame of the halfedge.
     fn read(&self, mesh: &TriangleMesh, x: &[Self::Value], h: Halfedge) -> Complex;
-    /// Adds a vector seen from a halfedge to the unknowns of its edge (the transpose of
+    /// Adds a vector in the frame of a halfedge to the unknowns of its edge (the transpose of
     /// [`read`](Self::read)).
     fn add(&self, mesh: &TriangleMesh, x: &mut [Self::Value], h: Halfedge, value: Complex);
-    /// Assembles mass and connection Laplacian on these unknowns.
+    /// Assembles the mass matrix and the connection Laplacian on these unknowns.
     fn connection_laplacian(
         &self,
         mesh: &TriangleMesh,
         triangles: &[Triangle],
     ) -> ConnectionLaplacian<Self::Value>;
 
-    /// A vector of zeros.
+    /// Returns a vector of zeros.
     fn zeros(&self) -> Vec<Self::Value> {
         vec![Self::Value::ZERO; self.unknowns()]
     }
-    /// The edge that each unknown lives on.
+    /// Returns the edge of each unknown.
     fn edge_of_unknown(&self, mesh: &TriangleMesh) -> Vec<Edge> {
         mesh.edges().flat_map(|e| self.of_edge(e).map(move |_| e)).collect()
     }
 }
 
-/// One complex unknown an edge (SHM section 5.2): `z_h = z_e` for the halfedge that follows the
-/// edge, `-z_e` for the other.
+/// Frames with one complex unknown per edge (SHM section 5.2): `z_h = z_e` for the halfedge in the
+/// direction of the edge, `-z_e` for the other.
 #[derive(Clone, Debug)]
 pub struct ComplexFrames {
     edges: usize,
 }
 
 impl ComplexFrames {
-    /// The frames of a mesh of consistent winding; `None` for one where some edge has more than two
-    /// faces, or two that run along it in the same direction.
+    /// Returns the frames of a consistently oriented mesh; `None` if some edge has more than two
+    /// faces, or two faces that traverse it in the same direction.
     pub fn of(mesh: &TriangleMesh) -> Option<ComplexFrames> {
         mesh.is_consistently_oriented().then(|| ComplexFrames { edges: mesh.edge_count() })
     }
@@ -105,26 +107,28 @@ impl EdgeFrames for ComplexFrames {
     }
 }
 
-/// Real unknowns, as many as needed, for every mesh: one along the edge, shared by all faces, and
-/// for the part across the edge one at a boundary, one at an edge of two faces (what leaves one
-/// face enters the other, whatever their winding), and `k - 1` at an edge of `k > 2` faces, whose
-/// parts into the faces add up to zero.
+/// Frames with real unknowns, for every mesh.
 ///
-/// Deviation: the paper's complex form (and its public code) silently needs consistent winding;
-/// this one needs none, and treats all faces at a nonmanifold edge alike (tests
+/// The component along an edge has one unknown, shared by all faces. The component across has one
+/// unknown at a boundary edge; one at an edge of two faces (what leaves one face enters the other,
+/// whatever their orientation); and `k - 1` at an edge of `k > 2` faces, whose components into the
+/// faces sum to zero.
+///
+/// Deviation: the paper's complex form (and its public code) silently assumes a consistent
+/// orientation. This form does not, and treats all faces at a nonmanifold edge alike (tests
 /// `flipped_faces_change_nothing`, `fin_on_a_strip`).
 #[derive(Clone, Debug)]
 pub struct RealFrames {
-    /// First unknown of each edge, and the number of all at the end.
+    /// First unknown of each edge, then the number of unknowns.
     first: Vec<u32>,
 }
 
 impl RealFrames {
-    /// The frames of any mesh.
+    /// Returns the frames of any mesh.
     pub fn of(mesh: &TriangleMesh) -> RealFrames {
         RealFrames::where_edges(mesh, |_| true)
     }
-    /// The frames of a part of a mesh: the edges of these faces have unknowns, the others none.
+    /// Returns the frames of a part of a mesh: only the edges of these faces have unknowns.
     pub fn of_part(mesh: &TriangleMesh, faces: &[Face]) -> RealFrames {
         let mut inside = vec![false; mesh.edge_count()];
         faces.iter().flat_map(|&f| mesh.face_edges(f)).for_each(|e| inside[e.index()] = true);
@@ -144,9 +148,9 @@ impl RealFrames {
         RealFrames { first }
     }
 
-    /// Assembles mass and connection Laplacian of some faces, whose edges have unknowns. (At an
-    /// edge of more than two faces not all of which are among these, an unknown may be in no
-    /// equation: mass and diagonal are zero then.)
+    /// Assembles the mass matrix and the connection Laplacian of some faces, whose edges have
+    /// unknowns. If only some of the faces at a nonmanifold edge are among these, an unknown may
+    /// occur in no equation; its mass and diagonal entry are then zero.
     pub fn connection_laplacian_of(
         &self,
         mesh: &TriangleMesh,
@@ -210,7 +214,7 @@ impl EdgeFrames for RealFrames {
     }
 }
 
-/// Calls back with each real unknown at a halfedge's edge and its coefficient in `z_h`.
+/// Calls `visit` with each real unknown at a halfedge's edge and its coefficient in `z_h`.
 #[inline]
 fn visit_real(mesh: &TriangleMesh, first: &[u32], h: Halfedge, mut visit: impl FnMut(usize, Complex)) {
     let e = mesh.edge(h);
@@ -226,11 +230,11 @@ fn visit_real(mesh: &TriangleMesh, first: &[u32], h: Halfedge, mut visit: impl F
             visit(start + 1, Complex { re: 0.0, im: if a == h { 1.0 } else { -1.0 } });
         }
         halfedges => {
-            // Haar's orthonormal basis of the vectors whose entries add up to zero: the faces are
-            // halved again and again, and each cut has a vector that is positive on one half and
-            // negative on the other. A face meets only the log k cuts that it lies in. Cuts are
-            // numbered after those of their halves, and the unknown along the edge comes last,
-            // since unknowns of an edge are eliminated in this order: so nothing fills in.
+            // Haar's orthonormal basis of the vectors with entries that sum to zero. The faces are
+            // bisected recursively, and each bisection has a vector that is positive on one half
+            // and negative on the other, so a face occurs in log k bisections only. Unknowns of an
+            // edge are eliminated in their order, so there is no fill-in if each bisection is
+            // numbered after those of its halves and the unknown along the edge comes last.
             let (place, k) = (halfedges.partition_point(|x| *x < h), halfedges.len());
             let (mut low, mut high, mut number) = (0, k, start);
             while high - low > 1 {
@@ -257,17 +261,17 @@ fn visit_real(mesh: &TriangleMesh, first: &[u32], h: Halfedge, mut visit: impl F
 /// Mass matrix `M` (SHM eq. 7) and connection Laplacian `L` (eq. 9) on the unknowns of
 /// [`EdgeFrames`].
 ///
-/// `L` is the Hessian of the Dirichlet energy of the vector field that is linear in each face,
-/// hence Hermitian (symmetric) and positive semidefinite for triangles of any shape; its null space
-/// are the parallel fields.
+/// `L` is the Hessian of the Dirichlet energy of a vector field that is linear in each face. It is
+/// Hermitian (or symmetric) and positive semidefinite for triangles of any shape; its null space
+/// consists of the parallel fields.
 #[derive(Debug)]
 pub struct ConnectionLaplacian<T> {
-    /// Which unknowns meet.
+    /// Pairs of unknowns with an entry.
     pub graph: Graph,
     /// Diagonal of the mass matrix: a third of the area of the faces at the edge. (At a nonmanifold
-    /// edge the parts across it are coupled by differences of these areas; that coupling is left
-    /// out, as in any lumped mass matrix.)
+    /// edge, differences of these areas couple the components across it; that coupling is dropped,
+    /// as in any lumped mass matrix.)
     pub mass: Vec<f64>,
-    /// The entries of `L`.
+    /// Entries of `L`.
     pub matrix: SymmetricMatrix<T>,
 }

@@ -1,4 +1,4 @@
-//! The Hodge star of 1-forms and the projection to their harmonic part (SWN section 3.3).
+//! Hodge star of 1-forms, and the projection to their harmonic part (SWN section 3.3).
 
 use crate::geometry::IntrinsicTriangulation;
 use eikona_mesh::{Face, Halfedge, Orientation, TriangleMesh};
@@ -6,17 +6,18 @@ use eikona_numeric::{
     Cholesky, Graph, NumericError, Ordering, Symbolic, SymmetricMatrix, nested_dissection_order,
 };
 
-/// The Hodge system on faces, `d1 *1^-1 d1^T`, factored.
+/// Hodge system on faces, `d1 *1^-1 d1^T`, factored.
 #[derive(Debug)]
 pub(crate) struct Hodge {
     factor: Cholesky<f64>,
-    /// The inverse of the star of each halfedge's side.
+    /// Inverse of the Hodge star of each halfedge's side.
     inverse_star: Vec<f64>,
 }
 
 impl Hodge {
-    /// Factors the system. The surface is cut open along edges of three or more faces. Closed
-    /// orientable patches have the constants as kernel: their first face is held at zero.
+    /// Factors the system. The surface is cut along edges of three or more faces. On closed
+    /// orientable patches the constants are in the kernel, so the value at their first face is
+    /// fixed to zero.
     pub fn new(mesh: &TriangleMesh, triangulation: &IntrinsicTriangulation) -> Result<Hodge, NumericError> {
         let inverse_star: Vec<f64> = triangulation.halfedges().map(|h| 1.0 / triangulation.star(h)).collect();
         let mut graph = Graph { unknowns: mesh.face_count(), pairs: Vec::new() };
@@ -70,7 +71,7 @@ impl Hodge {
     }
 }
 
-/// The first face of each patch that is closed and orientable.
+/// Returns the first face of each closed orientable patch.
 fn closed_patches(mesh: &TriangleMesh) -> Vec<Face> {
     let orientation = Orientation::of(mesh);
     let mut closed: Vec<bool> = orientation.patches.iter().map(|p| p.is_orientable()).collect();

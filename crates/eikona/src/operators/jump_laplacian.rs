@@ -1,5 +1,5 @@
-//! The Laplacian of functions that jump (SWN eq. 10): right-hand sides of jumps, the smoothest
-//! function with given jumps, its derivative.
+//! Jump Laplace equation (SWN eq. 10): right-hand sides for given jumps, the smoothest function
+//! with these jumps, and its derivative.
 
 use crate::geometry::IntrinsicTriangulation;
 use eikona_mesh::{DisjointSets, Halfedge, Vertex};
@@ -8,7 +8,7 @@ use eikona_numeric::{
 };
 use std::sync::Arc;
 
-/// The cotan Laplacian on all vertices but some, analysed once per triangulation.
+/// Cotan Laplacian on the vertices that are not excluded, analysed once per triangulation.
 #[derive(Debug)]
 pub(crate) struct JumpLaplacian {
     symbolic: Arc<Symbolic>,
@@ -26,10 +26,10 @@ impl JumpLaplacian {
         Ok(JumpLaplacian { symbolic: Symbolic::new(&graph, Ordering::Given(&order))?.into() })
     }
 
-    /// Factors the operator without the excluded vertices. The first vertex of each connected part
-    /// that remains is held at zero: the part is singular otherwise, and its right-hand sides add
-    /// up to zero. Deviation: the authors' program adds 1e-8 to the whole diagonal, here and in the
-    /// Hodge system, which changes its results by 1e-6.
+    /// Factors the operator without the excluded vertices. The value at the first vertex of each
+    /// remaining connected component is fixed to zero: the block of the component is singular
+    /// otherwise, and its right-hand side sums to zero. Deviation: the authors' program adds 1e-8
+    /// to the whole diagonal, here and in the Hodge system, which changes its results by 1e-6.
     pub fn factor(
         &self,
         triangulation: &IntrinsicTriangulation,
@@ -53,7 +53,7 @@ impl JumpLaplacian {
     }
 }
 
-/// The halfedges between vertices that are not excluded, with the indices of these.
+/// Iterates over the halfedges between included vertices, with the indices of these.
 fn included<'a>(
     triangulation: &'a IntrinsicTriangulation,
     excluded: &'a [bool],
@@ -63,9 +63,9 @@ fn included<'a>(
     halfedges.filter(|(_, [i, j])| !excluded[*i] && !excluded[*j])
 }
 
-/// Returns the first vertex of the part of each vertex. Parts are connected through edges between
-/// vertices that are not excluded; an excluded vertex is a part of its own. The function of each
-/// part is determined up to a constant.
+/// Returns the first vertex of the connected component of each vertex. Edges between included
+/// vertices connect; an excluded vertex is a component of its own. The function on each component
+/// is determined up to a constant.
 pub(crate) fn parts(triangulation: &IntrinsicTriangulation, excluded: &[bool]) -> Vec<u32> {
     let mut parts = DisjointSets::new(excluded.len());
     for (_, [i, j]) in included(triangulation, excluded) {
@@ -74,8 +74,7 @@ pub(crate) fn parts(triangulation: &IntrinsicTriangulation, excluded: &[bool]) -
     (0..excluded.len() as u32).map(|v| parts.find(v)).collect()
 }
 
-/// Returns the right-hand side for a function whose corner values, before any vertex values are
-/// added, have these differences along halfedges.
+/// Returns the right-hand side for the given differences of corner values along halfedges.
 pub(crate) fn right_hand_side(
     triangulation: &IntrinsicTriangulation,
     excluded: &[bool],
@@ -90,8 +89,8 @@ pub(crate) fn right_hand_side(
     rhs
 }
 
-/// Returns the vertex values that make the function with these differences smoothest when added at
-/// its corners, and the relative residual.
+/// Returns the vertex values whose sum with the corner values is smoothest, for corner values with
+/// these differences, and the relative residual.
 pub(crate) fn solve_jump_equation(
     triangulation: &IntrinsicTriangulation,
     factor: &Cholesky<f64>,
@@ -104,8 +103,8 @@ pub(crate) fn solve_jump_equation(
     Ok((base, residual))
 }
 
-/// Returns the derivative along halfedges (SWN section 2.4.2) of the function with these vertex
-/// values and corner differences: a 1-form, zero at sides with an excluded end.
+/// Returns the Darboux derivative along halfedges (SWN section 2.4.2) of the function with these
+/// vertex values and corner differences: a 1-form, zero at sides with an excluded end.
 pub(crate) fn darboux_derivative(
     triangulation: &IntrinsicTriangulation,
     excluded: &[bool],

@@ -1,4 +1,5 @@
-//! Discrete operators: where mesh and matrix meet. Laplacians are positive semidefinite.
+//! Discrete operators, assembled from meshes into sparse matrices. Laplacians are positive
+//! semidefinite.
 
 mod cotan;
 mod crouzeix_raviart;

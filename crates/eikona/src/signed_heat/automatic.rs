@@ -1,53 +1,54 @@
-//! The choice of level sets for a source ([`LevelSets::Automatic`]).
+//! Automatic choice of level sets for a source ([`LevelSets::Automatic`]).
 //!
-//! Closed curves bound a region, so zero along them is part of their exact distance, unless the
-//! free fit shows them at levels that are far apart and that are costly to join (see `other_hold`).
-//! For curves with gaps it is an assumption, and the fit itself tells what it costs. The free fit
-//! disagrees with zero along the curves by a root mean square `sigma`; holding the curves raises
-//! the energy of the fit by `Delta E`. Per length `L` of curve and unit of disagreement that is a
-//! *cost*
+//! Closed curves bound a region, so their exact distance is zero along them. They are constrained
+//! to zero unless the free fit shows levels that are far apart and costly to join (see
+//! `replacement`). For curves with gaps, zero along the curve is an assumption, and its cost can be
+//! measured from the fit. Let `sigma` be the root mean square deviation of the free fit from zero
+//! along the curves, and `Delta E` the energy that the constraint adds to the fit. The *cost* per
+//! length `L` of curve and unit of deviation is
 //!
 //! `2 Delta E / (L sigma)`,
 //!
-//! a number without unit: the share of the unit slope next to the curves that holding them takes
+//! a dimensionless number: the share of the unit slope next to the curves that the constraint takes
 //! away. It is near 0 where pieces of one curve have drifted apart across gaps, which the fit
-//! corrects at little expense, and near 1 where they run beside each other, so that holding them
-//! would press flat what lies between. In the second case a curve is not held at all costs: the fit
-//! minimises `E + lambda L rms(phi)`, with the root mean square along the curve itself instead of
-//! its square, under which the force on the curve never exceeds the share `lambda` of the unit
-//! slope. Its stationary point is that of a quadratic penalty of weight `lambda / rms`.
+//! corrects at little expense. It is near 1 where pieces run side by side, so that the constraint
+//! would flatten the distance between them. In that case the fit minimises `E + lambda L rms(phi)`
+//! instead, with the root mean square along the curve rather than its square, under which the force
+//! on the curve never exceeds the share `lambda` of the unit slope. Its stationary point is that of
+//! a quadratic penalty of weight `lambda / rms`.
 //!
 //! The thresholds are measured by `examples/broken_curves`, which prints the table.
 
 use crate::geometry::{Triangle, mean_edge_length};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::integration::{Integrated, Integration};
-use crate::signed_heat::level_sets::{Hold, Row};
+use crate::signed_heat::level_sets::{Constraint, Row};
 use crate::signed_heat::options::LevelSets;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{CurveKind, TriangleMesh};
 
-/// Curves whose cost is at most this are held firmly.
+/// Curves with a cost up to this are constrained firmly.
 const AFFORDABLE: f64 = 0.75;
-/// Closed curves at several levels cost at least this much to hold at one.
+/// Closed curves at several levels have at least this cost when constrained to one.
 const COST_OF_LEVELS: f64 = 0.5;
-/// Levels differ when pieces of curve are apart by so many mean edges, as a root mean square, ...
+/// Pieces of curve have different levels if their root mean square deviation is at least this many
+/// mean edge lengths, ...
 const LEVELS_APART_EDGES: f64 = 3.0;
-/// ... and by this share of the size of the surface (square root of the component's area). Less is
-/// noise.
+/// ... and at least this share of the size of the surface (square root of the component's area).
+/// Smaller deviations are noise.
 const LEVELS_APART_SIZE: f64 = 0.03;
-/// `lambda` above.
+/// `lambda` in the module documentation.
 const LARGEST_FORCE: f64 = 0.15;
-/// How firmly broken curves are held, times the mean edge length.
+/// Penalty weight for broken curves, times the mean edge length.
 const FIRM: f64 = 10.0;
 
-/// The level sets of a solve, and the reason for them.
+/// Level sets of a solve, and the reason for them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChosenLevelSets {
-    /// The constraint that was imposed. Where [`LevelSets::Automatic`] treats components of the
-    /// mesh differently, that of the one with the longest curves.
+    /// The constraint that was imposed. If [`LevelSets::Automatic`] chose differently per component
+    /// of the mesh, the constraint of the component with the longest curves.
     pub level_sets: LevelSets,
-    /// Why, in a sentence.
+    /// The reason, as a phrase for the user.
     pub reason: String,
 }
 
@@ -57,31 +58,32 @@ impl ChosenLevelSets {
     }
 }
 
-/// How far the curves of a component are from one level.
+/// Deviation of the curves of one component from a common level.
 #[derive(Clone, Copy, Debug, Default)]
 struct Disagreement {
     /// Length of the curves.
     length: f64,
-    /// Root mean square of the free fit along the curves, about its mean.
+    /// Root mean square deviation of the free fit along the curves from its mean.
     spread: f64,
-    /// The same of the means of the pieces.
+    /// The same for the means of the pieces.
     between_pieces: f64,
-    /// See above.
+    /// Cost as defined in the module documentation.
     cost: f64,
 }
 
 impl Disagreement {
-    /// How to hold curves that should not be held at zero. `apart`: from which spread on the levels
-    /// of broken curves differ.
-    fn other_hold(&self, broken: bool, edge: f64, apart: f64) -> Option<Hold> {
-        // Closed curves are not displaced by noise: an edge between their levels is meant.
+    /// Returns the constraint for curves that should not be constrained to zero. `apart` is the
+    /// spread above which the levels of broken curves differ.
+    fn replacement(&self, broken: bool, edge: f64, apart: f64) -> Option<Constraint> {
+        // Noise does not displace closed curves: a spread of one edge already means different
+        // levels.
         let (apart, affordable) = if broken { (apart, AFFORDABLE) } else { (edge, COST_OF_LEVELS) };
         if self.between_pieces > apart && self.cost > affordable {
-            Some(Hold::OwnLevels)
+            Some(Constraint::OwnLevels)
         } else if broken && self.cost > AFFORDABLE {
-            // The weight at which the force is lambda, if the spread falls with the weight as that
-            // of one mode does.
-            Some(Hold::Softly(LARGEST_FORCE / (self.spread * (1.0 - LARGEST_FORCE / self.cost))))
+            // The weight at which the force equals lambda, assuming that the spread depends on the
+            // weight as that of a single mode does.
+            Some(Constraint::Soft(LARGEST_FORCE / (self.spread * (1.0 - LARGEST_FORCE / self.cost))))
         } else {
             None
         }
@@ -89,10 +91,11 @@ impl Disagreement {
 }
 
 impl Integration {
-    /// The fit with the level sets that suit the source.
+    /// Computes the fit with the level sets that suit the source.
     ///
     /// # Cost
-    /// One factorisation where all curves are closed, or hold at zero at little cost; else two.
+    /// One factorisation if all curves are closed or can be constrained to zero at little cost;
+    /// otherwise two.
     pub fn automatic(
         &self,
         mesh: &TriangleMesh,
@@ -103,16 +106,16 @@ impl Integration {
         let edge = mean_edge_length(mesh, triangles);
         let broken = self.broken_components(mesh, source);
         let signed = self.has_signed(mesh, source);
-        let at_first = |broken: &bool| if *broken { Hold::Softly(FIRM / edge) } else { Hold::Zero };
-        let mut holds: Vec<Hold> = broken.iter().map(at_first).collect();
-        let held = self.constrained(mesh, triangles, b, source, &holds)?;
+        let at_first = |broken: &bool| if *broken { Constraint::Soft(FIRM / edge) } else { Constraint::Zero };
+        let mut constraints: Vec<Constraint> = broken.iter().map(at_first).collect();
+        let held = self.constrained(mesh, triangles, b, source, &constraints)?;
 
         let (along, pieces) =
-            self.rows(mesh, triangles, source, &vec![Hold::Softly(1.0); self.component_count]);
+            self.rows(mesh, triangles, source, &vec![Constraint::Soft(1.0); self.component_count]);
         let crossed = self.crossed_components(mesh, source);
-        // One whole piece of curve can contradict nothing. Nor can whole curves that cross: near
-        // each crossing the unit field turns between their normals, and the free fit shows levels
-        // that are none.
+        // A single closed piece can not contradict itself. Nor can closed curves that cross: near
+        // each crossing the unit field turns between their normals, and the levels of the free fit
+        // are not meaningful there.
         let judged: Vec<bool> = self
             .pieces_of_components(&along, pieces)
             .into_iter()
@@ -124,31 +127,36 @@ impl Integration {
         let mut changed = false;
         for c in (0..self.component_count).filter(|&c| judged[c]) {
             let apart = (LEVELS_APART_EDGES * edge).max(LEVELS_APART_SIZE * self.size_of_component[c]);
-            if let Some(hold) = disagreements[c].other_hold(broken[c], edge, apart) {
-                holds[c] = hold;
+            if let Some(constraint) = disagreements[c].replacement(broken[c], edge, apart) {
+                constraints[c] = constraint;
                 changed = true;
             }
         }
-        let mut result = if changed { self.constrained(mesh, triangles, b, source, &holds)? } else { held };
-        result.chosen = self.chosen(&holds, &disagreements);
+        let mut result =
+            if changed { self.constrained(mesh, triangles, b, source, &constraints)? } else { held };
+        result.chosen = self.chosen(&constraints, &disagreements);
         Ok(result)
     }
 
-    fn chosen(&self, holds: &[Hold], disagreements: &[Disagreement]) -> ChosenLevelSets {
+    fn chosen(&self, constraints: &[Constraint], disagreements: &[Disagreement]) -> ChosenLevelSets {
         let sourced = || disagreements.iter().enumerate().filter(|(_, d)| d.length > 0.0);
         let Some((c, d)) = sourced().max_by(|a, b| a.1.length.total_cmp(&b.1.length)) else {
-            let reason = "automatic: there are only points".to_string();
+            let reason = "automatic: the source has only points".to_string();
             return ChosenLevelSets { level_sets: LevelSets::Zero, reason };
         };
-        let kind = |hold: &Hold| std::mem::discriminant(hold);
-        let others = sourced().filter(|(other, _)| kind(&holds[*other]) != kind(&holds[c])).count();
-        let (level_sets, reason) = match holds[c] {
-            Hold::Zero => (LevelSets::Zero, "no signed curve has gaps".to_string()),
-            Hold::OwnLevels => (
+        let kind = |constraint: &Constraint| std::mem::discriminant(constraint);
+        let others =
+            sourced().filter(|(other, _)| kind(&constraints[*other]) != kind(&constraints[c])).count();
+        let (level_sets, reason) = match constraints[c] {
+            Constraint::Zero => (LevelSets::Zero, "no signed curve has gaps".to_string()),
+            Constraint::OwnLevels => (
                 LevelSets::PerComponent,
-                format!("pieces of curve lie at different levels, {:.3e} apart on average", d.between_pieces),
+                format!(
+                    "pieces of curve have different levels (root mean square deviation {:.3e})",
+                    d.between_pieces
+                ),
             ),
-            Hold::Softly(weight) => {
+            Constraint::Soft(weight) => {
                 let what = if d.cost > AFFORDABLE {
                     "the curves have gaps and contradict each other"
                 } else {
@@ -159,14 +167,13 @@ impl Integration {
         };
         let elsewhere = match others {
             0 => String::new(),
-            1 => "; 1 other component is held in another way".to_string(),
-            n => format!("; {n} other components are held in other ways"),
+            1 => "; 1 other component has a different constraint".to_string(),
+            n => format!("; {n} other components have different constraints"),
         };
         ChosenLevelSets { level_sets, reason: format!("automatic: {reason}{elsewhere}") }
     }
 
-    /// For each component, whether a curve has an end inside the surface that no other segment
-    /// meets.
+    /// Returns per component whether a signed curve has an open end inside the surface.
     fn broken_components(&self, mesh: &TriangleMesh, source: &Source) -> Vec<bool> {
         let mut broken = vec![false; self.component_count];
         for end in source.open_ends(mesh) {
@@ -177,7 +184,7 @@ impl Integration {
         broken
     }
 
-    /// For each component, whether signed curves cross in it.
+    /// Returns per component whether signed curves cross in it.
     fn crossed_components(&self, mesh: &TriangleMesh, source: &Source) -> Vec<bool> {
         let mut crossed = vec![false; self.component_count];
         let signed = |pair: &&[usize; 2]| pair.iter().all(|&s| source.kinds[s] == CurveKind::Signed);
@@ -189,7 +196,7 @@ impl Integration {
         crossed
     }
 
-    /// How many connected pieces of curve each component has.
+    /// Returns the number of connected pieces of curve per component.
     fn pieces_of_components(&self, along: &[Row], pieces: usize) -> Vec<usize> {
         let mut seen = vec![false; pieces];
         let mut count = vec![0; self.component_count];
@@ -233,8 +240,8 @@ impl Integration {
         for (c, length, sum) in of_piece.into_iter().filter(|(_, length, _)| *length > 0.0) {
             result[c].between_pieces += length * (sum / length - mean[c]).powi(2);
         }
-        // 2 Delta E = (b - C held) . (free - held), the forces that hold the curves times what they
-        // move.
+        // 2 Delta E = (b - C held) . (free - held): the constraint forces times the displacements
+        // they cause.
         let applied = self.applied(held);
         let mut work = vec![0.0; self.component_count];
         for (v, component) in self.component_of_vertex.iter().enumerate() {

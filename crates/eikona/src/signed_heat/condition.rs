@@ -1,34 +1,34 @@
-//! The condition of a source: whether its curves have gaps, and how rough they are.
+//! Condition of a source: whether its curves have gaps, and how rough they are.
 
 use crate::curves::nearest_end::nearest_others;
 use crate::geometry::vector::distance;
 use eikona_mesh::{CurveKind, Located, Segment, SurfaceCurves, TriangleMesh};
 use std::collections::BTreeMap;
 
-/// What kind of damage the signed curves of a source show.
+/// Condition of the signed curves of a source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Condition {
     /// No signed curve ends inside the surface, or little is missing.
     Whole,
-    /// There are gaps.
+    /// The curves have gaps.
     Broken,
-    /// There are gaps, and the curves run in zigzag.
+    /// The curves have gaps and are rough.
     BrokenAndRough,
 }
 
-/// Curves count as rough above this [`roughness`]. Measured: isolines of slowly varying functions
-/// have up to 0.05, with noise of a third of an edge 0.07 or more, walks along edges 0.13 or more
-/// unless they follow straight rows of edges.
+/// Curves with a larger [`roughness`] count as rough. Measured: isolines of slowly varying
+/// functions have at most 0.05; with noise of a third of an edge, at least 0.07; walks along edges,
+/// at least 0.13 unless they follow straight rows of edges.
 const ROUGH: f64 = 0.06;
 
-/// Gaps that make up less than this share of the curves change nothing: measured, coefficients
-/// above the paper's 1 pay where about half is missing, and cost a tenth of the accuracy where a
-/// tenth is.
-const LITTLE: f64 = 0.25;
+/// Gaps that make up less than this share of the curves count as none. Measured: coefficients above
+/// the paper's 1 pay off where about half is missing, and cost a tenth of the accuracy where a
+/// tenth is missing.
+const SMALL_GAPS: f64 = 0.25;
 
 pub(super) fn condition(mesh: &TriangleMesh, source: &SurfaceCurves) -> Condition {
     let is_signed = |s: &&Segment| source.curves[s.curve].kind == CurveKind::Signed;
-    // A source with a fault is refused by the solver.
+    // The solver reports invalid sources.
     let segments = source.segments(mesh).unwrap_or_default();
     let ends = open_ends(mesh, segments.iter().filter(is_signed));
     let length: f64 = segments
@@ -37,7 +37,7 @@ pub(super) fn condition(mesh: &TriangleMesh, source: &SurfaceCurves) -> Conditio
         .map(|s| s.ends.map(|end| end.position(mesh)))
         .map(|[a, b]| distance(a, b))
         .sum();
-    if ends.is_empty() || missing_length(mesh, &ends) < LITTLE * length {
+    if ends.is_empty() || missing_length(mesh, &ends) < SMALL_GAPS * length {
         Condition::Whole
     } else if roughness(mesh, source) > ROUGH {
         Condition::BrokenAndRough
@@ -46,9 +46,9 @@ pub(super) fn condition(mesh: &TriangleMesh, source: &SurfaceCurves) -> Conditio
     }
 }
 
-/// The places inside the surface that only one of the segments meets: the ends of gaps. Not among
-/// them are ends at the boundary of the surface and places where one curve begins or ends on
-/// another.
+/// Returns the open ends of the segments, at which gaps begin: places inside the surface that
+/// exactly one segment meets. Ends on the boundary of the surface, and places where a curve begins
+/// or ends on another, are not open.
 pub(super) fn open_ends<'a>(
     mesh: &TriangleMesh,
     segments: impl Iterator<Item = &'a Segment>,
@@ -61,8 +61,8 @@ pub(super) fn open_ends<'a>(
     single.filter(|place| !on_boundary(mesh, *place)).collect()
 }
 
-/// About how much is missing between open ends: half the distance in space from each to the nearest
-/// other one.
+/// Estimates the total length of the gaps: half the distance in space from each open end to the
+/// nearest other one.
 fn missing_length(mesh: &TriangleMesh, ends: &[Located]) -> f64 {
     let positions: Vec<[f64; 3]> = ends.iter().map(|end| end.position(mesh)).collect();
     let nearest = nearest_others(&positions);
@@ -77,11 +77,11 @@ fn on_boundary(mesh: &TriangleMesh, place: Located) -> bool {
     }
 }
 
-/// Length over which roughness is measured, in mean edges: zigzags along edges are shorter.
+/// Length over which roughness is measured, in mean edge lengths; longer than zigzags along edges.
 const WINDOW: f64 = 3.0;
 
-/// By which share the signed curves are longer than their chords over [`WINDOW`]: about `(window /
-/// radius)^2 / 24` for smooth curves, and 0.1 for zigzags along edges.
+/// Relative excess of the length of the signed curves over that of their chords across [`WINDOW`]:
+/// about `(window / radius)^2 / 24` for smooth curves, and 0.1 for zigzags along edges.
 pub(super) fn roughness(mesh: &TriangleMesh, source: &SurfaceCurves) -> f64 {
     let lengths = mesh.edges().map(|e| {
         let [a, b] = mesh.edge_vertices(e).map(|v| mesh.position(v));

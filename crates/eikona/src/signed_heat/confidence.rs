@@ -1,4 +1,4 @@
-//! How far each value rests on data rather than on extrapolation.
+//! Confidence: whether each value rests on data or on extrapolation.
 
 use crate::geometry::vector::{add, distance, dot, scale, sub};
 use crate::geometry::{Triangle, fast_marching, mean_edge_length};
@@ -7,7 +7,7 @@ use crate::signed_heat::solution::Confidence;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{Face, SegmentHost, TriangleMesh, Vertex, VertexField};
 
-/// See [`Confidence`].
+/// Computes the [`Confidence`] of a distance.
 pub(crate) fn confidence(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
@@ -21,7 +21,7 @@ pub(crate) fn confidence(
     let confidence = (0..mesh.vertex_count())
         .map(|v| match agreement[v] {
             Some(agreement) => ((phi[v].abs() + edge) / (to_data[v] + edge)).min(1.0) * agreement,
-            // The field vanishes in the faces around: flat ones, between vertices in one place.
+            // The field vanishes in the faces around: degenerate ones between coincident vertices.
             None if phi[v].is_finite() => 0.0,
             None => f64::NAN,
         })
@@ -30,7 +30,7 @@ pub(crate) fn confidence(
     Confidence { distance_to_data: VertexField::from(to_data), confidence: VertexField::from(confidence) }
 }
 
-/// The corners of the faces that hold data, with their distance to it.
+/// Seeds for fast marching: corners of faces that contain data, with their distance to it.
 fn seeds(mesh: &TriangleMesh, source: &Source) -> Vec<(Vertex, f64)> {
     let mut seeds = Vec::new();
     let mut near = |face: Face, [a, b]: [[f64; 3]; 2]| {
@@ -60,7 +60,7 @@ fn distance_to_segment(p: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
     distance(p, add(a, scale(ab, t)))
 }
 
-/// The agreement of the faces around each vertex, by area; `None` where the field reaches none.
+/// Area-weighted agreement of the faces around each vertex; `None` where the field reaches none.
 fn vertex_agreement(mesh: &TriangleMesh, triangles: &[Triangle], field: &UnitField) -> Vec<Option<f64>> {
     mesh.vertices()
         .map(|v| {
@@ -69,7 +69,7 @@ fn vertex_agreement(mesh: &TriangleMesh, triangles: &[Triangle], field: &UnitFie
                 sum += triangles[f].area * field.agreement[f];
                 area += triangles[f].area;
             }
-            // Above 1 by rounding only.
+            // Rounding may give slightly more than 1.
             (area > 0.0).then(|| (sum / area).min(1.0))
         })
         .collect()

@@ -1,14 +1,14 @@
-//! Where curves cross each other, or themselves, between their nodes.
+//! Crossings of curves with each other, or with themselves, between their nodes.
 
 use eikona_mesh::{Edge, Face, Located, Segment, SegmentHost};
 use std::collections::{BTreeMap, HashMap};
 
-/// Pairs of segments that meet inside a face or on an edge, by index. Meetings in common nodes are
-/// not listed, nor are all pairs that meet in one place along an edge: each node there is paired
-/// with the segments that cover it.
+/// Returns the pairs of segments that meet inside a face or on an edge, by index. Segments that
+/// meet in a common node are not listed. Where several segments meet at one place along an edge,
+/// not all pairs are listed: each node there is paired with the segments that cover it.
 ///
 /// # Cost
-/// Segments of a face are sorted and swept, so `k log k` for `k` of them unless many overlap.
+/// Sorts and sweeps the segments of each face: `k log k` for `k` segments unless many overlap.
 pub(super) fn crossing_segments(segments: &[Segment]) -> Vec<[usize; 2]> {
     let mut of_face: BTreeMap<Face, Vec<FaceSegment>> = BTreeMap::new();
     let mut of_edge: HashMap<Edge, Vec<(f64, f64, usize)>> = HashMap::new();
@@ -49,20 +49,20 @@ fn share_an_end(a: &Segment, b: &Segment) -> bool {
     a.ends.iter().any(|end| b.ends.iter().any(|other| end.key() == other.key()))
 }
 
-/// A segment through a face, in the affine plane of two of its barycentric coordinates.
+/// Segment through a face, in the affine plane of two of its barycentric coordinates.
 struct FaceSegment {
     ends: [[f64; 2]; 2],
     index: usize,
 }
 
 impl FaceSegment {
-    /// The range of its first coordinate.
+    /// Range of the first coordinate.
     fn range(&self) -> (f64, f64) {
         let [a, b] = self.ends.map(|end| end[0]);
         (a.min(b), a.max(b))
     }
 
-    /// Whether the two have a point in common. Touching counts, except by rounding.
+    /// Returns whether the two segments have a point in common. Touching counts, up to rounding.
     fn meets(&self, other: &FaceSegment) -> bool {
         let apart = |a: &FaceSegment, b: &FaceSegment| {
             let [p, q] = a.ends;

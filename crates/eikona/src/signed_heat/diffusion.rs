@@ -1,5 +1,5 @@
-//! Steps I and II: diffuse the normals (SHM eq. 12) and make them unit vectors a face, as far from
-//! the source as the mesh goes.
+//! Steps I and II: diffuses the normals (SHM eq. 12) and normalises them to one unit vector per
+//! face, over the whole mesh.
 
 use crate::geometry::Triangle;
 use crate::operators::{ComplexFrames, ConnectionLaplacian, EdgeFrames, RealFrames};
@@ -12,23 +12,23 @@ use eikona_mesh::{Edge, Face, TriangleMesh};
 use eikona_numeric::{Cholesky, Complex, Graph, NumericError, Ordering, Scalar, Symbolic, SymmetricMatrix};
 use std::sync::Arc;
 
-/// The factored operator `M + t L` in the form that the mesh needs.
+/// Factored operator `M + t L`, in the form that the mesh needs.
 #[derive(Debug)]
 pub(crate) enum Diffusion {
-    /// Of consistent winding.
+    /// For consistently oriented meshes.
     Complex(DiffusionOn<ComplexFrames>),
-    /// Any.
+    /// For any mesh.
     Real(DiffusionOn<RealFrames>),
 }
 
-/// The analysed, not yet factored operator.
+/// Analysed operator, not yet factored.
 pub(crate) enum PreparedDiffusion {
     Complex(PreparedOn<ComplexFrames>),
     Real(PreparedOn<RealFrames>),
 }
 
 impl PreparedDiffusion {
-    /// `vertex_order` is an order of elimination of the vertices.
+    /// Analyses the operator. `vertex_order` is an elimination order of the vertices.
     pub fn new(
         mesh: &TriangleMesh,
         triangles: &[Triangle],
@@ -69,7 +69,7 @@ impl Diffusion {
             Self::Real(diffusion) => diffusion.factor.symbolic().predicted_bytes::<f64>(threads),
         }
     }
-    /// The same at another time, with the analysis shared.
+    /// Factors the same operator for another time, sharing the symbolic analysis.
     pub fn at(
         &self,
         mesh: &TriangleMesh,
@@ -82,7 +82,7 @@ impl Diffusion {
             Self::Real(diffusion) => Self::Real(diffusion.at(mesh, triangles, time, threads)?),
         })
     }
-    /// Steps I and II, see [`DiffusionOn::unit_field`].
+    /// Runs steps I and II, see [`DiffusionOn::unit_field`].
     pub fn unit_field(
         &self,
         mesh: &TriangleMesh,
@@ -95,7 +95,7 @@ impl Diffusion {
             Self::Real(diffusion) => diffusion.unit_field(mesh, triangles, source, options),
         }
     }
-    /// Extends a field, see [`DiffusionOn::continue_from`].
+    /// Extends a field into further sheets, see [`DiffusionOn::continue_from`].
     pub fn continue_from(
         &self,
         mesh: &TriangleMesh,
@@ -111,7 +111,7 @@ impl Diffusion {
     }
 }
 
-/// The factored operator `M + t L` with the frames of its unknowns.
+/// Factored operator `M + t L`, with the frames of its unknowns.
 #[derive(Debug)]
 pub(crate) struct DiffusionOn<F: EdgeFrames> {
     pub(super) frames: F,
@@ -121,7 +121,7 @@ pub(crate) struct DiffusionOn<F: EdgeFrames> {
     pub(super) time: f64,
 }
 
-/// The analysed, not yet factored operator.
+/// Analysed operator, not yet factored.
 pub(crate) struct PreparedOn<F: EdgeFrames> {
     frames: F,
     operator: ConnectionLaplacian<F::Value>,
@@ -169,13 +169,13 @@ impl<F: EdgeFrames + Clone> DiffusionOn<F> {
     }
 }
 
-/// An order of elimination for unknowns on edges from one for vertices: by the end that comes
-/// first, then by the other.
+/// Derives an elimination order of edge unknowns from one of vertices: edges are sorted by their
+/// earlier end, then by the other.
 ///
 /// If a set of vertices separates two parts of the mesh, the edges between these vertices separate
-/// the edges of the parts: a face has no corners in both parts, so two of its edges in different
-/// parts can not meet. So the separators of nested dissection carry over, no larger than before, at
-/// a third of the cost of dissecting the edges.
+/// the edges of the parts: no face has corners in both parts, so no face has edges in both. Hence
+/// the separators of nested dissection carry over without growing, at a third of the cost of
+/// dissecting the edges.
 fn induced_order(mesh: &TriangleMesh, edge_of_unknown: &[Edge], vertex_order: &[u32]) -> Vec<u32> {
     let mut place = vec![0u32; vertex_order.len()];
     for (p, &v) in vertex_order.iter().enumerate() {
@@ -185,7 +185,7 @@ fn induced_order(mesh: &TriangleMesh, edge_of_unknown: &[Edge], vertex_order: &[
         let [a, b] = mesh.edge_vertices(edge_of_unknown[unknown]).map(|v| place[v.index()]);
         (a.min(b), a.max(b))
     };
-    // In buckets of the first end, which hold a few edges each.
+    // Bucket sort by the earlier end; each bucket holds a few edges.
     let mut start = vec![0u32; vertex_order.len() + 1];
     for unknown in 0..edge_of_unknown.len() {
         start[ends(unknown).0 as usize + 1] += 1;
@@ -206,7 +206,7 @@ fn induced_order(mesh: &TriangleMesh, edge_of_unknown: &[Edge], vertex_order: &[
     keys.into_iter().map(|(_, unknown)| unknown).collect()
 }
 
-/// `M + t L`, in place.
+/// Computes `M + t L` in place.
 pub(super) fn mass_plus<T: Scalar>(
     mass: &[f64],
     time: f64,
@@ -230,34 +230,34 @@ fn at_edge(edge_of_unknown: &[Edge], fault: NumericError) -> SignedHeatError {
     }
 }
 
-/// The field of unit vectors that the distance's gradient is fitted to.
+/// Field of unit vectors to which the gradient of the distance is fitted.
 #[derive(Debug)]
 pub(crate) struct UnitField {
-    /// In the layout of each face; zero where no source reaches.
+    /// One vector per face, in the layout of the face; zero where no source reaches.
     pub vectors: Vec<Complex>,
-    /// Which faces a source reaches.
+    /// Whether a source reaches each face.
     pub reached: Vec<bool>,
-    /// For each face, length of the sum of its three edges' vectors over the sum of their lengths:
-    /// 1 where they agree.
+    /// Agreement of the three edge vectors of each face: the length of their sum over the sum of
+    /// their lengths, 1 where they agree.
     pub agreement: Vec<f64>,
-    /// Faces whose vectors were so short that what lies beyond them may not be reached yet.
+    /// Faces with vectors so short that faces beyond them may not be reached yet.
     frontier: Vec<Face>,
     /// Number of solves.
     pub stages: usize,
     /// Largest relative residual of the solves over the whole mesh; later stages use the same
     /// factor.
     pub residual: f64,
-    /// If the normals of the source were to be kept.
+    /// Convergence of the normal constraints, if they were asked for.
     pub kept_normals: Option<KeptNormals>,
 }
 
 /// Vectors shorter than this share of the longest have lost their relative accuracy, or are about
-/// to: the factor leaves out fill-in below 1e-150.
+/// to: the factor drops fill-in below 1e-150.
 const SHORTEST: f64 = 1e-130;
 
-/// The next stage starts from faces whose vectors are at most this many times longer than the
-/// shortest. What it leaves out is smaller than what it takes by this factor wherever it matters,
-/// far below rounding.
+/// The next stage starts from faces with vectors at most this many times longer than the shortest.
+/// Wherever it matters, what this neglects is smaller by this factor than what it keeps, far below
+/// rounding.
 const FRONTIER: f64 = 1e25;
 
 impl<F: EdgeFrames> DiffusionOn<F> {
@@ -276,12 +276,12 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         Ok(DiffusionOn { frames, factor, mass, edge_of_unknown, time })
     }
 
-    /// `(M + t L) x = b`
+    /// Solves `(M + t L) x = b`.
     pub(super) fn solve(&self, b: &[F::Value]) -> Result<Vec<F::Value>, SignedHeatError> {
         self.factor.solve(b).map_err(|fault| at_edge(&self.edge_of_unknown, fault))
     }
 
-    /// The same at the edges of some faces.
+    /// Solves `(M + t L) x = b` at the edges of these faces only.
     fn solve_at(
         &self,
         mesh: &TriangleMesh,
@@ -296,15 +296,16 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         self.factor.solve_where(b, wanted).map_err(|fault| at_edge(&self.edge_of_unknown, fault))
     }
 
-    /// Steps I and II, in stages.
+    /// Runs steps I and II in stages.
     ///
-    /// The diffused vectors shrink by about a factor 7 an edge (at coefficient 1) and vanish in
-    /// double precision a few hundred edges away. So after each solve the faces that got a vector
-    /// are known for good, and the unit vectors of the farthest of them are the source of the next
-    /// solve, with the same factor, which reaches as far again. Later solves read and normalise
-    /// only what lies beyond; of the rest they clear a vector and skip what is not wanted.
+    /// The diffused vectors shrink by a factor of about 7 per edge (at coefficient 1) and underflow
+    /// a few hundred edges away from the source. After each solve, the faces with sufficiently long
+    /// vectors are final, and the unit vectors of the farthest of them are the source of the next
+    /// solve, which uses the same factor and reaches equally far. Later solves read and normalise
+    /// only the remaining faces; elsewhere they only clear the right-hand side and skip what is not
+    /// needed.
     ///
-    /// Deviation: the paper solves once, and is silently flat beyond (test
+    /// Deviation: the paper solves once, and its result is silently flat beyond that distance (test
     /// `strip_of_20000_columns`).
     fn unit_field(
         &self,
@@ -333,8 +334,8 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         Ok(field)
     }
 
-    /// Extends a field into sheets that are not reached yet, from where distance enters them. No
-    /// two sheets share an edge, so that one solve serves any number of them.
+    /// Extends a field into unreached sheets from their entrances. No two sheets share an edge, so
+    /// one solve serves any number of them.
     fn continue_from(
         &self,
         mesh: &TriangleMesh,
@@ -355,7 +356,7 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         self.read_in_stages(mesh, triangles, x, field)
     }
 
-    /// What the values, scaled to be at most 1, diffuse to.
+    /// Diffuses the values, after scaling them to at most 1.
     fn first_vectors(
         &self,
         values: &mut [F::Value],
@@ -390,8 +391,8 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         }
     }
 
-    /// Averages the vectors at a face's edges and makes them a unit vector, if they are long enough
-    /// to be told from zero.
+    /// Averages the vectors at a face's edges and normalises the mean. Returns false if the vectors
+    /// are too short to be distinguished from zero.
     fn read_face(
         &self,
         mesh: &TriangleMesh,
@@ -413,7 +414,7 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         let directions = triangles[face.index()].directions();
         let (mut sum, mut lengths) = (Complex::ZERO, 0.0);
         for k in 0..3 {
-            // Scaled before squaring, which would underflow.
+            // Scaled first, since the square would underflow.
             let z = z[k].scale(1.0 / longest);
             sum += directions[k] * z;
             lengths += z.abs_sq().sqrt();
@@ -427,7 +428,8 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         true
     }
 
-    /// Unit vectors on the edges of the frontier, times the mass, scaled to be at most 1.
+    /// Returns the next right-hand side: unit vectors on the edges of the frontier, times the mass,
+    /// scaled to at most 1.
     fn next_stage(&self, mesh: &TriangleMesh, triangles: &[Triangle], field: &UnitField) -> Vec<F::Value> {
         let mut values = self.frames.zeros();
         let mut edges: Vec<Edge> = Vec::with_capacity(3 * field.frontier.len());

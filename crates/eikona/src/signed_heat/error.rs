@@ -1,10 +1,10 @@
-//! Why no distance could be computed.
+//! Errors of the signed heat method.
 
 use eikona_mesh::{CurveError, Edge, Face};
 use eikona_numeric::NumericError;
 use thiserror::Error;
 
-/// Why no distance could be computed.
+/// Error of the signed heat method.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SignedHeatError {
@@ -12,58 +12,59 @@ pub enum SignedHeatError {
     #[error(transparent)]
     Curve(#[from] CurveError),
     /// The mesh has no faces.
-    #[error("the mesh has no faces, so there is no surface to measure on")]
+    #[error("the mesh has no faces; distances need a surface, not only points or lines")]
     NoFaces,
-    /// All faces are degenerate: their height is below 1e-8 of their longest side.
-    #[error(
-        "every face has a height below 1e-8 of its longest edge, so there is no surface to measure on; remesh with better shaped faces"
-    )]
+    /// Every face is degenerate: its height is below 1e-8 of its longest edge.
+    #[error("every face has a height below 1e-8 of its longest edge; remesh with better shaped faces")]
     NoArea,
     /// An option is out of range.
     #[error("{name} = {value:?} is out of range: {bound}")]
     Option {
-        /// The option.
+        /// Name of the option.
         name: &'static str,
-        /// The value given.
+        /// The given value.
         value: f64,
-        /// What is allowed.
+        /// The allowed range.
         bound: &'static str,
     },
     /// The factors would exceed the memory limit.
     #[error(
-        "factoring needs about {needed_bytes} bytes, more than the limit of {limit_bytes}; raise the limit or use a coarser mesh"
+        "the factorisation needs about {needed_bytes} bytes, more than the memory limit of {limit_bytes}; raise the limit or use a coarser mesh"
     )]
     MemoryLimit {
         /// Predicted bytes.
         needed_bytes: usize,
-        /// The limit given.
+        /// The given limit.
         limit_bytes: usize,
     },
     /// The diffusion system could not be solved.
-    #[error("diffusing the normals failed at {edge}: {fault}")]
+    #[error("the diffusion of the normals failed at {edge}: {fault}")]
     Diffusion {
-        /// The edge of the unknown that failed.
+        /// Edge of the unknown at which the solver failed.
         edge: Edge,
-        /// What the solver said.
+        /// Error of the linear solver.
         fault: NumericError,
     },
     /// The Poisson system could not be solved.
-    #[error("integrating the gradient failed at vertex {vertex}: {fault}")]
+    #[error("the integration of the gradient failed at vertex {vertex}: {fault}")]
     Integration {
-        /// The vertex that failed.
+        /// Vertex at which the solver failed.
         vertex: usize,
-        /// What the solver said.
+        /// Error of the linear solver.
         fault: NumericError,
     },
     /// A system could not be set up.
     #[error(transparent)]
     Numeric(#[from] NumericError),
-    /// Lengths that overflow or underflow double precision when squared.
-    #[error("{face} has sides {lengths:?}, which can not be squared in double precision; rescale the mesh")]
+    /// The longest edge is outside the range from 1e-100 to 1e100: squares of lengths would
+    /// overflow or underflow.
+    #[error(
+        "{face} has edge lengths {lengths:?}, but the longest edge of a mesh must be between 1e-100 and 1e100; rescale the mesh"
+    )]
     Scale {
         /// The face.
         face: Face,
-        /// The lengths of its sides.
+        /// Lengths of its edges.
         lengths: [f64; 3],
     },
 }

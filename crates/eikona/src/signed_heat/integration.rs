@@ -1,5 +1,5 @@
-//! Step III: the function whose gradient is nearest to the unit field (SHM eq. 13), and its shift.
-//! With level set constraints it is found in `level_sets.rs`.
+//! Step III: fits the function whose gradient is closest to the unit field (SHM eq. 13), and shifts
+//! it. Fits with level set constraints are in `level_sets.rs`.
 
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
@@ -16,28 +16,28 @@ use eikona_numeric::{
 };
 use std::sync::Arc;
 
-/// The cotan Laplacian, grounded and factored.
+/// Cotan Laplacian, grounded and factored.
 #[derive(Debug)]
 pub(crate) struct Integration {
     pub(super) laplacian: CotanLaplacian,
-    /// One vertex a component, where a term is added to the diagonal. For a right-hand side that
-    /// sums to zero over the component, which a divergence does, this pins the vertex to zero
-    /// exactly and changes nothing else.
+    /// One vertex per component, at which a term is added to the diagonal. If the right-hand side
+    /// sums to zero over the component, as a divergence does, this makes the value at the vertex
+    /// exactly zero and changes nothing else.
     pub(super) grounded: Vec<Ground>,
     pub(super) factor: Cholesky<f64>,
-    /// The order in which vertices are eliminated.
+    /// Elimination order of the vertices.
     pub(super) vertex_order: Vec<u32>,
     /// Component of each vertex; `None` for a vertex without faces.
     pub(super) component_of_vertex: Vec<Option<u32>>,
     pub(super) component_count: usize,
     /// Square root of the area of each component.
     pub(super) size_of_component: Vec<f64>,
-    /// Where the assembled matrix is inexact.
+    /// Slivers, where the assembled matrix is inexact.
     pub(super) slivers: Option<Slivers>,
     pub(super) memory: Memory,
 }
 
-/// What a solver keeps, and may use.
+/// Memory that a solver holds, and its limit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Memory {
     pub kept_bytes: usize,
@@ -47,7 +47,7 @@ pub(crate) struct Memory {
 }
 
 impl Memory {
-    /// Fails if the bytes of one more factor would exceed the limit.
+    /// Returns an error if one more factor of this size would exceed the limit.
     pub fn check(&self, more_bytes: usize) -> Result<(), SignedHeatError> {
         let needed_bytes = self.kept_bytes + more_bytes;
         match self.limit.filter(|&limit| needed_bytes > limit) {
@@ -57,8 +57,8 @@ impl Memory {
     }
 }
 
-/// Weight of the faces of hanging sheets in a fit: what they pull at the others drowns in rounding,
-/// while they themselves fit their own field as closely as the values at their joints allow.
+/// Weight of the faces of hanging sheets in a fit. Their influence on the other faces is below
+/// rounding, while they fit their own field as closely as the values at their joints allow.
 const HANGING: f64 = 1e-12;
 
 #[derive(Clone, Copy, Debug)]
@@ -67,36 +67,36 @@ pub(super) struct Ground {
     pub component: u32,
 }
 
-/// The analysed, not yet factored operator.
+/// Analysed operator, not yet factored.
 pub(crate) struct PreparedIntegration {
     laplacian: CotanLaplacian,
     symbolic: Symbolic,
     vertex_order: Vec<u32>,
 }
 
-/// What came out, and how well.
+/// Fitted distance, with residuals and warnings.
 #[derive(Debug)]
 pub(crate) struct Integrated {
-    /// A value a vertex; NaN where no source reaches.
+    /// One value per vertex; NaN where no source reaches.
     pub values: Vec<f64>,
     /// Largest relative residual of the solves.
     pub residual: f64,
-    /// Largest deviation of a value on the curves from its level, in the unit of length; `None` if
-    /// none is asked for.
+    /// Largest deviation of a value on the curves from its level, in the unit of length; `None`
+    /// without constraints.
     pub constraint_violation: Option<f64>,
-    /// For the user: level sets that could not be held, and digits lost on slivers.
+    /// User-facing warnings: violated constraints, and digits lost on slivers.
     pub warnings: Vec<String>,
-    /// The level sets and why.
+    /// Level sets, and the reason for them.
     pub chosen: ChosenLevelSets,
 }
 
-/// An unconstrained fit.
+/// Unconstrained fit.
 pub(crate) struct Fit {
-    /// A value a vertex.
+    /// One value per vertex.
     pub values: Vec<f64>,
     /// Relative residual.
     pub residual: f64,
-    /// For the user, if slivers cost digits.
+    /// User-facing warning, if slivers cost digits.
     pub warning: Option<String>,
 }
 
@@ -169,14 +169,14 @@ impl PreparedIntegration {
     }
 }
 
-/// A fit in which hanging sheets follow the surface that they hang on, and do not pull at it.
+/// Fit in which hanging sheets follow the surface they are attached to without influencing it.
 pub(crate) struct WithHanging<'a> {
     pub integration: Integration,
     hanging: &'a [bool],
 }
 
 impl WithHanging<'_> {
-    /// A field with the weights of the fit.
+    /// Multiplies a field by the weights of the fit.
     pub fn weighted(&self, field: &[Complex]) -> Vec<Complex> {
         let weigh = |(y, hanging): (&Complex, &bool)| if *hanging { y.scale(HANGING) } else { *y };
         field.iter().zip(self.hanging).map(weigh).collect()
@@ -205,9 +205,9 @@ pub(super) fn at_vertex(fault: NumericError) -> SignedHeatError {
 }
 
 impl Integration {
-    /// The fit for sheets that hang on the others by vertices. In one system with weights and not
-    /// in two, so that it goes with every kind of level set; since a factor does not depend on the
-    /// scale of its rows, it loses no digits by that.
+    /// Factors the fit for sheets attached to the others at vertices only. One system with weights,
+    /// rather than two systems, works with every kind of level set constraint, and loses no digits,
+    /// since a factor does not depend on the scale of its rows.
     ///
     /// # Cost
     /// One factorisation; the analysis is shared.
@@ -227,22 +227,22 @@ impl Integration {
         };
         let SymmetricMatrix { diagonal, off_diagonal } = &mut laplacian.matrix;
         for (k, (entry, pair)) in off_diagonal.iter_mut().zip(&laplacian.graph.pairs).enumerate() {
-            // Three pairs a face.
+            // Three pairs per face.
             if hanging[k / 3] {
                 *entry *= HANGING;
             }
             pair.iter().for_each(|&v| diagonal[v as usize] -= *entry);
         }
-        let mut holds = vec![false; mesh.vertex_count()];
+        let mut constraints = vec![false; mesh.vertex_count()];
         for (corners, _) in mesh.triangles().iter().zip(hanging).filter(|(_, hanging)| !**hanging) {
-            corners.iter().for_each(|&v| holds[v as usize] = true);
+            corners.iter().for_each(|&v| constraints[v as usize] = true);
         }
         let mut grounded = self.grounded.clone();
         let mut ground_holds = vec![false; self.component_count];
         for (v, component) in self.component_of_vertex.iter().enumerate() {
             match component {
                 None => diagonal[v] = 1.0, // in no equation
-                Some(c) if holds[v] && !ground_holds[*c as usize] => {
+                Some(c) if constraints[v] && !ground_holds[*c as usize] => {
                     ground_holds[*c as usize] = true;
                     let own = grounded.iter_mut().filter(|g| g.component == *c);
                     own.for_each(|g| g.vertex = v as u32);
@@ -270,7 +270,7 @@ impl Integration {
         Ok(WithHanging { integration, hanging })
     }
 
-    /// For each component: whether it has a curve or point.
+    /// Returns per component whether it has a curve or point.
     pub fn has_source(&self, mesh: &TriangleMesh, source: &Source) -> Vec<bool> {
         let mut has = vec![false; self.component_count];
         let ends = source.segments.iter().map(|s| s.ends[0]);
@@ -287,7 +287,7 @@ impl Integration {
         self.component_count
     }
 
-    /// Step III. Components in which no face is reached get NaN.
+    /// Runs step III. Components without reached faces get NaN.
     pub fn integrate(
         &self,
         mesh: &TriangleMesh,
@@ -300,10 +300,10 @@ impl Integration {
         // Deviation: eq. 13 is printed without the minus, see `divergence`.
         let mut b = divergence(mesh, triangles, field);
         b.iter_mut().for_each(|x| *x = -*x);
-        let mut result = match self.holds(level_sets) {
-            Some(holds) => {
+        let mut result = match self.constraints(level_sets) {
+            Some(constraints) => {
                 let chosen = ChosenLevelSets::given(level_sets);
-                Integrated { chosen, ..self.constrained(mesh, triangles, &b, source, &holds)? }
+                Integrated { chosen, ..self.constrained(mesh, triangles, &b, source, &constraints)? }
             }
             None if level_sets == LevelSets::Free => self.free(mesh, &b, source)?,
             None => self.automatic(mesh, triangles, &b, source)?,
@@ -322,23 +322,23 @@ impl Integration {
         Ok(result)
     }
 
-    /// The unconstrained fit, up to a constant a component.
+    /// Computes the unconstrained fit, up to one constant per component.
     pub fn fit(&self, b: &[f64]) -> Result<Fit, SignedHeatError> {
         let Some(slivers) = &self.slivers else {
             let values = self.factor.solve(b).map_err(at_vertex)?;
             let residual = self.factor.residual(&values, b);
             return Ok(Fit { values, residual, warning: None });
         };
-        // Grounded vertices are at zero, so that their terms add nothing.
+        // Values at grounded vertices are zero, so their terms contribute nothing.
         let Refined { values, correction } =
             refined(&self.factor, b, |x| self.applied(x)).map_err(at_vertex)?;
-        let residual = relative_miss(&self.applied(&values), b);
+        let residual = relative_residual(&self.applied(&values), b);
         let warning = slivers.warning(correction, largest(&values));
         Ok(Fit { values, residual, warning })
     }
 
-    /// The Laplacian of vertex values, from their differences. Those have all digits where values
-    /// of vertices close to each other nearly agree; a product with the diagonal does not.
+    /// Multiplies vertex values by the Laplacian, using their differences. Differences keep all
+    /// digits where values of nearby vertices nearly agree; a product with the diagonal does not.
     pub(super) fn applied(&self, x: &[f64]) -> Vec<f64> {
         let c = &self.laplacian;
         let mut product = vec![0.0; x.len()];
@@ -363,8 +363,9 @@ impl Integration {
         })
     }
 
-    /// For each component the mean of a function along its curves, by length, if there are signed
-    /// ones; else its minimum, so that unsigned distances start at zero. Zero without a source.
+    /// Returns per component the mean of a function along its signed curves, weighted by length;
+    /// without signed curves its minimum, so that unsigned distances start at zero; without a
+    /// source, zero.
     pub fn mean_at_source(&self, mesh: &TriangleMesh, phi: &[f64], source: &Source) -> Vec<f64> {
         let n = self.component_count;
         let (mut sum, mut length, mut sourced) = (vec![0.0; n], vec![0.0; n], vec![false; n]);
@@ -412,7 +413,7 @@ impl Integration {
         }
     }
 
-    /// For each component: whether it has a signed curve.
+    /// Returns per component whether it has a signed curve.
     pub(super) fn has_signed(&self, mesh: &TriangleMesh, source: &Source) -> Vec<bool> {
         let mut signed = vec![false; self.component_count];
         for (segment, kind) in source.segments.iter().zip(&source.kinds) {
@@ -423,11 +424,11 @@ impl Integration {
         signed
     }
 
-    /// In components with unsigned sources only, values below zero are errors of discretisation:
-    /// they become zero.
+    /// Clamps negative values to zero in components with unsigned sources only, where they are
+    /// discretisation errors.
     ///
-    /// Deviation: the paper leaves them, and shifts the whole surface at once, where here each
-    /// component is shifted for itself.
+    /// Deviation: the paper keeps them, and applies one shift to the whole surface instead of one
+    /// per component.
     pub(super) fn clamp_unsigned(&self, mesh: &TriangleMesh, source: &Source, values: &mut [f64]) {
         let signed = self.has_signed(mesh, source);
         for (value, component) in values.iter_mut().zip(&self.component_of_vertex) {
@@ -438,15 +439,15 @@ impl Integration {
     }
 }
 
-/// The largest difference between the two sides of an equation, relative to the right one (absolute
-/// where that is zero).
-pub(super) fn relative_miss(left: &[f64], right: &[f64]) -> f64 {
+/// Largest difference between the two sides of an equation, relative to the largest entry of the
+/// right side (absolute where that is zero).
+pub(super) fn relative_residual(left: &[f64], right: &[f64]) -> f64 {
     let scale = largest(right);
     let worst = left.iter().zip(right).fold(0.0f64, |m, (l, r)| m.max((l - r).abs()));
     if scale > 0.0 { worst / scale } else { worst }
 }
 
-/// The largest absolute value.
+/// Largest absolute value.
 pub(super) fn largest(a: &[f64]) -> f64 {
     a.iter().fold(0.0, |m, x| m.max(x.abs()))
 }

@@ -1,12 +1,11 @@
-//! Signed distance along a surface to curves that may be broken: the signed heat method on triangle
-//! meshes.
+//! Signed distance along a triangle mesh to curves that may be broken, by the signed heat method.
 //!
 //! **Problem.** Curves with gaps, noise and crossings bound no region, so "how far, and on which
-//! side" has no exact answer. **Idea.** (I) Diffuse the *normals* of the curves for a short time:
-//! far from the curve they point along the gradient of its distance, and across gaps they average.
-//! (II) Make them unit vectors. (III) Take the function whose gradient is nearest to them. Two
-//! sparse linear systems, factored once for all curves; to hold curves to level sets the second,
-//! small one is factored again.
+//! side" has no exact answer. **Method.** (I) Diffuse the *normals* of the curves for a short time:
+//! far from the curves the diffused vectors point along the gradient of the distance, and across
+//! gaps they average. (II) Normalise them. (III) Find the function whose gradient is closest to
+//! them in the least-squares sense. Steps I and III are sparse linear systems, factored once for
+//! all curves; level set constraints factor the second, smaller system again.
 //!
 //! | paper | here | shape, unit | equation |
 //! |---|---|---|---|
@@ -18,21 +17,26 @@
 //! | `phi` | [`Solution::distance`] | V, length | 13, 14 |
 //! | `A` | [`LevelSets`], `level_sets.rs` | rows of constraints | 14, sec 7.1 |
 //!
-//! **Sign.** Negative on the left of an oriented curve (the paper and geometry-central have it
-//! positive there; see [`SignConvention`]). Isolated points and unsigned curves give distances that
-//! are positive on all sides.
+//! **Sign.** Negative on the left of an oriented curve (positive in the paper and in
+//! geometry-central; see [`SignConvention`]). Distances to isolated points and unsigned curves are
+//! positive on all sides.
 //!
-//! **Any triangle mesh.** With boundary, in several components (each with its own shift; NaN and a
-//! warning where no source reaches), nonmanifold (of sheets at an edge with a curve along it
-//! [`Curve::up`](eikona_mesh::Curve::up) tells which are left), inconsistently oriented (faces are
-//! turned over where that helps, and otherwise it does not matter), nonorientable (the side is
-//! carried along the curve; [`Curve::up`](eikona_mesh::Curve::up) chooses it), with zero-area faces
-//! (given angles, see [`Triangle`](crate::geometry::Triangle)).
+//! **Domains.** Any triangle mesh:
 //!
-//! **Limits.** First order in the edge length near corners and gaps of curves, better on smooth
-//! ones with [`DiffusionTime::Automatic`]. What a gap is filled with is an extrapolation: ask for
-//! [`Confidence`]. Where curves bound no region the fit of section 7.1 is smooth across the jump
-//! that the distance would have; the L1 form (7.2) is not in this version.
+//! * With boundary, and with several components. Each component has its own shift; those that no
+//!   source reaches get NaN and a warning.
+//! * Nonmanifold. At a nonmanifold edge along a curve, [`Curve::up`](eikona_mesh::Curve::up)
+//!   selects the sheets on the left.
+//! * Inconsistently oriented. Faces are reoriented where that gives a consistent orientation;
+//!   elsewhere the orientation of the faces does not matter.
+//! * Nonorientable. The side is transported along the curve; [`Curve::up`](eikona_mesh::Curve::up)
+//!   chooses it.
+//! * With zero-area faces, which are mollified (see [`Triangle`](crate::geometry::Triangle)).
+//!
+//! **Limits.** First-order accurate in the edge length near corners and gaps of curves, better on
+//! smooth curves with [`DiffusionTime::Automatic`]. The completion of a gap is an extrapolation:
+//! ask for [`Confidence`]. Where curves bound no region, the fit of section 7.1 is smooth across
+//! the jump that the distance would have; the L1 fit (section 7.2) is not in this version.
 //!
 //! **Reference.** Nicole Feng and Keenan Crane, *A Heat Method for Generalized Signed Distance*,
 //! ACM Trans. Graph. 43 (4), 2024.
@@ -83,16 +87,16 @@ pub use time::{ChosenTime, TIME_COEFFICIENTS};
 
 use eikona_mesh::{SurfaceCurves, TriangleMesh};
 
-/// Signed distance in one call: builds a [`Solver`] for this source and solves once.
+/// Computes the signed distance in one call: builds a [`Solver`] for this source and solves once.
 ///
-/// The result is that of a [`Solver`] with the same options.
+/// The result is the same as from a [`Solver`] with these options.
 ///
 /// # Errors
 /// Those of [`Solver::new`] and [`Solver::solve`].
 ///
 /// # Cost
 /// Two sparse factorisations, and one more of the smaller system for [`LevelSets`] other than
-/// `Free`. For several sources on one mesh keep the [`Solver`].
+/// `Free`. For several sources on one mesh, keep the [`Solver`].
 pub fn signed_distance(
     mesh: &TriangleMesh,
     source: &SurfaceCurves,

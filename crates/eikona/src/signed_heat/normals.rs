@@ -1,5 +1,5 @@
-//! Keeping the diffused vectors normal to the curves ("preserve source normals" in the public
-//! code): the solution of step I among the fields that have no part along the curves.
+//! Normal constraints ("preserve source normals" in the public code): solves step I among the
+//! fields without a tangential part at the curves.
 
 use crate::geometry::Triangle;
 use crate::geometry::vector::lerp;
@@ -11,20 +11,20 @@ use crate::signed_heat::source::Source;
 use eikona_mesh::{CurveKind, Face, Halfedge, Segment, SegmentHost, TriangleMesh};
 use eikona_numeric::{Cholesky, Complex, NumericError, Ordering, Scalar, Symbolic, nested_dissection_order};
 
-/// Parts along the curves count as gone at this share of the vectors there.
+/// Tolerance on the tangential parts, relative to the vectors at the curves.
 const TOLERANCE: f64 = 1e-9;
-/// Rings of faces around those that the curves touch.
+/// Number of rings of faces around the faces that the curves touch.
 const RINGS: usize = 3;
-/// `e` below, as a share of what the rows meet in the diagonal of the inverse: 1e-3 to 1e-8 give
-/// the same iterations.
+/// `e` in [`Strip`], relative to the mean of `T D^-1 T^T` over the rows, for the diagonal `D` of
+/// the strip's matrix: 1e-3 to 1e-8 give the same number of iterations.
 const SOFTNESS: f64 = 1e-5;
-/// Each costs a back-substitution. A handful is usual.
+/// Most iterations, of one back-substitution each. A handful is typical.
 const ITERATIONS: usize = 100;
 
 impl<F: EdgeFrames> DiffusionOn<F> {
-    /// The minimum of the energy that diffusion minimises among the fields with no part along the
-    /// curves: the multipliers `m` of the rows `T` solve `T (M + t L)^-1 T^T m = T x` by conjugate
-    /// gradients, with [`Strip`] before them.
+    /// Minimises the energy of the diffusion among the fields without a tangential part at the
+    /// curves. The multipliers `m` of the rows `T` solve `T (M + t L)^-1 T^T m = T x` by conjugate
+    /// gradients, preconditioned by [`Strip`].
     pub(super) fn preserve_normals(
         &self,
         mesh: &TriangleMesh,
@@ -41,8 +41,8 @@ impl<F: EdgeFrames> DiffusionOn<F> {
             kept.residual = if size > 0.0 { norm(&residual) / size } else { 0.0 };
             return Ok((free, kept));
         }
-        // On faces so thin that the strip can not be factored there is nothing before the
-        // iterations: they are more, not wrong.
+        // If faces are too thin for the strip to be factored, the iterations run without a
+        // preconditioner: they take longer, with the same result.
         let strip = Strip::new(mesh, triangles, &rows, self.time).ok();
         let precondition = |residual: &[f64]| match &strip {
             Some(strip) => strip.precondition(residual),
@@ -58,7 +58,7 @@ impl<F: EdgeFrames> DiffusionOn<F> {
             let image = rows.apply(mesh, &self.frames, &self.solve(&force)?);
             let step = product / dot(&direction, &image);
             if !step.is_finite() || step <= 0.0 {
-                break; // only by rounding: rows that say the same
+                break; // due to rounding only: linearly dependent rows
             }
             for i in 0..multipliers.len() {
                 multipliers[i] += step * direction[i];
@@ -87,12 +87,12 @@ fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// One row for each passage of a signed curve through a face or along an edge: the mean part of the
-/// field along it.
+/// One row per passage of a signed curve through a face or along an edge: the mean tangential part
+/// of the field.
 ///
-/// Deviation: the public code has a row for each segment. Those of a fine polyline ask more of a
-/// face than its three vectors can give, and push the field to zero along the whole curve. In this
-/// form cutting a segment in two changes nothing.
+/// Deviation: the public code has one row per segment. The rows of a fine polyline ask more of a
+/// face than its three vectors can satisfy, and push the field to zero along the whole curve. With
+/// one row per passage, splitting a segment changes nothing.
 struct TangentRows {
     /// Halfedges with coefficients `c`: the row is the sum of `Re(conj(c) z_h)`.
     rows: Vec<Vec<(Halfedge, Complex)>>,
@@ -129,7 +129,7 @@ impl TangentRows {
         self.rows.iter().map(|row| row.iter().map(value).sum()).collect()
     }
 
-    /// The norm of what the rows would be if all vectors ran along the curves.
+    /// Returns the norm that the rows would have if all vectors were tangential.
     fn size<F: EdgeFrames>(&self, mesh: &TriangleMesh, frames: &F, x: &[F::Value]) -> f64 {
         let value = |&(h, c): &(Halfedge, Complex)| (c.abs_sq() * frames.read(mesh, x, h).abs_sq()).sqrt();
         self.rows.iter().map(|row| row.iter().map(value).sum::<f64>().powi(2)).sum::<f64>().sqrt()
@@ -159,8 +159,8 @@ fn same_host(a: &Segment, b: &Segment) -> bool {
     }
 }
 
-/// Adds the integral along a segment of the part along it to a row, which is empty or of the same
-/// host. Returns the length.
+/// Adds the integral of the tangential part along a segment to a row, which is empty or has the
+/// same host. Returns the length of the segment.
 fn add_integral(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
@@ -183,8 +183,8 @@ fn add_integral(
             let vector = t.point(to) - t.point(from);
             let directions = t.directions();
             for k in 0..3 {
-                // The Crouzeix-Raviart function of side k at the middle of the segment: exact, as
-                // it is linear.
+                // The Crouzeix-Raviart function of side k at the midpoint of the segment; exact,
+                // since it is linear.
                 let opposite = (k + 2) % 3;
                 let value = 1.0 - (from[opposite] + to[opposite]);
                 add(k, face.halfedge(k), directions[k].conj() * vector.scale(value));
@@ -194,17 +194,17 @@ fn add_integral(
     }
 }
 
-/// The same problem on a strip of faces around the curves, factored: the preconditioner.
+/// Preconditioner: the same problem on a strip of faces around the curves, factored.
 ///
-/// With `K` and `T` those of the strip, `(e + T K^-1 T^T)^-1 = (1 - T (e K + T^T T)^-1 T^T) / e`:
-/// positive definite whether or not rows depend on each other (several segments in a face).
-/// Diffusion is local, so that the strip knows nearly all of what the surface answers; unlike
-/// scalings along the curve it also knows which segments share a face, and needs no order of them.
+/// With `K` and `T` of the strip, `(e + T K^-1 T^T)^-1 = (1 - T (e K + T^T T)^-1 T^T) / e`. This is
+/// positive definite even if rows are linearly dependent (several segments in a face). Diffusion is
+/// local, so the strip captures nearly all of the response of the surface. Unlike scalings along
+/// the curve, it accounts for segments that share a face, and needs no order of the segments.
 ///
-/// Measured on 100,820 faces with a circle, step I altogether (0.05 s if nothing is kept): 67
-/// iterations and 2.1 s without it, 2 iterations and 0.17 s with it, of which the strip takes 0.04
-/// s. At 73 and 1,000 times the diffusion time of the paper, 8 and 9 iterations with 2 rings, 6 and
-/// 7 with 4, 4 and 5 with 8.
+/// Measured on 100,820 faces with a circle, for all of step I (0.05 s without constraints): 67
+/// iterations and 2.1 s without the preconditioner, 2 iterations and 0.17 s with it, of which the
+/// strip takes 0.04 s. At 73 and 1,000 times the paper's diffusion time: 8 and 9 iterations with 2
+/// rings, 6 and 7 with 4, 4 and 5 with 8.
 struct Strip<'a> {
     mesh: &'a TriangleMesh,
     rows: &'a TangentRows,
@@ -226,7 +226,7 @@ impl<'a> Strip<'a> {
         let mut matrix = mass_plus(&operator.mass, time, operator.matrix);
         matrix.diagonal.iter_mut().filter(|d| **d == 0.0).for_each(|d| *d = 1.0); // in no equation
         let mut graph = operator.graph;
-        // The rows on the unknowns of the strip.
+        // The rows in terms of the unknowns of the strip.
         let mut scratch = frames.zeros();
         let entries: Vec<Vec<(usize, f64)>> = rows
             .rows
@@ -271,7 +271,7 @@ impl<'a> Strip<'a> {
     }
 }
 
-/// The faces of the rows with this many rings of faces around them.
+/// Returns the faces of the rows, with this many rings of faces around them.
 fn around(mesh: &TriangleMesh, rows: &TangentRows, rings: usize) -> Vec<Face> {
     let mut inside = vec![false; mesh.face_count()];
     let mut faces: Vec<Face> = Vec::new();

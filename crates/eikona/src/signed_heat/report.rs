@@ -1,82 +1,86 @@
-//! What the solver did, measured.
+//! Reports of the solver: timings, residuals, choices and warnings.
 
 use crate::phases::Phases;
 use crate::signed_heat::automatic::ChosenLevelSets;
 use crate::signed_heat::time::ChosenTime;
 
-/// What building the solver took and noticed.
+/// Timings, memory and warnings of building a solver.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Preparation {
     /// Phases of [`Solver::new`](super::Solver::new).
     pub phases: Phases,
-    /// Bytes of both factors.
+    /// Size of both factors in bytes.
     pub factor_bytes: usize,
-    /// Bytes that building them was predicted to take: what a memory limit is compared with.
+    /// Predicted bytes needed to build the factors; compared with the memory limit.
     pub needed_bytes: usize,
     /// Whether the real form was needed (nonmanifold edges, or no consistent orientation).
     pub real_form: bool,
-    /// Sentences for the user.
+    /// User-facing warnings.
     pub warnings: Vec<String>,
 }
 
-/// What one solve took and noticed.
+/// Timings, residuals, choices and warnings of one solve.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// Of the solver.
+    /// Report on building the solver.
     pub preparation: Preparation,
-    /// The diffusion time and why.
+    /// Diffusion time, and the reason for it.
     pub time: ChosenTime,
     /// Phases of [`Solver::solve`](super::Solver::solve).
     pub phases: Phases,
-    /// How many solves the diffusion took to reach all faces.
+    /// Number of diffusion solves needed to reach all faces.
     pub stages: usize,
     /// Largest relative residual of the diffusion solves.
     pub diffusion_residual: f64,
-    /// How the normals of the source were kept, if asked for.
+    /// Convergence of the normal constraints; `None` unless
+    /// [`preserve_source_normals`](super::SolveOptions::preserve_source_normals) is set.
     pub kept_normals: Option<KeptNormals>,
     /// Relative residual of the fit.
     pub integration_residual: f64,
-    /// The level sets and why.
+    /// Level sets, and the reason for them.
     pub level_sets: ChosenLevelSets,
-    /// Largest deviation of the distance from its level at nodes of the curves, middles of segments
-    /// inside edges and faces, and points, in the unit of length: zero to rounding where values are
-    /// held exactly; elsewhere, and for [`LevelSets::Soft`](super::LevelSets::Soft) (whose level is
-    /// zero), what the weight leaves. `None` for [`LevelSets::Free`](super::LevelSets::Free), which
-    /// asks for nothing.
+    /// Largest constraint violation, in the unit of length.
+    ///
+    /// The violation is the deviation of the distance from its level at nodes of the curves,
+    /// midpoints of segments inside edges and faces, and isolated points. It is zero up to rounding
+    /// where values are constrained exactly. Elsewhere, and for
+    /// [`LevelSets::Soft`](super::LevelSets::Soft) (whose level is zero), it is the deviation that
+    /// the penalty admits. `None` for [`LevelSets::Free`](super::LevelSets::Free), which has no
+    /// constraints.
     pub constraint_violation: Option<f64>,
-    /// The mean distance along each curve of the source, in their order: its level, for
-    /// [`LevelSets::PerComponent`](super::LevelSets::PerComponent). NaN for curves without length
-    /// or distance.
+    /// Mean distance along each curve of the source, in their order; for
+    /// [`LevelSets::PerComponent`](super::LevelSets::PerComponent) this is the level of the curve.
+    /// NaN for curves without length or distance.
     pub levels: Vec<f64>,
-    /// Segments of all curves, zero-length ones left out.
+    /// Number of segments of all curves, without those of zero length.
     pub source_segments: usize,
-    /// Isolated points.
+    /// Number of isolated points.
     pub source_points: usize,
-    /// Sentences for the user, besides those of the preparation.
+    /// User-facing warnings of the solve; those of the preparation are separate.
     pub warnings: Vec<String>,
 }
 
-/// How well the diffused vectors stay normal to the curves, for
+/// Convergence of the constraints that keep the diffused vectors normal to the curves, for
 /// [`preserve_source_normals`](super::SolveOptions::preserve_source_normals).
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeptNormals {
-    /// Conjugate gradient iterations, of one back-substitution each.
+    /// Number of conjugate gradient iterations; each costs one back-substitution.
     pub iterations: usize,
-    /// What is left of the parts along the curves, as a share of the length of the vectors there
-    /// (roots of the sums of squares, one a passage through a face or along an edge).
+    /// Remaining tangential part of the vectors at the curves, relative to their length (root sums
+    /// of squares with one term per passage of a curve through a face or along an edge).
     pub residual: f64,
-    /// The share at which they count as gone; above it there is a warning.
+    /// Tolerance on `residual`; a larger residual raises a warning.
     pub tolerance: f64,
 }
 
 impl KeptNormals {
     pub(crate) fn warning(&self) -> Option<String> {
-        // Also for a residual that is not a number.
+        // Written so that a NaN residual warns as well.
         let converged = self.residual <= self.tolerance;
         (!converged).then(|| {
             format!(
-                "the normals of the source are kept to {:.1e} only, not {:.0e}, after {} iterations: \
-                 look for curves that are much finer than the mesh, or do without preserve_source_normals",
+                "preserve_source_normals reached a residual of {:.1e} instead of {:.0e} in {} iterations; \
+                 resample curves that are much finer than the mesh, or turn the option off",
                 self.residual, self.tolerance, self.iterations
             )
         })
@@ -84,7 +88,7 @@ impl KeptNormals {
 }
 
 impl Report {
-    /// All warnings: of the solver, then of the solve.
+    /// Iterates over all warnings: those of the solver, then those of the solve.
     pub fn all_warnings(&self) -> impl Iterator<Item = &str> {
         self.preparation.warnings.iter().chain(&self.warnings).map(String::as_str)
     }

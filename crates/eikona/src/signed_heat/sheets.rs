@@ -1,22 +1,22 @@
-//! Sheets of faces that hang on the rest of the surface by single vertices only: diffusion across
-//! edges does not enter them, so distance goes on through such a vertex as from a point. Deviation:
-//! the paper has no such surfaces.
+//! Sheets of faces attached to the rest of the surface at single vertices only. Diffusion crosses
+//! edges and does not enter them, so the distance is continued from such a vertex as from a point.
+//! Deviation: the paper does not treat such surfaces.
 
 use crate::geometry::Triangle;
 use eikona_mesh::{Corner, Face, TriangleMesh, Vertex};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// The faces of a mesh sorted into sheets, which are connected across edges.
+/// Partition of the faces of a mesh into sheets, the connected components across edges.
 pub(crate) struct Sheets {
     of_face: Vec<u32>,
     sheets: usize,
-    /// The vertices that several sheets share.
+    /// Vertices that several sheets share.
     joints: Vec<Vertex>,
 }
 
-/// Where distance enters a sheet: away from a vertex where it is positive, towards it where it is
-/// negative.
+/// Vertex at which the distance enters a sheet. The gradient points away from the vertex if the
+/// distance there is positive, and towards it if negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Entrance {
     pub vertex: Vertex,
@@ -60,7 +60,7 @@ impl Sheets {
         self.of_face[face.index()]
     }
 
-    /// The faces of the sheets in which no face is reached.
+    /// Returns which faces belong to sheets without a reached face ("hanging" sheets).
     pub fn hanging(&self, reached: &[bool]) -> Vec<bool> {
         let mut sheet_reached = vec![false; self.sheets];
         for (sheet, _) in self.of_face.iter().zip(reached).filter(|(_, reached)| **reached) {
@@ -69,7 +69,7 @@ impl Sheets {
         self.of_face.iter().map(|sheet| !sheet_reached[*sheet as usize]).collect()
     }
 
-    /// The vertices that reached faces share with `hanging` ones.
+    /// Returns the vertices that reached faces share with `hanging` ones.
     pub fn front(&self, mesh: &TriangleMesh, hanging: &[bool]) -> Vec<Vertex> {
         let is_front = |v: &Vertex| {
             let mut corners = mesh.vertex_corners(*v).iter().map(|c| hanging[c.face().index()]);
@@ -79,14 +79,16 @@ impl Sheets {
         self.joints.iter().copied().filter(is_front).collect()
     }
 
-    /// Where distance enters the `hanging` sheets, from its values at the front: along the shortest
-    /// ways through these sheets, a vertex is an entrance of each sheet around it but the one that
-    /// the way to it ends in. So a sheet is not entered where it would be reached sooner, or at the
-    /// same time, from another of its joints. Sorted by vertex, then by sheet; all entrances at a
-    /// vertex have one sign, that of the distance where its way began.
+    /// Returns the entrances of the `hanging` sheets, given the distance at the front.
+    ///
+    /// Dijkstra's algorithm finds the shortest paths along edges of these sheets. A vertex is an
+    /// entrance of each sheet around it, except the one in which the path to it ends. So a sheet is
+    /// not entered where another of its joints gives a path that is shorter or as short. The
+    /// entrances are sorted by vertex, then by sheet. All entrances at a vertex have the sign of
+    /// the distance where their path began.
     ///
     /// # Cost
-    /// Each vertex of the hanging sheets is visited once: O(n log n).
+    /// Visits each vertex of the hanging sheets once: O(n log n).
     pub fn entrances(
         &self,
         mesh: &TriangleMesh,
@@ -130,17 +132,17 @@ impl Sheets {
     }
 }
 
-/// Ways along edges are longer than straight ones: at worst by 1 / 0.92 on squares cut along both
-/// diagonals.
+/// Paths along edges are longer than geodesics, by a factor of 1 / 0.92 at most on squares divided
+/// along both diagonals.
 const AS_STRAIGHT: f64 = 0.92;
 
-/// A way from the front; the shortest is the greatest, so that a heap gives it first.
+/// Path from the front. The shortest one is the greatest, so that a max-heap returns it first.
 struct Step {
     length: f64,
     vertex: Vertex,
-    /// Of the distance.
+    /// Sign of the distance where the path began.
     sign: f64,
-    /// The sheet of its last edge.
+    /// Sheet of the last edge.
     through: Option<u32>,
 }
 

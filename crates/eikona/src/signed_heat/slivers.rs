@@ -1,24 +1,24 @@
-//! What thin faces cost: lengths that had to be perturbed, and digits that rounding takes.
+//! Warnings about thin faces: perturbed edge lengths, and digits lost to rounding.
 
 use crate::geometry::Triangle;
 use crate::wording::counted;
 use eikona_mesh::{DisjointSets, Face, TriangleMesh};
 
-/// Edges of at least this cotangent weight hold their ends together: their faces are lower than
-/// about 1e-3 of their longest side.
+/// Edges with at least this cotangent weight are stiff: they keep the values at their ends
+/// together. Their faces have a height below about 1e-3 of their longest side.
 const STIFF: f64 = 1e3;
 
-/// Share of the rounding unit by which the sum of a vertex's weights is off. Measured on strips of
-/// 40 columns and one or two rows; with many rows the errors are up to a thousand times as large.
+/// Error of the sum of a vertex's weights, in relative terms. Measured on strips of 40 columns and
+/// one or two rows; with many rows the errors are up to a thousand times larger.
 const ROUNDING: f64 = 0.1 * f64::EPSILON;
 
 /// Estimated errors below this share of the extent need no refinement.
 const NEGLIGIBLE: f64 = 1e-13;
 
-/// Errors that are left below this share of the largest distance are not worth a warning.
-const NOTICED: f64 = 1e-6;
+/// Remaining errors above this share of the largest distance raise a warning.
+const WARN_ABOVE: f64 = 1e-6;
 
-/// Adds a warning of degenerate faces.
+/// Adds a warning about degenerate faces.
 pub(super) fn note_degenerate(triangles: &[Triangle], warnings: &mut Vec<String>) {
     let mollified = triangles.iter().filter(|t| t.mollified).count();
     if let Some(first) = triangles.iter().position(|t| t.mollified) {
@@ -37,11 +37,11 @@ pub(super) struct Slivers {
 }
 
 impl Slivers {
-    /// A warning for a fit that refinement left this inexact; `None` where that is not noticed.
+    /// Returns a warning if refinement left an error that matters; `None` otherwise.
     pub fn warning(&self, correction: f64, largest: f64) -> Option<String> {
-        (correction > NOTICED * largest).then(|| {
+        (correction > WARN_ABOVE * largest).then(|| {
             format!(
-                "{} (first: {}): distances along these faces may be off by about {correction:.0e} by rounding; remesh with \
+                "{} (first: {}): distances along these faces may have rounding errors of about {correction:.0e}; remesh with \
                  better shaped faces",
                 counted(self.faces, "sliver", "slivers"),
                 self.first.0
@@ -49,11 +49,11 @@ impl Slivers {
         })
     }
 
-    /// The regions of slivers of a mesh; `None` where no digits are lost.
+    /// Finds the regions of slivers of a mesh; `None` where no digits are lost.
     ///
     /// The diagonal of the Laplacian is rounded relative to the sum of all weights at a vertex.
-    /// Vertices that stiff edges hold together move as one, and what moves them are the weights of
-    /// the other edges at them, so the rounding counts relative to those. A few slivers in a good
+    /// Vertices connected by stiff edges move as one. The weights of their other edges determine
+    /// that common motion, so the rounding error counts relative to those. A few slivers in a good
     /// mesh lose as many digits as their weights have; a region of slivers of height `h` loses
     /// `h^-2`, since the other weights are as small as `h`.
     pub fn of(mesh: &TriangleMesh, triangles: &[Triangle]) -> Option<Slivers> {

@@ -1,33 +1,33 @@
-//! What comes out.
+//! Result of one solve.
 
 use crate::signed_heat::report::Report;
 use eikona_mesh::{FaceField, VertexField};
 
-/// The distance with everything that tells how it came about.
+/// Signed distance, with its gradient, confidence and report.
 #[derive(Clone, Debug)]
 pub struct Solution {
     /// Signed distance at each vertex, in the mesh's unit of length; NaN where no source reaches
-    /// (the report warns of it).
+    /// (with a warning in the report).
     pub distance: VertexField<f64>,
-    /// The unit vector of each face that the gradient of the distance was fitted to; zero where no
+    /// One unit vector per face, to which the gradient of the distance was fitted; zero where no
     /// source reaches.
     pub gradient: FaceField<[f64; 3]>,
-    /// How far each value rests on data rather than on extrapolation, if asked for.
+    /// Confidence in each value, if asked for: whether it rests on data or on extrapolation.
     pub confidence: Option<Confidence>,
     /// Timings, residuals, choices, warnings.
     pub report: Report,
 }
 
-/// How far the values rest on data.
+/// Confidence in each distance: whether it rests on data or on extrapolation.
 #[derive(Clone, Debug)]
 pub struct Confidence {
-    /// Distance at each vertex to the nearest given piece of curve or point, along the surface, in
-    /// the unit of length (first-order accurate). Where it is larger than the absolute distance,
-    /// the nearest point lies on a completed piece.
+    /// Distance along the surface from each vertex to the nearest given segment or point, in the
+    /// unit of length (first-order accurate). Where it exceeds the absolute distance, the nearest
+    /// point lies on a completed piece.
     pub distance_to_data: VertexField<f64>,
-    /// From 0 to 1 at each vertex: absolute distance (plus one edge) over distance to data (plus
-    /// one edge), times the agreement of the diffused vectors around the vertex. Near 1: the
-    /// nearest point is on a given piece. Near 0: on a piece that was invented, or in the middle of
-    /// contradicting data.
+    /// Confidence at each vertex, from 0 to 1: absolute distance (plus one edge) over distance to
+    /// data (plus one edge), times the agreement of the diffused vectors around the vertex. Near 1,
+    /// the nearest point lies on a given curve. Near 0, it lies on a completed piece, or the vertex
+    /// is amid contradicting data.
     pub confidence: VertexField<f64>,
 }

@@ -1,4 +1,5 @@
-//! The solver: factors once, answers curve after curve.
+//! Solver of the signed heat method: factors both systems once, then solves for any number of
+//! sources.
 
 use crate::curves::side::consistently_oriented;
 use crate::geometry::vector::{add, dot, normalize, scale, sub};
@@ -21,7 +22,7 @@ use eikona_mesh::{Components, Face, FaceField, SurfaceCurves, TriangleMesh, Vert
 use eikona_numeric::Complex;
 use std::sync::OnceLock;
 
-/// The signed heat method on one triangle mesh: both systems factored, any number of sources.
+/// Signed heat solver for one triangle mesh: factors both systems once, for any number of sources.
 ///
 /// ```
 /// use eikona::signed_heat::{Solver, SolverOptions, SolveOptions};
@@ -39,19 +40,19 @@ use std::sync::OnceLock;
 /// ```
 #[derive(Debug)]
 pub struct Solver {
-    /// The mesh with consistent winding wherever there is one; numbering as given.
+    /// The mesh, consistently oriented where possible; numbering as given.
     mesh: TriangleMesh,
     triangles: Vec<Triangle>,
     diffusion: AtTime,
-    /// With [`DiffusionTime::Automatic`]: for sources with gaps, smooth and rough ones, made when
-    /// the first of them comes.
+    /// With [`DiffusionTime::Automatic`]: the operators for smooth and for rough sources with gaps,
+    /// each factored when the first such source is solved.
     for_gaps: Option<[OnceLock<AtTime>; 2]>,
     integration: Integration,
     preparation: Preparation,
     memory: Memory,
 }
 
-/// The diffusion operator factored at a time.
+/// Diffusion operator factored for one diffusion time.
 #[derive(Debug)]
 struct AtTime {
     time: ChosenTime,
@@ -63,9 +64,8 @@ impl Solver {
     ///
     /// # Errors
     /// [`SignedHeatError::NoFaces`], [`SignedHeatError::NoArea`], [`SignedHeatError::Option`],
-    /// [`SignedHeatError::MemoryLimit`] before anything large is allocated,
-    /// [`SignedHeatError::Scale`], and the failures of the factorisations with the edge or vertex
-    /// at which they happened.
+    /// [`SignedHeatError::Scale`]; [`SignedHeatError::MemoryLimit`] before anything large is
+    /// allocated; failures of the factorisations, with the edge or vertex at which they occurred.
     ///
     /// # Cost
     /// Two sparse factorisations: O(n^1.5) time, O(n log n) memory.
@@ -126,23 +126,26 @@ impl Solver {
         })
     }
 
-    /// The distance to curves and points.
+    /// Computes the distance to curves and points.
     ///
     /// # Errors
-    /// [`SignedHeatError::Curve`] with the curve and node that is not on the mesh, out of range, or
-    /// across faces; [`SignedHeatError::Option`]; failures of the solves;
-    /// [`SignedHeatError::MemoryLimit`] when a second diffusion time or the factor that level sets
-    /// or hanging sheets take would exceed it.
+    /// [`SignedHeatError::Curve`] with the curve and node, if a node is not on the mesh or out of
+    /// range, or if consecutive nodes share no face; [`SignedHeatError::Option`]; failures of the
+    /// solves; [`SignedHeatError::MemoryLimit`] if an additional factor (for a second diffusion
+    /// time, for level sets or for sheets attached at vertices only) would exceed the limit.
     ///
     /// # Cost
-    /// Two back-substitutions for [`LevelSets::Free`]; one factorisation of the vertex system more
-    /// with constraints, and its analysis too for [`LevelSets::PerComponent`], whatever the number
-    /// of pieces; up to two for [`LevelSets::Automatic`]. A source that is hundreds of edges away
-    /// from parts of the mesh costs one more back-substitution for each such distance. On a surface
-    /// with sheets that hang on the reached ones by vertices only, one more factorisation of the
-    /// vertex system. With [`DiffusionTime::Automatic`] the first source with gaps costs one
-    /// factorisation of the diffusion at the time for gaps, and its memory;
-    /// [`DiffusionTime::for_source`] chooses that time from the start.
+    /// * [`LevelSets::Free`]: two back-substitutions.
+    /// * Constraints: one more factorisation of the vertex system; for [`LevelSets::PerComponent`]
+    ///   also its symbolic analysis, for any number of pieces; up to two factorisations for
+    ///   [`LevelSets::Automatic`].
+    /// * Parts of the mesh hundreds of edges away from the source: one more back-substitution for
+    ///   each such distance.
+    /// * Sheets attached to the reached surface at vertices only: one more factorisation of the
+    ///   vertex system.
+    /// * [`DiffusionTime::Automatic`]: one more factorisation of the diffusion operator, which is
+    ///   kept, for the first source with gaps. [`DiffusionTime::for_source`] chooses that time from
+    ///   the start.
     pub fn solve(&self, source: &SurfaceCurves, options: &SolveOptions) -> Result<Solution, SignedHeatError> {
         let mut phases = Phases::start();
         if let LevelSets::Soft(weight) = options.level_sets
@@ -159,7 +162,7 @@ impl Solver {
         let source = Source::new(&self.mesh, !diffusion.is_real(), source)?;
         phases.end("source");
 
-        // Step I and II: diffuse the normals, normalise a face.
+        // Steps I and II: diffuse the normals, normalise per face.
         let mut field = diffusion.unit_field(&self.mesh, &self.triangles, &source, options)?;
         let hanging = self.hanging_faces(&field);
         let with_hanging = match &hanging {
@@ -218,18 +221,18 @@ impl Solver {
         })
     }
 
-    /// The mesh that the solver works on: wound consistently, numbered as given.
+    /// The mesh that the solver works on: consistently oriented where possible, numbered as given.
     pub fn mesh(&self) -> &TriangleMesh {
         &self.mesh
     }
 
-    /// The diffusion time with the reason for it. With [`DiffusionTime::Automatic`], that for
-    /// sources without gaps; the [`Report`] has the one used.
+    /// The diffusion time and the reason for it. With [`DiffusionTime::Automatic`], this is the
+    /// time for sources without gaps; each [`Report`] has the time that was used.
     pub fn time(&self) -> &ChosenTime {
         &self.diffusion.time
     }
 
-    /// The diffusion for a source, by the rule of [`DiffusionTime::for_source`].
+    /// Returns the diffusion operator for a source, by the rule of [`DiffusionTime::for_source`].
     fn at_time_for(&self, source: &SurfaceCurves, phases: &mut Running) -> Result<&AtTime, SignedHeatError> {
         let Some(for_gaps) = &self.for_gaps else { return Ok(&self.diffusion) };
         let wanted = DiffusionTime::Automatic.for_source(&self.mesh, source);
@@ -249,8 +252,8 @@ impl Solver {
         Ok(for_gaps.get_or_init(|| AtTime { time, diffusion }))
     }
 
-    /// The sheets, with the faces of those that hang on the reached ones by vertices only, if there
-    /// are any.
+    /// Returns the sheets, and which faces belong to unreached sheets attached to reached ones at
+    /// vertices only; `None` if there are none.
     fn hanging_faces(&self, field: &UnitField) -> Option<(Sheets, Vec<bool>)> {
         if field.reached.iter().all(|r| *r) {
             return None;
@@ -260,8 +263,9 @@ impl Solver {
         (!sheets.front(&self.mesh, &hanging).is_empty()).then_some((sheets, hanging))
     }
 
-    /// Goes on into the hanging sheets: one fit for the distance at the vertices that they hang on,
-    /// and one more run of the diffusion, in which no sheet knows of another.
+    /// Extends the field into the hanging sheets: one fit gives the distance at the vertices that
+    /// they share with reached sheets, and one more diffusion continues from there. Sheets share no
+    /// edges, so they do not interact.
     fn bridge_vertices(
         &self,
         diffusion: &Diffusion,
@@ -285,9 +289,10 @@ impl Solver {
         diffusion.continue_from(&self.mesh, &self.triangles, sheets, &entrances, field)
     }
 
-    /// `has_source`: for each component, whether it has a curve or point.
+    /// Warns of each component whose distance is NaN. `has_source` says per component whether it
+    /// has a curve or point.
     fn warn_unreached(&self, values: &[f64], has_source: &[bool], warnings: &mut Vec<String>) {
-        // How many, and the first.
+        // Number of faces and the first of them, per component.
         let mut faces = vec![(0usize, Face(0)); self.integration.component_count()];
         for f in self.mesh.faces() {
             let v = self.mesh.face_vertices(f)[0].index();
@@ -310,7 +315,7 @@ impl Solver {
         }
     }
 
-    /// The unit vectors of the faces in space.
+    /// Converts one tangent vector per face to unit vectors in space.
     fn gradient(&self, vectors: &[Complex]) -> FaceField<[f64; 3]> {
         self.mesh
             .faces()
@@ -327,7 +332,7 @@ impl Solver {
     }
 }
 
-/// Lengths of the longest sides whose squares, and quotients of these, are normal numbers.
+/// Longest edges for which squares of lengths, and quotients of these, are normal numbers.
 const LENGTHS: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
 
 fn check_scale(triangles: &[Triangle]) -> Result<(), SignedHeatError> {

@@ -1,5 +1,5 @@
-//! Step I, right-hand side: what curves and points put on the edges (SHM section 5.6 and appendix
-//! A).
+//! Right-hand side of step I: contributions of curves and points to the edges (SHM section 5.6 and
+//! appendix A).
 
 use crate::curves::side::SideOfSegments;
 use crate::geometry::Triangle;
@@ -15,11 +15,11 @@ use eikona_mesh::{
 use eikona_numeric::{Complex, Scalar};
 use std::collections::BTreeMap;
 
-/// A source looked up on the mesh.
+/// Source located on the mesh.
 pub(crate) struct Source {
     pub segments: Vec<Segment>,
     pub points: Vec<Located>,
-    /// For each segment: its kind.
+    /// Kind of each segment.
     pub kinds: Vec<CurveKind>,
     /// Pairs of segments that cross.
     pub crossings: Vec<[usize; 2]>,
@@ -28,7 +28,7 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    /// Looks up every node. `consistent`: the faces of the mesh are wound alike.
+    /// Locates every node. `consistent` says whether the mesh is consistently oriented.
     pub fn new(mesh: &TriangleMesh, consistent: bool, input: &SurfaceCurves) -> Result<Source, CurveError> {
         if input.is_empty() {
             return Err(CurveError::Empty);
@@ -42,8 +42,8 @@ impl Source {
         Ok(Source { segments, points, kinds, crossings, warnings, sides })
     }
 
-    /// The places inside the surface where a signed curve ends and no other segment begins: the
-    /// ends of gaps.
+    /// Returns the open ends of the signed curves, at which gaps begin: places inside the surface
+    /// where a signed curve ends and no other segment of a signed curve begins.
     pub fn open_ends(&self, mesh: &TriangleMesh) -> Vec<Located> {
         open_ends(
             mesh,
@@ -51,7 +51,8 @@ impl Source {
         )
     }
 
-    /// The mean along each of so many curves of a function with these values at vertices.
+    /// Returns the mean along each of the first `curves` curves of a function with these vertex
+    /// values.
     pub fn means(&self, mesh: &TriangleMesh, curves: usize, values: &[f64]) -> Vec<f64> {
         let value = |end: Located| end.weights(mesh).map(|(v, w)| w * values[v.index()]).sum::<f64>();
         let mut sums = vec![[0.0; 2]; curves];
@@ -65,7 +66,7 @@ impl Source {
         sums.into_iter().map(|[sum, total]| sum / total).collect()
     }
 
-    /// The values `X_0` for diffusion time `t`.
+    /// Returns the initial values `X_0` for diffusion time `t`.
     pub fn values<F: EdgeFrames>(
         &self,
         mesh: &TriangleMesh,
@@ -75,8 +76,8 @@ impl Source {
         time: f64,
     ) -> Vec<F::Value> {
         let mut deposit = Deposit::new(mesh, frames, triangles);
-        // A gradient of height 1 / sqrt(t) balances the normal of a signed curve: both leave the
-        // same field on flat ground.
+        // The gradient of a function of height 1 / sqrt(t) matches the normal of a signed curve: on
+        // a flat surface both produce the same field.
         let spread = time.sqrt();
         for (i, (segment, kind)) in self.segments.iter().zip(&self.kinds).enumerate() {
             match kind {
@@ -94,23 +95,23 @@ impl Source {
     }
 }
 
-/// Vectors added up on the edges.
+/// Accumulates vectors on the edges.
 pub(crate) struct Deposit<'a, F: EdgeFrames> {
     mesh: &'a TriangleMesh,
     frames: &'a F,
     triangles: &'a [Triangle],
     values: Vec<F::Value>,
-    /// The largest single contribution to each edge.
+    /// Largest single contribution to each edge.
     largest: Vec<f64>,
-    /// How much points outward from each vertex. Summed first: a hub of a curve is visited once,
-    /// not once a segment.
+    /// Weight of the outward directions at each vertex. Summed first, so that a vertex where many
+    /// segments meet is visited once and not once per segment.
     outward: BTreeMap<Vertex, f64>,
 }
 
 const I: Complex = Complex { re: 0.0, im: 1.0 };
 
-/// Sums below this share of the largest contribution to their edge are what rounding leaves of
-/// normals that cancel.
+/// Sums below this share of the largest contribution to their edge count as zero: they are rounding
+/// errors of normals that cancel.
 const CANCELLED: f64 = 1e-13;
 
 impl<'a, F: EdgeFrames> Deposit<'a, F> {
@@ -128,17 +129,17 @@ impl<'a, F: EdgeFrames> Deposit<'a, F> {
     /// Adds a vector, given in the layout of a face, at one of its sides.
     fn add(&mut self, face: Face, side: usize, vector: Complex) {
         let along = self.triangles[face.index()].directions()[side];
-        self.add_seen_from(face.halfedge(side), along.conj() * vector);
+        self.add_at_halfedge(face.halfedge(side), along.conj() * vector);
     }
 
-    /// Adds a vector seen from a halfedge.
-    fn add_seen_from(&mut self, h: Halfedge, vector: Complex) {
+    /// Adds a vector in the frame of a halfedge.
+    fn add_at_halfedge(&mut self, h: Halfedge, vector: Complex) {
         let largest = &mut self.largest[self.mesh.edge(h).index()];
         *largest = largest.max(vector.max_part());
         self.frames.add(self.mesh, &mut self.values, h, vector);
     }
 
-    /// The sums, with those that cancelled set to zero.
+    /// Returns the sums, with cancelled ones set to zero.
     pub fn finish(mut self) -> Vec<F::Value> {
         for (v, weight) in std::mem::take(&mut self.outward) {
             self.outward_at_vertex(v, weight, |_| true);
@@ -150,8 +151,8 @@ impl<'a, F: EdgeFrames> Deposit<'a, F> {
         self.values
     }
 
-    /// The normal of an oriented segment (eq. 11, without the factor phi_e(m), as the paper
-    /// advises), the `i`-th one.
+    /// Adds the normal of the `i`-th segment, which is oriented (eq. 11, without the factor
+    /// phi_e(m), as the paper advises).
     fn signed_segment(&mut self, segment: &Segment, i: usize, sides: &SideOfSegments, sign: SignConvention) {
         let (reference, upside) = sides.of_segment(i);
         // The gradient points away from the negative side.
@@ -174,47 +175,49 @@ impl<'a, F: EdgeFrames> Deposit<'a, F> {
                     // Both faces share one vector.
                     let Some(h) = halfedges.iter().find(|h| h.face() == reference) else { return };
                     let along = if self.mesh.follows_edge(*h) { to - from } else { from - to };
-                    self.add_seen_from(*h, I * (along * length(h) * to_left * upside));
+                    self.add_at_halfedge(*h, I * (along * length(h) * to_left * upside));
                     return;
                 }
-                // Of more faces each has a vector for itself, into it or out of it. Deviation: the
-                // paper does not say which sheets are left; see `Seam::side`.
+                // At a nonmanifold edge each face has its own vector, into it or out of it.
+                // Deviation: the paper does not say which sheets are on the left; see `Seam::side`.
                 for h in halfedges {
                     let into = (to - from).abs() * length(h) * sides.of_sheet(self.mesh, i, segment, *h);
-                    self.add_seen_from(*h, I * (into * to_left));
+                    self.add_at_halfedge(*h, I * (into * to_left));
                 }
             }
         }
     }
 
-    /// The directions away from a point on all sides: minus the gradient of a unit mass there,
-    /// spread by barycentric weights to the corners of its face as multiples of their hat
-    /// functions, and tested with the fields of the sides after integrating by parts face by face:
-    /// inside by their divergence, and along the boundary of the surface.
+    /// Adds the directions away from a point on all sides: minus the gradient of a unit mass at the
+    /// point. Barycentric weights distribute the mass to the corners of the face, as multiples of
+    /// their hat functions; integration by parts in each face then tests the gradient with the
+    /// basis fields of the sides, through their divergence inside and along the boundary of the
+    /// surface.
     ///
-    /// Diffusion of a gradient is the gradient of diffusion (on flat ground), so the field is that
-    /// of the unsigned heat method.
+    /// On a flat surface diffusion commutes with the gradient, so the field is that of the unsigned
+    /// heat method.
     ///
     /// Deviation: eq. 19 and appendix A.2 integrate unit normals over small circles and offset
-    /// curves. Their first moments are not isotropic on a given mesh, and the distances they lead
-    /// to do not converge (tests `points_anywhere`, `unsigned_segment_across_faces`); and they need
-    /// vertices and edges as sources.
+    /// curves. Their first moments are not isotropic on a given mesh, and the resulting distances
+    /// do not converge (tests `points_anywhere`, `unsigned_segment_across_faces`). They also need
+    /// sources at vertices and edges.
     fn outward(&mut self, point: Located, weight: f64) {
         for (v, share) in point.weights(self.mesh) {
             *self.outward.entry(v).or_default() += weight * share;
         }
     }
 
-    /// The directions away from a vertex, in the faces around it that `wanted` lets through.
+    /// Adds the directions away from a vertex, in the faces around it for which `wanted` holds.
     pub fn outward_at_vertex(&mut self, v: Vertex, weight: f64, wanted: impl Fn(Face) -> bool) {
         outward_at_vertex(self.mesh, self.triangles, v, weight, wanted, |h, vector| {
-            self.add_seen_from(h, vector);
+            self.add_at_halfedge(h, vector);
         });
     }
 }
 
-/// Minus the gradient of the hat function of a vertex, of this integral: calls back with halfedges
-/// of the faces around it (those that `wanted` lets through) and vectors seen from them.
+/// Visits minus the gradient of the hat function of a vertex, scaled to integral `weight`: calls
+/// `add` with halfedges of the faces around the vertex for which `wanted` holds, and with vectors
+/// in the frames of these halfedges.
 fn outward_at_vertex(
     mesh: &TriangleMesh,
     triangles: &[Triangle],
@@ -230,12 +233,12 @@ fn outward_at_vertex(
         let t = &triangles[face.index()];
         let share = weight / mass;
         for side in 0..3 {
-            // The divergence of the side's field is its outward normal (-i seen from it) times
-            // length / area.
+            // The divergence of the side's basis field is its outward normal (-i in the halfedge's
+            // frame) times length / area.
             add(face.halfedge(side), Complex { re: 0.0, im: -share / 3.0 * t.lengths[side] });
         }
-        // What would leave the surface through its boundary stays: the integral of the two
-        // functions along it.
+        // The boundary term: the integral of both functions along the boundary cancels the flux out
+        // of the surface.
         let directions = t.directions();
         for boundary in [k, (k + 2) % 3] {
             if mesh.neighbour(face.halfedge(boundary)) != Neighbour::Boundary {

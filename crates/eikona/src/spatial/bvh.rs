@@ -1,13 +1,14 @@
-//! A tree of axis-aligned boxes over the triangles of a mesh.
+//! Bounding volume hierarchy of axis-aligned boxes over the triangles of a mesh.
 
 use super::closest::{ClosestPoint, closest_point_of_triangle};
 use eikona_mesh::{Face, TriangleMesh};
 
-/// Faces in a leaf, at most. Four triangles cost about as much as one more level of boxes.
+/// Most faces per leaf. Four triangles cost about as much as one more level of boxes.
 const LEAF_FACES: usize = 4;
 
-/// A tree of boxes over the triangles of a mesh. It keeps its own copy of the corners, so the mesh
-/// need not stay alive.
+/// Bounding volume hierarchy over the triangles of a mesh.
+///
+/// It copies the corners, so the mesh need not stay alive.
 ///
 /// ```
 /// use eikona::spatial::Bvh;
@@ -19,9 +20,9 @@ const LEAF_FACES: usize = 4;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Bvh {
-    /// Depth first: the first child of an inner node follows it.
+    /// Nodes in depth-first order: the first child of an inner node follows it.
     nodes: Vec<Node>,
-    /// Faces in the order of the leaves, and their corners in the same order.
+    /// Faces in the order of the leaves; their corners are in the same order.
     faces: Vec<Face>,
     triangles: Vec<[[f64; 3]; 3]>,
 }
@@ -36,15 +37,15 @@ struct Node {
     count: u32,
 }
 
-/// Centre of a face's box, as shares of the mesh's box, and the face. Where to split needs no more
-/// digits, and the small record halves the time of building.
+/// Centre of a face's box, relative to the mesh's box, and the face. Choosing a split needs no more
+/// digits, and the small record halves the build time.
 type Centre = ([f32; 3], u32);
 
 impl Bvh {
-    /// Builds the tree.
+    /// Builds the hierarchy.
     ///
     /// # Cost
-    /// O(F log F), about half a second a million faces; about 150 bytes a face.
+    /// O(F log F), about half a second per million faces; about 150 bytes per face.
     pub fn new(mesh: &TriangleMesh) -> Self {
         let (low, high) = bounds(mesh.triangles().iter().flatten().map(|&v| mesh.positions()[v as usize]));
         let mut centres: Vec<Centre> = mesh
@@ -70,9 +71,10 @@ impl Bvh {
         Bvh { nodes, faces, triangles }
     }
 
-    /// The nearest point of the mesh. `None` if the mesh has no faces or `p` is not finite.
+    /// Returns the point of the mesh closest to `p`; `None` if the mesh has no faces or `p` is not
+    /// finite.
     ///
-    /// Exact up to rounding; of equally near faces the one with the lowest id is given.
+    /// Exact up to rounding. Among equally close faces, the one with the lowest id is returned.
     ///
     /// # Cost
     /// O(log F) for points near the surface.
@@ -81,8 +83,7 @@ impl Bvh {
         if !p.iter().all(|x| x.is_finite()) {
             return None;
         }
-        // Boxes that rounding alone keeps out must be looked into, or a tie would not go to the
-        // lowest id.
+        // Boxes excluded only by rounding must be visited too, so that ties go to the lowest id.
         let largest = |x: &[f64; 3]| x.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let slack = 8.0 * f64::EPSILON * (largest(&p) + largest(&root.low).max(largest(&root.high)));
         let mut best: Option<ClosestPoint> = None;
@@ -99,7 +100,7 @@ impl Bvh {
                 let d = [first, second].map(|c| self.nodes[c as usize].distance_sq(p));
                 let mut children = [(first, d[0]), (second, d[1])];
                 if d[0] <= d[1] {
-                    children.swap(0, 1); // the nearer one is pushed last and looked into first
+                    children.swap(0, 1); // the nearer child is pushed last and visited first
                 }
                 stack.extend(children.into_iter().filter(|c| c.1 <= reach_sq));
                 continue;
@@ -136,8 +137,8 @@ fn bounds(points: impl Iterator<Item = [f64; 3]>) -> ([f64; 3], [f64; 3]) {
     })
 }
 
-/// Appends the tree over these faces, which begin at place `first` of the leaf order. Halving by
-/// number bounds the depth by log2 F.
+/// Appends the hierarchy over these faces, which start at index `first` of the leaf order. Median
+/// splits bound the depth by log2 F.
 fn build(mesh: &TriangleMesh, extent: [f64; 3], centres: &mut [Centre], first: usize, nodes: &mut Vec<Node>) {
     let here = nodes.len();
     nodes.push(Node { low: [0.0; 3], high: [0.0; 3], index: first as u32, count: centres.len() as u32 });
@@ -156,7 +157,7 @@ fn build(mesh: &TriangleMesh, extent: [f64; 3], centres: &mut [Centre], first: u
     let width = [0, 1, 2].map(|k| (high[k] - low[k]) as f64 * extent[k]);
     let widest = (0..3).max_by(|&i, &j| width[i].total_cmp(&width[j])).unwrap_or(0);
     let half = centres.len() / 2;
-    // Shares are not negative, so their bits order as they do; the face parts equal ones.
+    // Shares are nonnegative, so their bits sort like their values; the face breaks ties.
     centres.select_nth_unstable_by_key(half, |c| (c.0[widest].to_bits() as u64) << 32 | c.1 as u64);
     let (left, right) = centres.split_at_mut(half);
     build(mesh, extent, left, first, nodes);

@@ -1,35 +1,34 @@
-//! The nearest point of a triangle.
+//! Closest point of a triangle.
 
 use crate::geometry::vector::{cross, distance, dot, sub};
 use eikona_mesh::{Face, Located, TriangleMesh};
 
-/// The point of a mesh nearest to a given point.
+/// Point of a mesh closest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosestPoint {
-    /// The face it lies in; of several equally near ones, that with the lowest id.
+    /// Face that contains the point; among equally close ones, the one with the lowest id.
     pub face: Face,
-    /// Barycentric weights of the face's corners, in the face's own order: none negative, with sum
-    /// 1.
+    /// Barycentric coordinates in the face, in the order of its corners: nonnegative, with sum 1.
     pub weights: [f64; 3],
-    /// Where it lies in space.
+    /// Position in space.
     pub position: [f64; 3],
-    /// Its distance from the given point.
+    /// Distance from the given point.
     pub distance: f64,
 }
 
 impl ClosestPoint {
-    /// The point as a place on the mesh.
+    /// Returns the point as a location on the mesh.
     pub fn locate(&self, mesh: &TriangleMesh) -> Located {
         Located::in_face(mesh, self.face, self.weights)
     }
 }
 
-/// A triangle whose doubled area is below this share of its longest side squared has an unreliable
-/// plane: its sides are asked too.
+/// If twice the area is below this share of the squared longest side, the triangle's plane is
+/// unreliable and its sides are tested too.
 const SLIVER: f64 = 1e-6;
 
-/// Weights of the point of a triangle (of any shape, also of area zero) nearest to `p`, that point,
-/// and its squared distance.
+/// Returns the barycentric coordinates of the point of a triangle (of any shape, including zero
+/// area) closest to `p`, its position and its squared distance.
 pub fn closest_point_of_triangle(p: [f64; 3], triangle: [[f64; 3]; 3]) -> ([f64; 3], [f64; 3], f64) {
     let [a, b, c] = triangle;
     let (ab, ac, ap) = (sub(b, a), sub(c, a), sub(p, a));

@@ -1,5 +1,4 @@
-//! Queries in space: a tree of boxes over the triangles of a mesh, and the point of the mesh
-//! nearest to a given one.
+//! Spatial queries: a bounding volume hierarchy over the triangles of a mesh, and closest points.
 
 mod bvh;
 mod closest;
