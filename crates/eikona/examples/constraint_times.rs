@@ -1,6 +1,6 @@
-//! Times and memory of the signed heat method on a sphere of 100,000 faces, one thread, a case a
-//! process: `cargo run -p eikona --example constraint_times -- CASE [PIECES [COEFFICIENT]]` with a
-//! case of `free`, `zero`, `levels`, `soft`, `normals`.
+//! Measures time and memory of the signed heat method on a sphere of 100,000 faces, on one thread,
+//! one case per process: `cargo run -p eikona --example constraint_times -- CASE [PIECES
+//! [COEFFICIENT]]`, where CASE is `free`, `zero`, `levels`, `soft` or `normals`.
 
 use eikona::contour::plane_cut;
 use eikona::mesh::{Curve, SurfaceCurves, TriangleMesh, shapes};
@@ -30,15 +30,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("  residuals {:.1e} {:.1e}", report.diffusion_residual, report.integration_residual);
     println!("  normals {:?}", report.kept_normals);
-    println!("  constraints missed by {:?}", report.constraint_violation);
+    println!("  constraint violation {:?}", report.constraint_violation);
     if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
         status.lines().filter(|line| line.starts_with("VmHWM")).for_each(|line| println!("  {line}"));
     }
     Ok(())
 }
 
-/// Parallels of the sphere with the south on their left, cut into this many pieces with gaps
-/// between them; one piece is a whole circle.
+/// Returns parallels of the sphere with the south on their left, cut into this many pieces with
+/// gaps between them; one piece is a full circle.
 fn parallels(mesh: &TriangleMesh, pieces: usize) -> Result<SurfaceCurves, Box<dyn std::error::Error>> {
     let circles = pieces.div_ceil(100);
     let mut curves = Vec::new();

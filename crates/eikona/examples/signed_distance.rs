@@ -1,5 +1,5 @@
-//! Signed distance to a broken circle on a sphere, with every step in sight: `cargo run -p eikona
-//! --example signed_distance`.
+//! Signed distance to a broken circle on a sphere, step by step: `cargo run -p eikona --example
+//! signed_distance`.
 
 use eikona::contour::plane_cut;
 use eikona::mesh::{Curve, SurfaceCurves, shapes};
@@ -7,7 +7,7 @@ use eikona::signed_heat::{DiffusionTime, SolveOptions, Solver, SolverOptions};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sphere = shapes::geodesic_sphere(40)?;
-    // The circle z = 0.3, the south on its left; only every other tenth of it is kept.
+    // The circle z = 0.3, with the south on its left; every other tenth of it is kept.
     let circle = plane_cut(&sphere, [0.0, 0.0, 0.3], [0.0, 0.0, 1.0])?.remove(0);
     let tenth = circle.nodes.len() / 10;
     let pieces = circle.nodes.chunks(tenth).step_by(2).filter(|piece| piece.len() > 1);

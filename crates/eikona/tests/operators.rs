@@ -1,4 +1,5 @@
-//! The operators against dense ones from vectors in space, and the identities that define them.
+//! The operators compared with dense ones built from vectors in space, and the identities that
+//! define them.
 
 mod dense;
 mod exact;
@@ -15,7 +16,7 @@ use eikona_mesh::{
 use eikona_numeric::{Complex, Graph, Scalar, SymmetricMatrix};
 use exact::*;
 
-/// A bent disk with boundary, a closed lump, a handle.
+/// A curved disk with boundary, a closed surface of genus 0, and one with a handle.
 fn irregular_meshes() -> Vec<(&'static str, TriangleMesh)> {
     let disk = shapes::disk(4, 6, 1.0).unwrap();
     let bent = disk.positions().iter().map(|p| [p[0], p[1], 0.3 * (2.0 * p[0]).sin() * p[1]]).collect();
@@ -30,7 +31,7 @@ fn irregular_plate() -> TriangleMesh {
     damage::jitter_with(&grid, 0.3, 7, &|p| [p[0], p[1], 0.0]).unwrap()
 }
 
-/// A number as a matrix of two rows and columns; its first column are its parts.
+/// A number as a 2 x 2 matrix; its first column holds the real and imaginary part.
 trait Block: Scalar {
     fn block(self) -> [[f64; 2]; 2];
 }
@@ -82,11 +83,11 @@ fn assert_close(name: &str, a: &Dense, b: &Dense) {
     assert_eq!(a.n, b.n);
     let scale = largest(&a.entries);
     let difference = largest_difference(&a.entries, &b.entries);
-    assert!(difference < 1e-13 * scale, "{name}: {difference} of {scale}");
+    assert!(difference < 1e-13 * scale, "{name}: difference {difference}, scale {scale}");
 }
 
 #[test]
-fn assembled_operators_equal_those_from_vectors_in_space() {
+fn assembled_operators_equal_dense_ones_from_vectors_in_space() {
     for (name, mesh) in irregular_meshes() {
         let triangles = lay_out(&mesh);
         let l = ComplexFrames::of(&mesh).unwrap().connection_laplacian(&mesh, &triangles);
@@ -104,7 +105,7 @@ fn assembled_operators_equal_those_from_vectors_in_space() {
 fn connection_laplacian_is_positive_semidefinite() {
     let mut meshes = irregular_meshes();
     let mut random = Random::from_seed(9);
-    // Slivers and obtuse triangles make cotangents of both signs and all sizes.
+    // Slivers and obtuse triangles give cotangents of both signs and all magnitudes.
     let grid = shapes::grid(5, 4, 1.0, 1.0, Diagonal::Uniform).unwrap();
     let thrown = grid.positions().iter().map(|_| [0; 3].map(|_| random.uniform())).collect();
     meshes.push(("thrown", grid.with_positions(thrown).unwrap()));
@@ -126,14 +127,14 @@ fn connection_laplacian_is_positive_semidefinite() {
             for i in 0..dense.n {
                 *dense.at(i, i) -= 1e-4 * scale;
             }
-            // Nothing is parallel on a bent surface, but some fields nearly are: the count must be
-            // able to fail.
+            // A curved surface has no parallel fields, but some fields are nearly parallel: the
+            // count must be able to fail.
             assert!(dense.negative_pivots() < dense.n, "{name}");
         }
     }
 }
 
-/// A constant vector of the plane, seen from a halfedge: along it, and into its face.
+/// A constant vector of the plane in the frame of a halfedge: along it, and into its face.
 fn seen_from(mesh: &TriangleMesh, h: Halfedge, vector: [f64; 3]) -> Complex {
     let along = sub(mesh.position(mesh.tip(h)), mesh.position(mesh.origin(h)));
     let along = along.map(|x| x / norm(along));
@@ -141,7 +142,7 @@ fn seen_from(mesh: &TriangleMesh, h: Halfedge, vector: [f64; 3]) -> Complex {
     Complex { re: dot(vector, along), im: dot(vector, into) }
 }
 
-/// The unknowns of a constant vector of the plane, on a mesh whose edges have at most two faces.
+/// The unknowns of a constant vector of the plane, on a mesh with at most two faces per edge.
 fn constant_field<F: EdgeFrames>(mesh: &TriangleMesh, frames: &F, vector: [f64; 3]) -> Vec<F::Value> {
     let mut x = frames.zeros();
     for e in mesh.edges() {
@@ -150,9 +151,9 @@ fn constant_field<F: EdgeFrames>(mesh: &TriangleMesh, frames: &F, vector: [f64; 
     }
     for f in mesh.faces() {
         for k in 0..3 {
-            let (read, wanted) =
+            let (read, expected) =
                 (frames.read(mesh, &x, f.halfedge(k)), seen_from(mesh, f.halfedge(k), vector));
-            assert!((read - wanted).norm() < 1e-13, "{f} side {k}: {read:?} for {wanted:?}");
+            assert!((read - expected).norm() < 1e-13, "{f} side {k}: {read:?}, expected {expected:?}");
         }
     }
     x
@@ -183,13 +184,13 @@ fn parallel_fields_have_no_energy_on_flat_domains() {
     for (name, mesh) in [("plate", &plate), ("holes", &holes), ("flipped", &flipped)] {
         assert_parallel_fields_have_no_energy(name, mesh, &RealFrames::of(mesh));
     }
-    // Flipping must not be a no-op: the complex form is refused.
+    // The flips have an effect: the complex form is refused.
     assert!(ComplexFrames::of(&flipped).is_none());
 }
 
-/// The operator on a part of a mesh is that of the mesh whose faces are this part.
+/// The operator on a part of a mesh is that of the mesh with only these faces.
 #[test]
-fn a_part_of_a_mesh_has_the_operator_of_its_faces() {
+fn part_of_a_mesh_has_the_operator_of_its_faces() {
     let plate = irregular_plate();
     let faces: Vec<Face> = plate.faces().filter(|f| f.index() % 3 != 1).collect();
     let frames = RealFrames::of_part(&plate, &faces);
@@ -200,7 +201,7 @@ fn a_part_of_a_mesh_has_the_operator_of_its_faces() {
     assert_eq!(part.mass.len(), whole.mass.len());
     let total = |mass: &[f64]| mass.iter().sum::<f64>();
     assert!((total(&part.mass) - total(&whole.mass)).abs() < 1e-14);
-    // Edges are numbered otherwise: what does not depend on that are the traces of the powers.
+    // Edges are numbered differently, so only the traces of powers are compared.
     let [part, whole] = [&part, &whole].map(|l| real_full(&l.graph, &l.matrix));
     let trace = |m: &Dense| (0..m.n).map(|i| m.get(i, i)).sum::<f64>();
     let squares = |m: &Dense| m.entries.iter().map(|x| x * x).sum::<f64>();
@@ -224,7 +225,7 @@ fn cotan_laplacian_of_linear_functions_vanishes_inside() {
         for v in mesh.vertices().filter(|v| inside[v.index()]) {
             assert!(image[v.index()].abs() < 1e-12, "{v}: {}", image[v.index()]);
         }
-        assert!(largest(&image) > 0.1, "the boundary must feel the slope");
+        assert!(largest(&image) > 0.1, "the boundary terms must not vanish");
     }
 }
 
@@ -238,8 +239,8 @@ fn gradient(mesh: &TriangleMesh, f: Face, values: &[f64]) -> Complex {
     seen_from(mesh, f.halfedge(0), g)
 }
 
-/// C f = -div grad f for every function that is linear in each face, boundary included: with the
-/// sign and the edges as in `divergence`, a function is the fit to its own gradient.
+/// C f = -div grad f for every function that is linear in each face, including at the boundary:
+/// with the sign and the edges as in `divergence`, a function is the fit to its own gradient.
 #[test]
 fn gradient_of_linear_function_is_recovered() {
     let mut random = Random::from_seed(1);
@@ -259,7 +260,7 @@ fn gradient_of_linear_function_is_recovered() {
             let image = c.times(&values);
             let difference = largest_difference(&image, &minus);
             assert!(difference < 1e-12 * largest(&image), "{name}: {difference}");
-            // And the other way: the values come back from the divergence, up to a constant.
+            // Conversely, the divergence determines the values up to a constant.
             let mut pinned = c.clone();
             *pinned.at(0, 0) += 1.0;
             let back = pinned.solve(&minus);
@@ -285,8 +286,8 @@ fn curves(mesh: &TriangleMesh, along_edges: bool) -> SurfaceCurves {
     source
 }
 
-/// The whole method against its dense twin: the largest difference, relative to the largest
-/// distance.
+/// Compares the whole method with its dense twin: returns the largest difference relative to the
+/// largest distance.
 fn against_twin(pairs: &[(LevelSets, Constraint)], preserve_source_normals: bool) -> f64 {
     let mut worst = 0.0f64;
     for (name, mesh) in irregular_meshes() {
@@ -335,9 +336,8 @@ fn distances_with_preserved_normals_equal_those_of_the_dense_twin() {
     assert!(worst < 1e-8, "{worst:e}");
 }
 
-/// Curves along edges, held exactly, and across faces, held by weight. The penalty inside the
-/// constrained solves costs six of the sixteen digits, and rows that nearly depend on each other
-/// some more.
+/// Curves along edges, constrained exactly, and across faces, by a penalty. The penalty inside the
+/// constrained solves costs six of the sixteen digits, and nearly dependent rows cost some more.
 #[test]
 fn constrained_distances_equal_those_of_the_dense_twin() {
     let worst = against_twin(

@@ -1,14 +1,14 @@
-//! What the defaults choose, and that no explicit choice is better on broken curves with known
-//! truth (SHM section 9.5.3).
+//! The automatic choices of the defaults. On broken curves with known distances, no explicit choice
+//! is better (SHM section 9.5.3).
 
 #[path = "../examples/broken_curves/breaking.rs"]
-#[allow(dead_code)] // the example breaks curves in more ways
+#[allow(dead_code)] // the example uses more kinds of damage
 mod breaking;
 mod exact;
 #[path = "../examples/broken_curves/surfaces.rs"]
 mod surfaces;
 #[path = "../examples/broken_curves/truth.rs"]
-#[allow(dead_code)] // the example compares with the curve itself, too
+#[allow(dead_code)] // the example uses more of it
 mod truth;
 
 use breaking::{Damage, Whole};
@@ -34,11 +34,11 @@ fn together(sources: impl IntoIterator<Item = SurfaceCurves>) -> SurfaceCurves {
 }
 
 #[test]
-fn closed_curves_are_held_exactly() {
+fn closed_curves_are_constrained_exactly() {
     let mesh = rough_plate(30);
     let closed = circle(&mesh, 0.51);
     let line = zero_level(&mesh, |p| p[0] - 0.93);
-    // The same loop as single segments, in any order and direction of the file.
+    // The same loop as single segments, in shuffled order and direction.
     let nodes = &closed.curves[0].nodes;
     let mut segments: Vec<Curve> = nodes.windows(2).map(|w| Curve::signed(w.iter().copied())).collect();
     segments.reverse();
@@ -53,7 +53,7 @@ fn closed_curves_are_held_exactly() {
 }
 
 #[test]
-fn gaps_are_held_firmly_where_the_pieces_agree() {
+fn consistent_pieces_get_a_stiff_penalty() {
     let mesh = rough_plate(40);
     let whole = circle(&mesh, 0.51);
     let gaps = broken(&mesh, &whole, 0.1, 0.1);
@@ -64,16 +64,16 @@ fn gaps_are_held_firmly_where_the_pieces_agree() {
     assert_eq!(found.report.time.coefficient, 1.5);
     let missed = found.report.constraint_violation.unwrap();
     assert!(missed < 0.1 * exact::mean_edge_length(&mesh), "{missed}");
-    // The weight in the report is the one to ask for.
+    // Asking for the weight in the report gives the same result.
     let time = DiffusionTime::Coefficient(1.5);
     let again = exact::solve(&mesh, &gaps, time, chosen.level_sets);
     assert!(exact::largest_difference(again.distance.as_slice(), found.distance.as_slice()) < 1e-9);
 }
 
-/// Two rings of pieces, each the offset of the other: zero on both would press the ring between
-/// them flat.
+/// Two rings of pieces, one the offset of the other: zero on both would flatten the distance
+/// between them.
 #[test]
-fn pieces_beside_each_other_change_the_slope_next_to_them_little() {
+fn adjacent_pieces_hardly_change_the_slope() {
     let mesh = rough_plate(40);
     let edge = exact::mean_edge_length(&mesh);
     let rings = [0.5 - edge, 0.5 + edge].map(|r| broken(&mesh, &circle(&mesh, r), 0.3, 0.03));
@@ -82,8 +82,8 @@ fn pieces_beside_each_other_change_the_slope_next_to_them_little() {
     let chosen = &found.report.level_sets;
     let LevelSets::Soft(weight) = chosen.level_sets else { panic!("{chosen:?}") };
     assert!(chosen.reason.contains("contradict"), "{}", chosen.reason);
-    // The force on the curves: weight over the square root of the area, times the root mean square
-    // along them.
+    // The force on the curves: the weight over the square root of the area, times the root mean
+    // square along the curves.
     let levels: f64 =
         found.report.levels.iter().map(|l| l * l).sum::<f64>() / found.report.levels.len() as f64;
     let force = weight / 2.0 * levels.sqrt();
@@ -107,7 +107,7 @@ fn pieces_beside_each_other_change_the_slope_next_to_them_little() {
 }
 
 #[test]
-fn curves_at_different_levels_are_not_held_to_one() {
+fn curves_at_different_levels_keep_their_levels() {
     let mesh = rough_plate(40);
     let rings = || [0.2, 0.5, 0.8].map(|r| circle(&mesh, r));
     let whole = together(rings());
@@ -127,15 +127,15 @@ fn curves_at_different_levels_are_not_held_to_one() {
         println!("{name}: {found:.4}, free {free:.4}, zero {zero:.4}");
         assert!(found < 1.05 * free && found < 0.3 * zero, "{name}: {found}, free {free}, zero {zero}");
     }
-    // Two circles of opposite directions bound a ring: both at zero.
+    // Two circles of opposite directions bound a ring: both are at zero.
     let ring = together([circle(&mesh, 0.8), reversed(&circle(&mesh, 0.4))]);
     assert_eq!(default_solve(&mesh, &ring).report.level_sets.level_sets, LevelSets::Zero);
 }
 
-/// Whole curves that cross bound regions together. The field between them turns, so that the free
-/// fit has levels that are none.
+/// Closed curves that cross bound regions together. The field turns between them, so the levels of
+/// the free fit are meaningless.
 #[test]
-fn whole_curves_that_cross_are_held_at_zero() {
+fn crossing_closed_curves_are_at_zero() {
     let mesh = rough_plate(40);
     let disk = |x: f64, y: f64, r: f64| zero_level(&mesh, |p| (p[0] - x).hypot(p[1] - y) - r);
     let large = || disk(0.6, 0.6, 0.5);
@@ -147,7 +147,8 @@ fn whole_curves_that_cross_are_held_at_zero() {
         let found = default_solve(&mesh, &source);
         let chosen = &found.report.level_sets;
         assert_eq!(chosen.level_sets, LevelSets::Zero, "{name}: {}", chosen.reason);
-        // Positive off the union of the disks; inside, where the small one's arc is far.
+        // Positive outside the union of the disks; negative inside, far from the arc of the small
+        // one.
         let off = |p: [f64; 3], [x, y, r]: [f64; 3]| (p[0] - x).hypot(p[1] - y) - r;
         for v in mesh.vertices() {
             let p = mesh.position(v);
@@ -161,7 +162,7 @@ fn whole_curves_that_cross_are_held_at_zero() {
 }
 
 #[test]
-fn points_and_unsigned_curves_are_held_at_zero() {
+fn points_and_unsigned_curves_are_at_zero() {
     let mesh = plate(12);
     let point = SurfaceCurves::from_point(Vertex(40));
     let open = unsigned(broken(&mesh, &circle(&mesh, 0.5), 0.3, 0.2));
@@ -172,9 +173,9 @@ fn points_and_unsigned_curves_are_held_at_zero() {
     }
 }
 
-/// Each component gets what it would get alone.
+/// Each component gets the constraint that it would get alone.
 #[test]
-fn components_are_judged_apart() {
+fn components_are_chosen_separately() {
     let sphere = damage::jitter(&shapes::geodesic_sphere(14).unwrap(), 0.2, 4).unwrap();
     let far = sphere.with_positions(sphere.positions().iter().map(|p| [p[0] + 5.0, p[1], p[2]]).collect());
     let far = far.unwrap();
@@ -201,7 +202,7 @@ fn components_are_judged_apart() {
     assert!(off < 1e-7, "{off}");
 }
 
-/// Mean errors over curves with each kind of damage, the default against explicit choices.
+/// Mean errors over curves with each kind of damage, for the default and for explicit choices.
 #[test]
 fn no_explicit_choice_is_much_better_than_the_default() {
     let coefficient = DiffusionTime::Coefficient;

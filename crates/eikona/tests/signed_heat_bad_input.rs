@@ -1,4 +1,4 @@
-//! Bad input gives an error that names the element, or a right answer; never a panic and never a
+//! Bad input gives an error that names the element, or a correct result; never a panic, never a
 //! silent NaN.
 
 mod exact;
@@ -10,7 +10,7 @@ use eikona_mesh::{
 };
 use exact::*;
 
-/// 4 x 2 squares; vertex 3 x + y is at (x, y), diagonals rise.
+/// 4 x 2 squares; vertex 3 x + y is at (x, y), and diagonals rise.
 fn plate() -> TriangleMesh {
     shapes::grid(4, 2, 4.0, 2.0, Diagonal::Uniform).unwrap()
 }
@@ -19,7 +19,7 @@ fn refusal(source: SurfaceCurves) -> SignedHeatError {
     solver(&plate(), PAPER_TIME).solve(&source, &SolveOptions::default()).unwrap_err()
 }
 
-/// The fault at a place of a curve.
+/// Returns the curve and node of an error, and the fault.
 fn at_node(error: &SignedHeatError) -> (usize, usize, &CurveError) {
     match error {
         SignedHeatError::Curve(CurveError::AtNode { curve, node, fault }) => (*curve, *node, fault),
@@ -66,7 +66,7 @@ fn segment_across_faces() {
     let (curve, node, fault) = at_node(&error);
     assert_eq!((curve, node, fault), (1, 1, &CurveError::SegmentAcrossFaces));
     assert!(error.to_string().contains("curve 1, node 1") && error.to_string().contains("trace"), "{error}");
-    // The diagonal that is no edge: both ends in one square but in no common face.
+    // The diagonal that is not an edge: both ends lie in one square but not in a common face.
     assert!(matches!(refusal(two_curves(Curve::signed([1, 3].map(Vertex)))), SignedHeatError::Curve(_)));
 }
 
@@ -81,7 +81,7 @@ fn zero_length_curve() {
     let error = refusal(two_curves(Curve::signed([4, 4, 4].map(Vertex))));
     assert_eq!(error, SignedHeatError::Curve(CurveError::ZeroLength { curve: 1 }));
     assert!(error.to_string().contains("curve 1"), "{error}");
-    // One repeated node is no harm.
+    // One repeated node is harmless.
     let mesh = plate();
     let curve = Curve::signed([3, 4, 4, 5].map(Vertex));
     let values = zero(&mesh, &SurfaceCurves::from_curve(curve));
@@ -89,7 +89,7 @@ fn zero_length_curve() {
 }
 
 #[test]
-fn weights_that_are_no_point() {
+fn weights_outside_the_edge_or_face() {
     let on_edge = |t: f64| SurfacePoint::Edge { vertices: [4, 5], t };
     let in_face = |bary: [f64; 3]| SurfacePoint::Face { vertices: [0, 3, 4], bary };
     for t in [f64::NAN, f64::INFINITY, -0.1, 1.1] {
@@ -110,7 +110,7 @@ fn weights_that_are_no_point() {
 }
 
 #[test]
-fn edges_and_faces_that_do_not_exist() {
+fn nonexistent_edges_and_faces() {
     let error = refusal(two_curves(Curve::signed([
         Vertex(4).into(),
         SurfacePoint::Edge { vertices: [0, 14], t: 0.5 },
@@ -120,7 +120,7 @@ fn edges_and_faces_that_do_not_exist() {
     let face = SurfacePoint::Face { vertices: [0, 1, 14], bary: [0.3, 0.3, 0.4] };
     let error = refusal(two_curves(Curve::signed([Vertex(4).into(), face])));
     assert_eq!(at_node(&error).2, &CurveError::NoSuchFace { vertices: [0, 1, 14] });
-    // One vertex named twice.
+    // The same vertex twice.
     let edge = SurfacePoint::Edge { vertices: [4, 4], t: 0.5 };
     assert!(matches!(refusal(SurfaceCurves::from_point(edge)), SignedHeatError::Curve(_)));
 }
@@ -142,9 +142,9 @@ fn options_out_of_range() {
     }
 }
 
-/// Times that are positive but absurd: a right answer or an error, not a silent NaN.
+/// Positive but extreme times give a correct result or an error, not a silent NaN.
 #[test]
-fn absurd_times() {
+fn extreme_times() {
     let mesh = plate();
     let source = SurfaceCurves::from_curve(Curve::signed([6, 7, 8].map(Vertex)));
     for coefficient in [1e-300, 1e-30, 1e-12, 1e12, 1e30, 1e300] {
@@ -169,7 +169,7 @@ fn absurd_times() {
 }
 
 #[test]
-fn absurd_soft_weights() {
+fn extreme_soft_weights() {
     let mesh = plate();
     let source = SurfaceCurves::from_curve(Curve::signed([6, 7, 8].map(Vertex)));
     for weight in [1e-300, 1e-30, 1e-12, 1e12, 1e30, 1e300] {
@@ -198,7 +198,7 @@ fn meshes_without_a_surface() {
 }
 
 #[test]
-fn faces_that_are_no_triangles_are_refused_with_their_ids() {
+fn invalid_vertices_and_faces_are_named() {
     let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [f64::NAN, 0.0, 0.0]];
     let error = TriangleMesh::new(positions, vec![[0, 1, 2], [0, 1, 9], [1, 1, 2]]).unwrap_err();
     let MeshError::Invalid(faults) = &error else { panic!("{error:?}") };
@@ -221,8 +221,8 @@ fn memory_limit() {
     assert!(with(Some(needed - 1)).is_err());
 }
 
-/// The factor that level sets take counts too. On a strip the fronts are small, so that what is
-/// kept is nearly all that the solver needs, and one more factor exceeds it.
+/// The factor for level set constraints counts, too. On a strip the fronts are small, so the memory
+/// that is kept is nearly all that the solver needs, and one more factor exceeds the limit.
 #[test]
 fn memory_limit_of_a_solve() {
     let mesh = shapes::grid(2000, 2, 2000.0, 2.0, Diagonal::Alternating).unwrap();
@@ -250,14 +250,14 @@ fn lengths_beyond_double_precision() {
             .map(|s| s.solve(&source, &SolveOptions::default()))
         {
             Err(error) | Ok(Err(error)) => {
-                println!("times {scale:e}: {error}");
-                assert!(!(1e-60..=1e60).contains(&scale), "{scale:e} is no extreme");
+                println!("scale {scale:e}: {error}");
+                assert!(!(1e-60..=1e60).contains(&scale), "scale {scale:e} is in range");
             }
             Ok(Ok(solution)) => {
                 let relative: Vec<f64> = solution.distance.as_slice().iter().map(|d| d / scale).collect();
                 let e = errors(&mesh, &relative, |p| p[0] - 2.0);
-                println!("times {scale:e}: {e:?}");
-                assert!(e.largest < 1e-6, "times {scale:e}: {e:?}");
+                println!("scale {scale:e}: {e:?}");
+                assert!(e.largest < 1e-6, "scale {scale:e}: {e:?}");
             }
         }
     }

@@ -1,5 +1,4 @@
-//! The error of the signed heat method falls with refinement, on surfaces where the distance has a
-//! closed formula.
+//! Convergence under refinement, on surfaces where the distance has a closed form.
 
 mod exact;
 
@@ -38,7 +37,7 @@ fn table(name: &str, time: DiffusionTime, cases: impl Iterator<Item = Case>) -> 
         .collect()
 }
 
-/// The order from all sizes must be at least 1, and the last error at most `reaches`.
+/// Asserts that the order over all sizes is at least 1, and the last error at most `reaches`.
 fn falls(name: &str, cases: impl Fn(usize) -> Case, sizes: &[usize], reaches: f64) {
     let paper = table(&format!("{name}, paper's time"), PAPER_TIME, sizes[..3].iter().map(|&n| cases(n)));
     let automatic = table(
@@ -55,7 +54,7 @@ fn falls(name: &str, cases: impl Fn(usize) -> Case, sizes: &[usize], reaches: f6
 
 fn sphere(frequency: usize) -> Case {
     let mesh = shapes::geodesic_sphere(frequency).unwrap();
-    // South of the circle z = 0.3 is negative.
+    // Negative south of the circle z = 0.3.
     Case { mesh, exact: Box::new(|p| p[2].clamp(-1.0, 1.0).asin() - 0.3f64.asin()) }
 }
 
@@ -64,16 +63,16 @@ fn circle_of_latitude_on_the_sphere() {
     falls("sphere", sphere, &[12, 24, 48, 71, 96], 1e-5);
 }
 
-/// With t = h^2 the error on the sphere stops falling near 1e-4: the method of the paper, not a
-/// fault of this program.
+/// With t = h^2 the error on the sphere stops falling near 1e-4. This is a property of the paper's
+/// method, not of the implementation.
 #[test]
 fn paper_time_stalls_on_the_sphere() {
     let stalled = table("sphere, paper's time", PAPER_TIME, [16, 32, 71].into_iter().map(sphere));
     assert!(stalled[2].1 < 1e-4 && stalled[2].1 > 5e-5, "{stalled:?}");
 }
 
-/// Two parallels of a torus, at these angles of the tube; meridians are geodesics and cross both at
-/// right angles.
+/// Two parallels of a torus, at these angles of the tube; meridians are geodesics that cross both
+/// at right angles.
 fn torus(n: usize, [first, second]: [f64; 2]) -> Case {
     let mesh = shapes::torus(1.0, 0.4, 5 * n / 2, n).unwrap();
     let exact = move |p: [f64; 3]| {
@@ -94,9 +93,9 @@ fn two_parallels_on_the_torus() {
     falls("torus", |n| torus(n, [1.1, -1.1]), &[24, 48, 96, 160], 4e-5);
 }
 
-/// Where a ridge runs through the middle of a row of faces, the unit vector of these faces must
-/// point one way or the other: the two sides of the ridge then differ by up to the height of the
-/// row.
+/// Where a ridge runs through the middle of a row of faces, their unit vectors must point to one
+/// side or the other, so the distances on the two sides of the ridge differ by up to the height of
+/// the row.
 #[test]
 fn ridge_across_faces_costs_at_most_a_row() {
     for n in [24, 48, 96] {
@@ -161,7 +160,7 @@ fn parallel_on_an_irregular_cylinder() {
     falls("cylinder", rough_cylinder, &[24, 48, 96, 192], 1e-5);
 }
 
-/// Straight lines on flat meshes of any triangles: exact.
+/// Straight lines on flat meshes with arbitrary triangles: exact.
 #[test]
 fn line_on_an_irregular_plate_is_exact() {
     let regular = shapes::grid(24, 16, 3.0, 2.0, Diagonal::Alternating).unwrap();
@@ -178,9 +177,9 @@ fn line_on_an_irregular_plate_is_exact() {
     }
 }
 
-/// The root mean square error when each gap of this angle of longitude is bridged by a geodesic,
-/// which bulges polewards of the circle by atan(tan(latitude) / cos(..)): all on the meridians
-/// through a gap are off by the bulge there.
+/// Root mean square error if a geodesic bridges each gap of this angle of longitude. The geodesic
+/// bulges polewards of the circle by atan(tan(latitude) / cos(..)), and all values on the meridians
+/// through the gap are off by the bulge there.
 fn error_of_geodesic_bridges(latitude: f64, gaps: &[f64]) -> f64 {
     let mut sum = 0.0;
     for gap in gaps {
@@ -190,7 +189,7 @@ fn error_of_geodesic_bridges(latitude: f64, gaps: &[f64]) -> f64 {
             sum += (bridge - latitude).powi(2) * gap / 1000.0;
         }
     }
-    // Over the range of distances on the sphere, from pole to pole.
+    // Relative to the range of distances on the sphere, from pole to pole.
     (sum / (2.0 * PI)).sqrt() / PI
 }
 
@@ -201,9 +200,9 @@ fn longitudes(mesh: &TriangleMesh, curve: &Curve) -> [f64; 2] {
     })
 }
 
-/// A tenth of a circle kept, a twentieth dropped, and so on, at 100,820 faces: with the paper's
-/// time the gaps are bridged by geodesics, and the error is what these make. (Gaps of a twentieth
-/// bulge by 3.6e-3; the bulge grows with the square of the gap.)
+/// A circle on 100,820 faces of which a tenth is kept, a twentieth dropped, and so on. With the
+/// paper's time, geodesics bridge the gaps and cause the error. (Gaps of a twentieth bulge by
+/// 3.6e-3; the bulge grows with the square of the gap.)
 #[test]
 fn gaps_of_a_broken_circle_are_bridged_by_geodesics() {
     let Case { mesh, exact } = sphere(71);
@@ -230,7 +229,7 @@ fn gaps_of_a_broken_circle_are_bridged_by_geodesics() {
             "kept {keep}, dropped {drop}: geodesics {expected:.2e}, paper's time {paper:?}, automatic {automatic:?}"
         );
         if expected > 4.0 * unbroken {
-            assert!((paper.l2 / expected - 1.0).abs() < 0.1, "{} for {expected}", paper.l2);
+            assert!((paper.l2 / expected - 1.0).abs() < 0.1, "{}, expected {expected}", paper.l2);
         }
         assert!(paper.l2 < most && automatic.l2 < 2.0 * most, "{paper:?} {automatic:?}");
     }

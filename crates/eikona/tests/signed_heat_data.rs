@@ -1,4 +1,4 @@
-//! Every surface and every curve of the data folder, where there is one.
+//! All surfaces and curves of the data folder, if it exists.
 
 mod exact;
 
@@ -12,7 +12,7 @@ use std::time::Instant;
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
 
-/// Files with one of these endings below a folder, in order; none if the folder is not there.
+/// Files below a folder with one of these extensions, sorted; none if the folder does not exist.
 fn files(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut entries: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
@@ -35,7 +35,7 @@ fn name(path: &Path) -> String {
     path.strip_prefix(DATA).unwrap_or(path).display().to_string()
 }
 
-/// The triangles of a file; those of STL files joined where they touch.
+/// Loads the triangles of a file, with coincident vertices of STL files merged.
 fn load(path: &Path) -> Result<TriangleMesh, String> {
     let file = io::read_mesh(path).map_err(|e| e.to_string())?;
     let (mesh, _) = file.mesh.triangulate().map_err(|e| e.to_string())?;
@@ -43,18 +43,18 @@ fn load(path: &Path) -> Result<TriangleMesh, String> {
     if is_stl { weld(&mesh, 0.0).map(|w| w.mesh).map_err(|e| e.to_string()) } else { Ok(mesh) }
 }
 
-/// NaN only where a warning says so; and where the values are finite they differ.
+/// Asserts that NaN values come with a warning, and that the finite values are not all equal.
 fn check_values(name: &str, mesh: &TriangleMesh, solution: &Solution) -> (usize, f64) {
     let d = &solution.distance;
     assert_eq!(d.len(), mesh.vertex_count(), "{name}");
     let nan = d.as_slice().iter().filter(|x| x.is_nan()).count();
     assert!(d.as_slice().iter().all(|x| x.is_nan() || x.is_finite()), "{name}: infinite");
     let warned = solution.report.all_warnings().any(|w| w.contains("is NaN"));
-    assert!(nan == 0 || warned, "{name}: {nan} values are NaN, without a warning");
+    assert!(nan == 0 || warned, "{name}: {nan} values are NaN without a warning");
     (nan, largest(d.as_slice()))
 }
 
-/// Share of the area of the reached faces whose gradient is within a quarter of unit length.
+/// Share of the area of the reached faces with a gradient length within a quarter of 1.
 fn unit_share(mesh: &TriangleMesh, values: &[f64]) -> f64 {
     let (mut unit, mut total) = (0.0, 0.0);
     for f in mesh.faces() {
@@ -65,7 +65,7 @@ fn unit_share(mesh: &TriangleMesh, values: &[f64]) -> f64 {
         if doubled == 0.0 || !(x + y + z).is_finite() {
             continue;
         }
-        // The gradient turned by 90 degrees, times twice the area.
+        // The gradient rotated by 90 degrees, times twice the area.
         let turned: [f64; 3] = [0, 1, 2].map(|k| x * (c[k] - b[k]) + y * (a[k] - c[k]) + z * (b[k] - a[k]));
         total += doubled;
         if (norm(turned) / doubled - 1.0).abs() < 0.25 {
@@ -75,7 +75,7 @@ fn unit_share(mesh: &TriangleMesh, values: &[f64]) -> f64 {
     unit / total
 }
 
-/// Where the text file of a curve says nothing of its mesh.
+/// The mesh of a curve file, where the file does not name it.
 fn host(curve: &str) -> Option<&'static str> {
     Some(match curve {
         "curves/shm/block-points.txt" => "badquality/block.obj",
@@ -103,7 +103,7 @@ fn every_curve_file() {
     for path in files(&Path::new(DATA).join("curves"), &[".txt"]) {
         let curve = name(&path);
         let Some(host) = host(&curve) else {
-            println!("{curve}: of a point cloud");
+            println!("{curve}: belongs to a point cloud");
             continue;
         };
         let mesh = load(&Path::new(DATA).join(host)).unwrap();
@@ -144,8 +144,8 @@ fn every_curve_file() {
             assert!(size > 0.0, "{curve}: flat");
             let held = if at_vertices { 1e-6 } else { 5e-3 };
             assert!(level_sets != LevelSets::Zero || on_curve < held, "{curve}: {on_curve:e} on the curve");
-            // Loops around a handle and curves that contradict each other bound nothing: no
-            // function has a unit gradient then.
+            // Loops around a handle and contradictory curves bound no region: no function has a
+            // unit gradient then.
             let contradictory =
                 ["bumpy-sphere", "asymmetric-torus", "block-points"].iter().any(|n| curve.contains(n));
             assert!(contradictory || share > 0.85, "{curve}: gradient of length 1 on {share} of the area");
@@ -157,7 +157,8 @@ fn every_curve_file() {
     assert_eq!(count, 15);
 }
 
-/// A plane cut through the middle of the bounding box; around the first face if it meets no face.
+/// A plane cut through the centre of the bounding box; around the first face if the plane misses
+/// the mesh.
 fn some_source(mesh: &TriangleMesh) -> SurfaceCurves {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in mesh.positions() {
@@ -184,14 +185,14 @@ fn every_surface_file() {
     for path in &paths {
         let name = name(path);
         if name.contains("dragon_vrip.ply.gz") {
-            println!("{name}: left out, 871,414 faces take too long for a test");
+            println!("{name}: skipped, 871,414 faces take too long for a test");
             continue;
         }
         let start = Instant::now();
         let mesh = match load(path) {
             Ok(mesh) => mesh,
             Err(error) => {
-                println!("{name}: refused to read: {error}");
+                println!("{name}: reading failed: {error}");
                 assert!(["face ", "vertex ", "line "].iter().any(|id| error.contains(id)), "{name}: {error}");
                 refused += 1;
                 continue;
@@ -200,7 +201,7 @@ fn every_surface_file() {
         let solver = match Solver::new(&mesh, &SolverOptions { threads: 2, ..SolverOptions::default() }) {
             Ok(solver) => solver,
             Err(error) => {
-                println!("{name}: refused to factor: {error}");
+                println!("{name}: factoring failed: {error}");
                 let text = error.to_string();
                 assert!(["face ", "vertex ", "edge "].iter().any(|id| text.contains(id)), "{name}: {text}");
                 refused += 1;
@@ -227,7 +228,7 @@ fn every_surface_file() {
                     );
                 }
                 Err(error) => {
-                    println!("{name}, {level_sets:?}: refused to solve: {error}");
+                    println!("{name}, {level_sets:?}: solving failed: {error}");
                     let text = error.to_string();
                     assert!(
                         ["face ", "vertex ", "edge ", "curve "].iter().any(|id| text.contains(id)),
@@ -239,6 +240,6 @@ fn every_surface_file() {
         }
         solved += 1;
     }
-    println!("{} surface files, {solved} solved, {refused} refusals", paths.len());
+    println!("{} surface files, {solved} solved, {refused} failures", paths.len());
     assert_eq!(paths.len(), 86);
 }

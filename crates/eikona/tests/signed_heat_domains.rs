@@ -1,4 +1,4 @@
-//! Domains of every kind: with boundary, in pieces, one-sided, degenerate.
+//! Domains of every kind: with boundary, disconnected, nonorientable, degenerate.
 
 mod exact;
 
@@ -25,10 +25,10 @@ fn half_disk(rings: usize) -> TriangleMesh {
         .mesh
 }
 
-/// A straight line that meets the boundary: its distance is linear up to the boundary, also when
-/// the diffusion reaches it.
+/// Straight lines that meet the boundary: the distance is linear up to the boundary, even where the
+/// diffusion reaches it.
 #[test]
-fn isolines_meet_the_boundary_straight() {
+fn isolines_are_straight_at_the_boundary() {
     let rectangle = shapes::grid(20, 30, 2.0, 3.0, Diagonal::Alternating).unwrap();
     let holes = damage::holes(&rectangle, 4, 1, 2).unwrap().mesh;
     for (name, mesh, exact) in [
@@ -47,8 +47,8 @@ fn isolines_meet_the_boundary_straight() {
     }
 }
 
-/// For each face that touches the boundary of a plate, the angle between a field and the gradient
-/// of a function.
+/// For each face at the boundary of a plate, the angle between a field and the gradient of a
+/// function.
 fn angles_at_the_boundary(
     mesh: &TriangleMesh,
     field: impl Fn(Face) -> [f64; 3],
@@ -62,8 +62,8 @@ fn angles_at_the_boundary(
     mesh.faces().filter(at_boundary).map(angle).collect()
 }
 
-/// The unit field of the unsigned heat method: away from where heat that starts along the curve
-/// goes, which can not leave the surface.
+/// Field of the unsigned heat method, not normalised: minus the gradient of heat that starts along
+/// the curve and can not leave the surface.
 fn unsigned_heat_field(mesh: &TriangleMesh, source: &SurfaceCurves, time: f64) -> Vec<[f64; 3]> {
     let triangles = eikona::geometry::lay_out(mesh);
     let CotanLaplacian { graph, mut matrix } = CotanLaplacian::new(mesh, &triangles);
@@ -90,12 +90,12 @@ fn unsigned_heat_field(mesh: &TriangleMesh, source: &SurfaceCurves, time: f64) -
     mesh.faces().map(gradient).collect()
 }
 
-/// Figure 8 of the paper: at t = 100 h^2 (h the mean edge length) the unsigned heat method bends
-/// its field along the boundary, since heat does not cross it, while the signed one, whose vectors
-/// keep their direction there, is right: exactly so for a line that ends at the boundary at an
-/// angle, and for a circle up to the smoothing that such a time brings everywhere.
+/// Figure 8 of the paper. At t = 100 h^2 (h the mean edge length), the unsigned heat method bends
+/// its field along the boundary, since heat does not cross it. The field of the signed heat method
+/// keeps its direction there: it is exact for a line that ends at the boundary at an angle, and
+/// correct up to the smoothing at such a time for a circle.
 #[test]
-fn figure_8_the_field_is_right_at_the_boundary() {
+fn figure_8_field_is_accurate_at_the_boundary() {
     let mesh = rough_plate(48);
     let h = mean_edge_length(&mesh);
     let slanted = |p: [f64; 3]| 0.8 * p[0] + 0.6 * p[1] - 1.4;
@@ -112,23 +112,23 @@ fn figure_8_the_field_is_right_at_the_boundary() {
         assert!((solution.report.time.time / (100.0 * h * h) - 1.0).abs() < 1e-12);
         let signed = angles_at_the_boundary(&mesh, |f| solution.gradient[f], exact);
         let unsigned_field = unsigned_heat_field(&mesh, &source, 100.0 * h * h);
-        // Which side is which is known here: the field is turned to where it belongs.
-        let turned = |f: Face| {
+        // The unsigned field is oriented by the known sides.
+        let oriented = |f: Face| {
             let [a, b, c] = mesh.face_positions(f);
-            let wanted = exact([0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0));
+            let expected = exact([0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0));
             let y = unsigned_field[f.index()];
-            if dot(y, wanted) < 0.0 { y.map(|x| -x) } else { y }
+            if dot(y, expected) < 0.0 { y.map(|x| -x) } else { y }
         };
-        let unsigned = angles_at_the_boundary(&mesh, turned, exact);
+        let unsigned = angles_at_the_boundary(&mesh, oriented, exact);
         let (signed, unsigned, worst) = (mean(&signed), mean(&unsigned), largest(&signed));
         println!("{name}: signed {signed:.2e} (at most {worst:.2e}), unsigned {unsigned:.2e}");
         assert!(signed < bound, "{name}: {signed}");
-        assert!(unsigned > 0.25 && unsigned > 5.0 * signed, "{name}: {unsigned} against {signed}");
+        assert!(unsigned > 0.25 && unsigned > 5.0 * signed, "{name}: unsigned {unsigned}, signed {signed}");
     }
 }
 
-/// Two pieces with a line each, and one without.
-fn three_pieces() -> (TriangleMesh, SurfaceCurves) {
+/// Two components with a line each, and one without.
+fn three_components() -> (TriangleMesh, SurfaceCurves) {
     let (mut positions, mut faces) = (Vec::new(), Vec::new());
     let mut source = SurfaceCurves::default();
     for (piece, line) in [(0, Some(1.0)), (1, Some(3.0)), (2, None)] {
@@ -150,7 +150,7 @@ fn three_pieces() -> (TriangleMesh, SurfaceCurves) {
 
 #[test]
 fn components_have_their_own_zero() {
-    let (mesh, source) = three_pieces();
+    let (mesh, source) = three_components();
     for level_sets in [LevelSets::Free, LevelSets::Zero, LevelSets::PerComponent, LevelSets::Soft(1e6)] {
         let solution = solve(&mesh, &source, PAPER_TIME, level_sets);
         assert_eq!(solution.distance.len(), mesh.vertex_count());
@@ -168,14 +168,14 @@ fn components_have_their_own_zero() {
     }
 }
 
-/// The place across a Moebius band: from its core, along the ruling.
+/// Position across a Moebius band: from its core, along the ruling.
 fn across(mesh: &TriangleMesh, nv: usize, width: f64) -> Vec<f64> {
     let share = |v: Vertex| (v.index() % (nv + 1)) as f64 / nv as f64 - 0.5;
     mesh.vertices().map(|v| (width * share(v)).abs()).collect()
 }
 
 /// Rulings are geodesics, and the curves at a fixed distance from the core cross them at right
-/// angles: so the distance to such a curve, which goes round twice and has two sides, is known.
+/// angles. Hence the distance to such a curve, which goes round twice and has two sides, is known.
 #[test]
 fn two_sided_curve_on_a_moebius_band() {
     let (nu, nv, width) = (160, 20, 0.8);
@@ -183,7 +183,7 @@ fn two_sided_curve_on_a_moebius_band() {
     let from_core = across(&mesh, nv, width);
     let exact: Vec<f64> = from_core.iter().map(|w| w - 0.19).collect();
     let curves = isolines(&mesh, &exact.clone().into(), &[0.0]).unwrap().remove(0).curves;
-    assert_eq!(curves.len(), 1, "round twice");
+    assert_eq!(curves.len(), 1, "the curve goes round twice");
     let source = SurfaceCurves { curves, points: Vec::new() };
     for level_sets in [LevelSets::Free, LevelSets::Zero] {
         let solution = solve(&mesh, &source, PAPER_TIME, level_sets);
@@ -196,7 +196,7 @@ fn two_sided_curve_on_a_moebius_band() {
 }
 
 #[test]
-fn one_sided_curve_is_warned_of() {
+fn one_sided_curve_raises_a_warning() {
     let (nu, nv) = (60, 8);
     let mesh = shapes::moebius_band(1.0, 0.6, nu, nv).unwrap();
     let middle = |i: usize| Vertex(((i % nu) * (nv + 1) + nv / 2) as u32);
@@ -207,7 +207,7 @@ fn one_sided_curve_is_warned_of() {
     for i in 0..nu {
         assert!(solution.distance[middle(i)].abs() < 1e-6);
     }
-    // Without sides the same curve is no problem.
+    // Unsigned, the same curve is valid.
     let source = unsigned(SurfaceCurves::from_curve(core));
     let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Zero);
     let worst = largest_difference(solution.distance.as_slice(), &across(&mesh, nv, 0.6));
@@ -215,7 +215,7 @@ fn one_sided_curve_is_warned_of() {
 }
 
 #[test]
-fn unsigned_curves_are_not_warned_of_sides() {
+fn unsigned_curves_raise_no_warning_about_sides() {
     let (nu, nv) = (24, 4);
     let mesh = shapes::moebius_band(1.0, 0.6, nu, nv).unwrap();
     let core = Curve::unsigned((0..=nu).map(|i| Vertex(((i % nu) * (nv + 1) + nv / 2) as u32)));
@@ -223,9 +223,9 @@ fn unsigned_curves_are_not_warned_of_sides() {
     assert!(!solution.report.all_warnings().any(|w| w.contains("one-sided")));
 }
 
-/// A short curve across the band with its normal given: the opposite normal negates the distance.
+/// A short curve across the band with a given normal: the opposite normal negates the distance.
 #[test]
-fn normal_given_on_a_moebius_band() {
+fn given_normal_on_a_moebius_band() {
     let (nu, nv) = (60, 8);
     let mesh = shapes::moebius_band(1.0, 0.6, nu, nv).unwrap();
     let at = |i: usize, j: usize| Vertex((i * (nv + 1) + j) as u32);
@@ -237,15 +237,15 @@ fn normal_given_on_a_moebius_band() {
     assert!(
         largest_difference(out.as_slice(), &inwards.as_slice().iter().map(|x| -x).collect::<Vec<_>>()) < 1e-7
     );
-    // Upwards along z, seen from outside (x < 0): the left is where y is larger, back on the band.
+    // Upwards along z, seen from outside (x < 0): on the band, larger y is left.
     let left = near.into_iter().find(|&v| mesh.position(v)[1] > 0.0).unwrap();
     let right = near.into_iter().find(|&v| mesh.position(v)[1] < 0.0).unwrap();
     assert!(mesh.position(at(30, nv))[2] > mesh.position(at(30, 0))[2]);
     assert!(out[left] < 0.0 && out[right] > 0.0, "{} and {}", out[left], out[right]);
 }
 
-/// On a Klein bottle, the isoline of an even function of the figure eight's parameter bounds: signs
-/// are those of the function.
+/// On a Klein bottle, the isoline of an even function of the figure eight's parameter bounds a
+/// region: the signs are those of the function.
 #[test]
 fn klein_bottle() {
     let (nu, nv) = (80, 40);
@@ -294,13 +294,13 @@ fn unreferenced_vertices_are_nan() {
                 assert!(if x == 50.0 { d.is_nan() } else { (d - (x - 2.0)).abs() < 1e-6 }, "{v}: {d}");
             }
             let are = if places.len() == 1 { "vertex is" } else { "vertices are" };
-            let said = format!("{} {are} used by no face", places.len());
-            assert!(solution.report.all_warnings().any(|w| w.contains(&said)));
+            let expected = format!("{} {are} used by no face", places.len());
+            assert!(solution.report.all_warnings().any(|w| w.contains(&expected)));
         }
     }
 }
 
-/// The line x = 2 on 6 x 3 squares, whatever has been done to the mesh.
+/// The distance to the line x = 2 on 6 x 3 squares, for variants of the mesh.
 fn line_on_squares(mesh: &TriangleMesh, level_sets: LevelSets) -> (Solution, f64) {
     let curve = through_vertices(mesh, |p| p[0] == 2.0, |p| p[1]);
     let solution = solve(mesh, &SurfaceCurves::from_curve(curve), PAPER_TIME, level_sets);
@@ -313,7 +313,7 @@ fn line_on_squares(mesh: &TriangleMesh, level_sets: LevelSets) -> (Solution, f64
     (solution, worst)
 }
 
-/// The face on the rising edge from (4, 1) to (5, 2) cut in two, with a face of this height between
+/// The face on the rising edge from (4, 1) to (5, 2) is split, with a face of this height between
 /// it and that edge.
 fn with_sliver(grid: &TriangleMesh, height: f64) -> TriangleMesh {
     let (mut positions, mut faces) = (grid.positions().to_vec(), grid.triangles().to_vec());
@@ -328,14 +328,14 @@ fn with_sliver(grid: &TriangleMesh, height: f64) -> TriangleMesh {
 }
 
 #[test]
-fn slivers_do_no_harm() {
+fn slivers_are_harmless() {
     let grid = shapes::grid(6, 3, 6.0, 3.0, Diagonal::Uniform).unwrap();
     for height in [0.0, 1e-12, 1e-9, 1e-6] {
         let mesh = with_sliver(&grid, height);
         for level_sets in [LevelSets::Free, LevelSets::Zero] {
             let (solution, worst) = line_on_squares(&mesh, level_sets);
             println!("sliver of height {height:e}, {level_sets:?}: {worst:.1e}");
-            // Sides made longer by 1e-8 give a flat triangle angles of 1e-4, which turn the field
+            // Lengthening sides by 1e-8 gives a flat triangle angles of 1e-4, which turn the field
             // by as much.
             assert!(worst < 1e-4, "height {height:e}, {level_sets:?}: {worst:e}");
             let warned = solution.report.all_warnings().any(|w| w.contains("degenerate face"));
@@ -344,9 +344,9 @@ fn slivers_do_no_harm() {
     }
 }
 
-/// A height of a millionth is no trouble for double precision: the values keep their digits.
+/// A height of a millionth is no problem in double precision: the values keep their digits.
 #[test]
-fn thin_faces_keep_the_digits() {
+fn thin_faces_lose_no_digits() {
     let grid = shapes::grid(6, 3, 6.0, 3.0, Diagonal::Uniform).unwrap();
     for height in [1e-3, 1e-5, 1e-6] {
         let mesh = with_sliver(&grid, height);
@@ -355,11 +355,12 @@ fn thin_faces_keep_the_digits() {
     }
 }
 
-/// Two vertices at the same place with the faces between them squeezed to nothing.
+/// Two coincident vertices, with degenerate faces between them.
 #[test]
-fn coincident_vertices_do_no_harm() {
+fn coincident_vertices_are_harmless() {
     let grid = shapes::grid(7, 3, 7.0, 3.0, Diagonal::Uniform).unwrap();
-    // The column from x = 4 to x = 5 is squeezed to width 0: all its faces have two equal corners.
+    // The column from x = 4 to x = 5 is squeezed to width 0: all its faces have two coincident
+    // corners.
     let squeezed = |p: &[f64; 3]| [if p[0] > 4.5 { p[0] - 1.0 } else { p[0] }, p[1], p[2]];
     let mesh = grid.with_positions(grid.positions().iter().map(squeezed).collect()).unwrap();
     for level_sets in [LevelSets::Free, LevelSets::Zero] {

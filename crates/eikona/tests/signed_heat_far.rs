@@ -1,4 +1,4 @@
-//! Right also where the diffused vectors have long underflowed.
+//! Distances far from the source, where the diffused vectors have underflowed.
 
 mod exact;
 
@@ -9,8 +9,8 @@ use eikona_mesh::{
 };
 use exact::*;
 
-/// The largest relative error on a strip of unit squares, from the line x = 2; with it the number
-/// of stages.
+/// Largest relative error on a strip of unit squares, from the line x = 2, and the number of
+/// stages.
 fn strip(columns: usize, level_sets: LevelSets) -> (f64, usize) {
     let mesh = shapes::grid(columns, 10, columns as f64, 10.0, Diagonal::Alternating).unwrap();
     let curve = through_vertices(&mesh, |p| p[0] == 2.0, |p| p[1]);
@@ -45,7 +45,7 @@ fn strip_of_20000_columns() {
     assert!(strip(20000, LevelSets::Free).0 < 1e-3);
 }
 
-/// Diagonals all one way, source across faces in the middle.
+/// All diagonals in one direction, source across faces in the middle.
 #[test]
 fn line_across_the_faces_of_a_long_strip() {
     let mesh = shapes::grid(3000, 8, 3000.0, 8.0, Diagonal::Uniform).unwrap();
@@ -56,7 +56,7 @@ fn line_across_the_faces_of_a_long_strip() {
     assert!(solution.report.stages > 2);
 }
 
-/// A small circle around the pole of a sphere of 499,280 faces; the diffused vectors are gone long
+/// A small circle around the pole of a sphere of 499,280 faces; the diffused vectors underflow long
 /// before the other pole.
 #[test]
 fn tiny_circle_on_the_sphere() {
@@ -65,12 +65,12 @@ fn tiny_circle_on_the_sphere() {
     let solution = solve(&mesh, &zero_level(&mesh, exact), PAPER_TIME, LevelSets::Free);
     let e = errors(&mesh, solution.distance.as_slice(), exact);
     println!("tiny circle: {} stages, {e:?}", solution.report.stages);
-    assert!(solution.report.stages > 1, "nothing underflowed");
+    assert!(solution.report.stages > 1, "no underflow");
     assert!(e.l2 <= 2e-3, "{e:?}");
 }
 
-/// Times far below h^2 follow the edges rather than the surface, so that the distance is off by
-/// some percent; but it never goes flat.
+/// Times far below h^2 follow the edges rather than the surface, so the distance is off by a few
+/// percent; but it is never flat.
 #[test]
 fn tiny_time_underflows_and_stays_finite() {
     let mesh = shapes::geodesic_sphere(32).unwrap();
@@ -84,7 +84,7 @@ fn tiny_time_underflows_and_stays_finite() {
     }
 }
 
-/// Far from the source the gradient has length 1 still.
+/// Far from the source the gradient still has length 1.
 #[test]
 fn gradient_stays_unit_far_away() {
     let mesh = shapes::geodesic_sphere(71).unwrap();

@@ -1,5 +1,4 @@
-//! Vertices and edges at which very many faces meet: nothing may grow with the square of their
-//! number.
+//! Vertices and edges with very many faces: no cost grows with the square of their number.
 
 use eikona::mesh::{Curve, SurfaceCurves, TriangleMesh, Vertex};
 use eikona::signed_heat::{SolveOptions, Solver, SolverOptions};
@@ -17,7 +16,7 @@ fn book(pages: usize) -> TriangleMesh {
 }
 
 #[test]
-fn the_factor_of_a_book_grows_with_its_pages_only() {
+fn factor_of_a_book_is_linear_in_its_pages() {
     let solve = |pages: usize| {
         let mesh = book(pages);
         let solver = Solver::new(&mesh, &SolverOptions::default()).unwrap();
@@ -27,13 +26,13 @@ fn the_factor_of_a_book_grows_with_its_pages_only() {
     let bytes = |s: &eikona::signed_heat::Solution| s.report.preparation.factor_bytes as f64;
     assert!(small.report.preparation.real_form);
     assert!(bytes(&large) < 5.0 * bytes(&small), "{} and {} bytes", bytes(&small), bytes(&large));
-    // All pages are alike.
+    // The result is the same on all pages.
     let outer = &large.distance.as_slice()[2..];
     assert!(outer.iter().all(|d| (d - outer[0]).abs() < 1e-9 && *d > 0.0));
 }
 
 #[test]
-fn an_unsigned_star_at_a_hub_of_many_faces() {
+fn unsigned_star_at_a_hub_of_many_faces() {
     let n = 20_000;
     let mut positions = vec![[0.0; 3]];
     positions.extend((0..n).map(|i| {
@@ -42,7 +41,7 @@ fn an_unsigned_star_at_a_hub_of_many_faces() {
     }));
     let faces = (0..n as u32).map(|i| [0, i + 1, (i + 1) % n as u32 + 1]).collect();
     let mesh = TriangleMesh::new(positions, faces).unwrap();
-    // There and back along every hundredth spoke: the hub is an end of 400 segments, and the rim is
+    // Back and forth along every hundredth spoke: the hub is an end of 400 segments, and the rim is
     // one curve.
     let spokes = (0..n as u32).step_by(100).map(|i| Curve::unsigned([Vertex(0), Vertex(i + 1)]));
     let rim = Curve::unsigned((0..=n as u32).map(|i| Vertex(i % n as u32 + 1)));

@@ -1,4 +1,4 @@
-//! What must not change the answer.
+//! Invariance of the result under changes of numbering, scale, position and orientation.
 
 mod exact;
 
@@ -35,7 +35,7 @@ fn signed_only(mut source: SurfaceCurves) -> SurfaceCurves {
     source
 }
 
-/// The curves on a mesh whose vertex `number[v]` is vertex v of the old one.
+/// Carries the curves to a mesh whose vertex `number[v]` is vertex v of the old one.
 fn renumbered(source: &SurfaceCurves, number: &VertexField<u32>) -> SurfaceCurves {
     let new = |v: u32| number[Vertex(v)];
     let place = |p: &SurfacePoint| match *p {
@@ -76,8 +76,8 @@ fn reversed_curves_negate_the_distance() {
     }
 }
 
-/// A counter-clockwise loop seen from outside has a negative inside; positive with the convention
-/// of other programs.
+/// A loop that is counter-clockwise seen from outside has a negative inside; a positive one with
+/// the convention of other programs.
 #[test]
 fn left_of_a_curve_is_negative() {
     let mesh = shapes::grid(4, 4, 4.0, 4.0, Diagonal::Uniform).unwrap();
@@ -104,7 +104,7 @@ fn scale_changes_nothing_but_the_unit() {
                 let scaled = mesh.with_positions(positions).unwrap();
                 let after = solve(&scaled, &source, time, level_sets).distance.into_vec();
                 let after: Vec<f64> = after.iter().map(|x| x / scale).collect();
-                assert_same(&format!("{time:?}, {level_sets:?}, times {scale:e}"), &before, &after, 1e-9);
+                assert_same(&format!("{time:?}, {level_sets:?}, scale {scale:e}"), &before, &after, 1e-9);
             }
         }
     }
@@ -123,7 +123,7 @@ fn numbering_changes_nothing() {
         let before = solve(&mesh, &source, PAPER_TIME, level_sets).distance;
         let after = solve(&shuffled.mesh, &moved, PAPER_TIME, level_sets).distance;
         let after: Vec<f64> = mesh.vertices().map(|v| after[Vertex(number[v])]).collect();
-        // Constrained fits stop at a tolerance, free ones do not.
+        // Constrained fits stop at a tolerance; free ones are direct.
         assert_same(&format!("{level_sets:?}"), before.as_slice(), &after, tolerance(level_sets));
     }
 }
@@ -139,11 +139,11 @@ fn tolerance(level_sets: LevelSets) -> f64 {
 fn rigid_motion_changes_nothing() {
     let (mesh, source) = scene();
     let (c, s) = (0.6, 0.8);
-    let turned = |p: [f64; 3]| {
+    let rotated = |p: [f64; 3]| {
         let q = [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]];
         [q[0] + 3.0, c * q[1] - s * q[2] - 2.0, s * q[1] + c * q[2] + 0.5]
     };
-    let moved = mesh.with_positions(mesh.positions().iter().map(|&p| turned(p)).collect()).unwrap();
+    let moved = mesh.with_positions(mesh.positions().iter().map(|&p| rotated(p)).collect()).unwrap();
     for level_sets in ALL_LEVEL_SETS {
         let before = solve(&mesh, &source, PAPER_TIME, level_sets).distance;
         let after = solve(&moved, &source, PAPER_TIME, level_sets).distance;
@@ -151,12 +151,12 @@ fn rigid_motion_changes_nothing() {
     }
 }
 
-/// Rolled up without stretching, a plate has the same distances.
+/// A plate that is rolled up isometrically has the same distances.
 #[test]
 fn bending_changes_nothing() {
     let plate = shapes::grid(30, 12, 3.0, 1.2, Diagonal::Alternating).unwrap();
-    // Along x a polygon with chords of one column each: every square stays a square, its diagonal
-    // with it.
+    // Along x, a polygon with chords of one column each: every square stays a square, with its
+    // diagonal.
     let step = 0.1 / (2.0 * (0.05f64).sin());
     let rolled = |p: [f64; 3]| {
         let turn = (p[0] / 0.1).round() * 0.1;
@@ -181,17 +181,15 @@ fn flipped_faces_change_nothing() {
             let after = solve(&flipped, &source, PAPER_TIME, level_sets);
             let name = format!("{share} flipped, {level_sets:?}");
             assert_same(&name, before.distance.as_slice(), after.distance.as_slice(), tolerance(level_sets));
-            assert!(
-                after.report.all_warnings().any(|w| w.contains("flipped to make")),
-                "{name}: no word of it"
-            );
+            let warned = after.report.all_warnings().any(|w| w.contains("flipped to make"));
+            assert!(warned, "{name}: no warning");
             assert!(!after.report.preparation.real_form);
         }
     }
 }
 
-/// The same under the real form: a band that is orientable but for one nonmanifold fin far from
-/// everything.
+/// The same with the real form: a band that is orientable except for one nonmanifold fin far from
+/// the source.
 #[test]
 fn flipped_faces_change_nothing_in_the_real_form() {
     let grid = shapes::grid(12, 4, 12.0, 4.0, Diagonal::Alternating).unwrap();
@@ -230,9 +228,9 @@ fn threads_and_repetition_give_the_same_bits() {
     }
 }
 
-/// The distance does not depend on how finely a curve is cut inside its faces.
+/// The distance does not depend on the subdivision of a curve inside its faces.
 #[test]
-fn cutting_segments_changes_nothing() {
+fn splitting_segments_changes_nothing() {
     let (mesh, source) = scene();
     let source = signed_only(source);
     let mut cut = source.clone();
@@ -256,8 +254,8 @@ fn cutting_segments_changes_nothing() {
     }
 }
 
-/// Automatic time looks at the source, in one call and in a solver that is there before any source,
-/// in any order of sources.
+/// The automatic time depends on the source only: in one call, and in a solver built before any
+/// source is known, for any order of sources.
 #[test]
 fn automatic_time_follows_the_source() {
     let plate = rough_plate(24);
@@ -280,7 +278,7 @@ fn automatic_time_follows_the_source() {
         // The second time counts against the limit.
         let tight = SolverOptions { memory_limit: Some(needed_bytes(&solver, &closed)), ..options };
         let tight = Solver::new(mesh, &tight).unwrap();
-        // Level sets would take a factor of their own.
+        // Level sets would need another factor.
         let free = SolveOptions { level_sets: LevelSets::Free, ..SolveOptions::default() };
         assert!(tight.solve(&closed, &free).is_ok());
         let refused = tight.solve(&open, &free).unwrap_err();

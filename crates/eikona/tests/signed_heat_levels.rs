@@ -1,4 +1,4 @@
-//! What is asked of the values on the curves themselves.
+//! Level set constraints: the distance on the curves themselves.
 
 mod exact;
 
@@ -19,8 +19,8 @@ fn values_at_nodes(mesh: &TriangleMesh, source: &SurfaceCurves, values: &[f64]) 
         .collect()
 }
 
-/// Curves whose rows depend on each other: doubled ones, a third curve between them, many nodes in
-/// one face, crossings, a point on a curve.
+/// Curves with linearly dependent rows: duplicated curves, a third curve between them, many nodes
+/// in one face, crossings, a point on a curve.
 fn dependent_rows(mesh: &TriangleMesh) -> SurfaceCurves {
     let mut source = zero_level(mesh, |p| (p[0] - 0.9).hypot(p[1] - 0.6) - 0.4);
     let doubled = source.curves.clone();
@@ -39,8 +39,8 @@ fn dependent_rows(mesh: &TriangleMesh) -> SurfaceCurves {
     source
 }
 
-/// Exactly at vertices and isolated points, whatever else pulls there; along curves that cross
-/// faces and contradict nothing, to a small share of the square of the edge length.
+/// Zero exactly at vertices and isolated points, in all cases; along consistent curves that cross
+/// faces, up to a small share of the square of the edge length.
 #[test]
 fn zero_is_zero_along_the_curves() {
     let grid = shapes::grid(36, 24, 1.8, 1.2, Diagonal::Alternating).unwrap();
@@ -71,17 +71,17 @@ fn zero_is_zero_along_the_curves() {
             .fold(0.0, f64::max);
         let at_nodes = largest(&values_at_nodes(mesh, &source, distance));
         let edge = mean_edge_length(mesh);
-        println!("{name}: held to {exact:.1e}, along the curves {:.1e} edges", at_nodes / edge);
+        println!("{name}: exact constraints {exact:.1e}, along the curves {:.1e} edges", at_nodes / edge);
         assert!(exact < 1e-6 * largest(distance), "{name}: {exact:e}");
-        assert!(contradictory || at_nodes < 0.5 * edge * edge, "{name}: {at_nodes} for edges of {edge}");
+        assert!(contradictory || at_nodes < 0.5 * edge * edge, "{name}: {at_nodes}, edges of length {edge}");
         assert!(solution.report.constraint_violation.unwrap() >= at_nodes * 0.999);
-        assert!(largest(distance) > 0.3, "{name}: pressed flat");
+        assert!(largest(distance) > 0.3, "{name}: flattened");
     }
 }
 
-/// A polyline in space, traced over the faces, is no isoline of a function that is linear in every
-/// face: held exactly at every node, the distance would be flat along the strip of faces that it
-/// crosses.
+/// A polyline in space, traced over the faces, is not an isoline of any function that is linear in
+/// every face. With exact constraints at every node, the distance would be flat along the strip of
+/// faces that it crosses.
 #[test]
 fn zero_does_not_lock_on_a_polyline() {
     for frequency in [20, 40] {
@@ -104,17 +104,17 @@ fn zero_does_not_lock_on_a_polyline() {
     }
 }
 
-/// Two circles about one centre, the outer one with its sides swapped: the distance falls again
-/// outside it. Their levels differ by the distance between them.
+/// Two concentric circles, the outer one reversed: outside it the distance decreases again. Their
+/// levels differ by the distance between them.
 #[test]
 fn per_component_finds_the_level_of_each_curve() {
     let mesh = shapes::disk(60, 6, 1.0).unwrap();
     let radius = |p: [f64; 3]| p[0].hypot(p[1]);
-    // Both have their smaller radius on the left, so the distance grows by 0.4 from the first to
-    // the second.
+    // Both have the smaller radius on the left, so the distance grows by 0.4 from the first to the
+    // second.
     let mut source = zero_level(&mesh, |p| radius(p) - 0.31);
     source.curves.extend(zero_level(&mesh, |p| radius(p) - 0.71).curves);
-    // A point by itself has no level to be held to, and no place among those of the curves.
+    // An isolated point has no level, and no entry among those of the curves.
     let mut with_point = source.clone();
     with_point.points.push(eikona_mesh::Vertex(0).into());
     let levels = solve(&mesh, &with_point, PAPER_TIME, LevelSets::PerComponent).report.levels;
@@ -130,19 +130,20 @@ fn per_component_finds_the_level_of_each_curve() {
             assert!((value - level).abs() < 1e-4, "{value} on the curve of level {level}");
         }
     }
-    // The shift: the mean over both curves, by length, is zero.
+    // The shift: the length-weighted mean over both curves is zero.
     let mean = (0.31 * report.levels[0] + 0.71 * report.levels[1]) / (0.31 + 0.71);
     assert!(mean.abs() < 1e-3, "{mean}");
     let e = errors(&mesh, solution.distance.as_slice(), |p| radius(p) - (0.31 * 0.31 + 0.71 * 0.71) / 1.02);
     assert!(e.l2 < 5e-3, "{e:?}");
-    // Zero on both can not keep a unit gradient in between.
-    let pressed = solve(&mesh, &source, PAPER_TIME, LevelSets::Zero);
+    // Zero on both is incompatible with a unit gradient in between.
+    let flattened = solve(&mesh, &source, PAPER_TIME, LevelSets::Zero);
     let between =
-        values_at_nodes(&mesh, &zero_level(&mesh, |p| radius(p) - 0.51), pressed.distance.as_slice());
+        values_at_nodes(&mesh, &zero_level(&mesh, |p| radius(p) - 0.51), flattened.distance.as_slice());
     assert!(largest(&between) < 0.1);
 }
 
-/// A noisy curve: its values spread when free, not at all when held, and in between by weight.
+/// A noisy curve: its values have a spread without constraint, none with an exact one, and one in
+/// between with a penalty.
 fn noisy_curve(mesh: &TriangleMesh) -> SurfaceCurves {
     zero_level(mesh, |p| p[1] - 0.6 + 0.04 * (25.0 * p[0]).sin())
 }
@@ -162,7 +163,7 @@ fn soft_lies_between_free_and_zero() {
     let with = |level_sets| {
         let solution = solver.solve(&source, &levels(level_sets)).unwrap();
         let values = solution.distance.into_vec();
-        // What the report says of the curve is what is there.
+        // The violation in the report is the actual one.
         let at_nodes = largest(&values_at_nodes(&mesh, &source, &values));
         match (level_sets, solution.report.constraint_violation) {
             (LevelSets::Free, violation) => assert_eq!(violation, None),
@@ -179,19 +180,19 @@ fn soft_lies_between_free_and_zero() {
     let (free, zero) = (with(LevelSets::Free), with(LevelSets::Zero));
     let weights = [1e-7, 1e-3, 1.0, 30.0, 1e3, 1e12];
     let soft: Vec<Vec<f64>> = weights.iter().map(|&w| with(LevelSets::Soft(w))).collect();
-    assert!(largest_difference(&free, &zero) > 1e-3, "the curve must be noisy enough to tell");
+    assert!(largest_difference(&free, &zero) > 1e-3, "the curve is not noisy enough");
     let at_zero = spread(&mesh, &source, &zero);
     assert!(largest_difference(&soft[0], &free) < 1e-6, "{}", largest_difference(&soft[0], &free));
     let spreads: Vec<f64> = soft.iter().map(|s| spread(&mesh, &source, s)).collect();
-    println!("soft: free {:.2e}, by weight {spreads:?}", spread(&mesh, &source, &free));
+    println!("soft: free {:.2e}, penalties {spreads:?}", spread(&mesh, &source, &free));
     assert!(spreads.windows(2).all(|s| s[1] <= s[0]), "{spreads:?}");
-    assert!(spreads[1] > at_zero && at_zero > spreads[5], "{at_zero:e} when held, {spreads:?} by weight");
+    assert!(spreads[1] > at_zero && at_zero > spreads[5], "zero {at_zero:e}, penalties {spreads:?}");
 }
 
-/// Two lines a distance d apart that both want the zero level, on a rectangle: the values on them
-/// are -a and a with a = 1 / (2 / d + weight / sqrt(area)), whatever the mesh and the unit.
+/// Two lines at distance d on a rectangle, both drawn to zero: the values on them are -a and a with
+/// a = 1 / (2 / d + weight / sqrt(area)), for any mesh and unit.
 #[test]
-fn soft_weight_has_a_closed_formula() {
+fn soft_weight_has_a_closed_form() {
     for weight in [0.5, 10.0, 200.0] {
         for (n, scale) in [(10, 1.0), (30, 1.0), (60, 1.0), (30, 1e6), (30, 1e-6)] {
             let grid = shapes::grid(3 * n, 2 * n, 1.8 * scale, 1.2 * scale, Diagonal::Alternating).unwrap();
@@ -205,18 +206,18 @@ fn soft_weight_has_a_closed_formula() {
             for (y, sign) in [(0.43, -1.0), (0.83, 1.0)] {
                 let at = values_at_nodes(&mesh, &line(y), &values);
                 let mean = at.iter().sum::<f64>() / at.len() as f64 / scale;
-                // The kink at a line inside faces is spread over a face.
+                // A kink at a line inside faces is spread over one face.
                 let row = 0.6 / n as f64;
                 assert!(
                     (mean * sign - exact).abs() < 0.1 * row,
-                    "weight {weight}, {n} rows, unit {scale}: {mean} for {exact}"
+                    "weight {weight}, {n} rows, unit {scale}: {mean}, expected {exact}"
                 );
             }
         }
     }
 }
 
-/// Free: the mean along the curves, by length, is zero.
+/// Free: the length-weighted mean along the curves is zero.
 #[test]
 fn free_has_mean_zero_on_the_curves() {
     let mesh = damage::jitter(&shapes::geodesic_sphere(12).unwrap(), 0.2, 6).unwrap();
@@ -229,10 +230,10 @@ fn free_has_mean_zero_on_the_curves() {
         total += norm(sub(b.0, a.0));
     }
     assert!((sum / total).abs() < 1e-12, "{}", sum / total);
-    assert!(spread(&mesh, &source, &values) > 1e-4, "nothing to average");
+    assert!(spread(&mesh, &source, &values) > 1e-4, "the values do not vary");
 }
 
-/// Near the curve the confidence is full, behind a gap it is not.
+/// The confidence is high near the curve, and low behind a gap.
 #[test]
 fn confidence_falls_behind_gaps() {
     let mesh = shapes::disk(40, 6, 1.0).unwrap();
@@ -262,8 +263,8 @@ fn confidence_falls_behind_gaps() {
     }
 }
 
-/// The constant does not hang on the weight: a weak one leaves the fit as it is without, with mean
-/// zero on the curve.
+/// The constant does not depend on the weight: a tiny one reproduces the free fit, with mean zero
+/// on the curve.
 #[test]
 fn soft_constant_at_tiny_weights() {
     let mesh = shapes::grid(150, 150, 150.0, 150.0, Diagonal::Alternating).unwrap();

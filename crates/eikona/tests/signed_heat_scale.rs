@@ -1,5 +1,5 @@
 //! The signed heat method at the ends of the range of doubles. Found by fuzzing: areas overflowed
-//! from sides of 1e77 on, and lost digits from 1e-80 down.
+//! for sides from 1e77 up, and lost digits from 1e-80 down.
 
 use eikona::mesh::{Curve, SurfaceCurves, TriangleMesh, Vertex, shapes};
 use eikona::signed_heat::{LevelSets, SignedHeatError, SolveOptions, Solver, SolverOptions};
@@ -13,7 +13,7 @@ fn grid(size: f64) -> (TriangleMesh, SurfaceCurves) {
 }
 
 #[test]
-fn sizes_from_1e_minus_90_to_1e90_are_solved_alike() {
+fn sizes_from_1e_minus_90_to_1e90_give_scaled_results() {
     for size in [1e-90, 1e-80, 1.0, 1e80, 1e90] {
         let (mesh, curve) = grid(size);
         let solver = Solver::new(&mesh, &SolverOptions::default()).unwrap();
@@ -26,14 +26,14 @@ fn sizes_from_1e_minus_90_to_1e90_are_solved_alike() {
                 let distance = solution.distance[v] / size;
                 assert!((distance - expected).abs() < 1e-12, "{size:e} {level_sets:?} {v}: {distance}");
                 let to_data = confidence.distance_to_data[v] / size;
-                assert!((to_data - expected.abs()).abs() < 1e-12, "{size:e} {v}: {to_data} from data");
+                assert!((to_data - expected.abs()).abs() < 1e-12, "{size:e} {v}: distance to data {to_data}");
             }
         }
     }
 }
 
 #[test]
-fn sizes_that_can_not_be_squared_are_refused() {
+fn sizes_out_of_range_are_refused() {
     for size in [1e-110, 1e110] {
         let refusal = Solver::new(&grid(size).0, &SolverOptions::default()).unwrap_err();
         assert!(matches!(refusal, SignedHeatError::Scale { .. }), "{size:e}: {refusal}");

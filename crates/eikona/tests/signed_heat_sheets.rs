@@ -1,5 +1,5 @@
-//! Sheets that meet in vertices alone, or more than two of them in an edge: how distance goes on
-//! from one to the next.
+//! Sheets connected only at vertices, or at nonmanifold edges: continuation of the distance from
+//! one to the next.
 
 mod exact;
 
@@ -10,7 +10,7 @@ use eikona_mesh::{
 };
 use exact::*;
 
-/// A strip of half units with a fin that stands on its edge at x = 1.5; the fin goes up by one.
+/// A strip of half units with a fin of height 1 on its edge at x = 1.5.
 fn strip_with_fin(flip: impl Fn(usize) -> bool) -> TriangleMesh {
     let strip = shapes::grid(6, 1, 3.0, 0.5, Diagonal::Uniform).unwrap();
     let (mut positions, mut faces) = (strip.positions().to_vec(), strip.triangles().to_vec());
@@ -30,17 +30,17 @@ fn strip_with_fin(flip: impl Fn(usize) -> bool) -> TriangleMesh {
     TriangleMesh::new(positions, faces).unwrap()
 }
 
-/// The line x = 0, downwards: the strip is on its left, so the distance is -x, and goes on up the
+/// The line x = 0, downwards: the strip is on its left, so the distance is -x, and continues up the
 /// fin.
 #[test]
 fn fin_on_a_strip() {
-    let windings: [(&str, fn(usize) -> bool); 4] = [
+    let orientations: [(&str, fn(usize) -> bool); 4] = [
         ("as made", |_| false),
         ("fin reversed", |i| i >= 12),
         ("one face of the fin reversed", |i| i == 13),
         ("behind the fin reversed", |i| (6..12).contains(&i)),
     ];
-    for (name, flip) in windings {
+    for (name, flip) in orientations {
         let mesh = strip_with_fin(flip);
         let curve = [[0.0, 0.5, 0.0], [0.0, 0.0, 0.0]].map(|p| vertex_at(&mesh, p));
         let source = SurfaceCurves::from_curve(Curve::signed(curve));
@@ -56,48 +56,54 @@ fn fin_on_a_strip() {
     }
 }
 
-/// A curve along the edge of the fin itself. Which sheets are left is for a normal to tell, not for
-/// the winding of their faces; the fin, which is neither, rises to the normal and counts as left.
+/// A curve along the edge of the fin itself. A normal decides which sheets are on the left, not the
+/// orientation of their faces; the fin, which is on neither side, rises along the normal and counts
+/// as left.
 #[test]
 fn curve_along_the_edge_of_the_fin() {
-    let windings: [(&str, fn(usize) -> bool); 5] = [
+    let orientations: [(&str, fn(usize) -> bool); 5] = [
         ("as made", |_| false),
         ("left of the fin reversed", |i| i < 6),
         ("right of the fin reversed", |i| (6..12).contains(&i)),
         ("fin reversed", |i| i >= 12),
         ("one face beside the seam reversed", |i| i == 5),
     ];
-    for (name, flip) in windings {
+    for (name, flip) in orientations {
         let mesh = strip_with_fin(flip);
         let nodes = [[1.5, 0.0, 0.0], [1.5, 0.5, 0.0]].map(|p| vertex_at(&mesh, p));
         let ask = |nodes: [Vertex; 2], up: Option<[f64; 3]>| {
             let source = SurfaceCurves::from_curve(Curve { up, ..Curve::signed(nodes) });
             solve(&mesh, &source, PAPER_TIME, LevelSets::Zero)
         };
-        for turned in [1.0, -1.0] {
-            let there = if turned > 0.0 { nodes } else { [nodes[1], nodes[0]] };
-            let told = ask(there, Some([0.0, 0.0, turned])).distance;
+        for up in [1.0, -1.0] {
+            let there = if up > 0.0 { nodes } else { [nodes[1], nodes[0]] };
+            let with_up = ask(there, Some([0.0, 0.0, up])).distance;
             for v in mesh.vertices() {
                 let [x, _, z] = mesh.position(v);
-                // Both turned over, left stays left, but the fin rises against the normal.
-                let wanted = x - 1.5 - turned * z;
-                assert!((told[v] - wanted).abs() < 1e-6, "{name}, {turned}, {v}: {} for {wanted}", told[v]);
+                // With curve and normal reversed, left stays left, but the fin rises against the
+                // normal.
+                let expected = x - 1.5 - up * z;
+                assert!(
+                    (with_up[v] - expected).abs() < 1e-6,
+                    "{name}, {up}, {v}: {}, expected {expected}",
+                    with_up[v]
+                );
             }
         }
-        // Untold, the sides of the strip differ nevertheless; and it is said if windings do not
-        // agree.
-        let untold = ask(nodes, None);
-        let [left, right] = [[0.0; 3], [3.0, 0.0, 0.0]].map(|p| untold.distance[vertex_at(&mesh, p)]);
+        // Without a normal the sides of the strip still differ; there is a warning if orientations
+        // disagree.
+        let without_up = ask(nodes, None);
+        let [left, right] = [[0.0; 3], [3.0, 0.0, 0.0]].map(|p| without_up.distance[vertex_at(&mesh, p)]);
         assert!((left.abs() - 1.5).abs() < 1e-6 && (left + right).abs() < 1e-6, "{name}: {left} {right}");
-        let warned = untold.report.all_warnings().any(|text| text.contains("specify `up`"));
+        let warned = without_up.report.all_warnings().any(|text| text.contains("specify `up`"));
         assert_eq!(warned, name.contains("left of") || name.contains("right of"), "{name}");
     }
 }
 
-/// Where the seam winds and the sheets with it, each stays on its side all along.
+/// Where the seam twists and the sheets with it, each stays on its side.
 #[test]
-fn sheets_of_a_winding_seam_stay_on_their_sides() {
-    // Three sheets at 120 degrees along an axis, turned by two full turns on the way.
+fn sheets_of_a_twisted_seam_keep_their_sides() {
+    // Three sheets at 120 degrees along an axis, twisted by two full turns.
     let (steps, width) = (120, 3);
     let (mut positions, mut faces) = (Vec::new(), Vec::new());
     for i in 0..=steps {
@@ -114,7 +120,7 @@ fn sheets_of_a_winding_seam_stay_on_their_sides() {
         }
         let at = |i: i32, j: i32| if j == 0 { i as u32 } else { base + (width * i + j - 1) as u32 };
         for (i, j) in (0..steps).flat_map(|i| (0..width).map(move |j| (i, j))) {
-            // Every third face is wound the other way.
+            // Every third face has the opposite orientation.
             for [a, b, c] in
                 [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
             {
@@ -137,8 +143,8 @@ fn sheets_of_a_winding_seam_stay_on_their_sides() {
     }
 }
 
-/// Two squares that share a corner only, with a line in the first: (mesh, source, exact distance as
-/// behind a point).
+/// Two squares that share a single corner, with a line in the first: mesh, source, and the exact
+/// distance, which is that of a point source behind the corner.
 fn two_squares(direction: f64) -> (TriangleMesh, SurfaceCurves, impl Fn([f64; 3]) -> f64) {
     let n = 24;
     let square = shapes::grid(n, n, 1.0, 1.0, Diagonal::Alternating).unwrap();
@@ -159,16 +165,16 @@ fn two_squares(direction: f64) -> (TriangleMesh, SurfaceCurves, impl Fn([f64; 3]
     (mesh, source, exact)
 }
 
-/// The distance goes on behind the corner with the sign it has there, and grows.
+/// Behind the corner the distance keeps its sign, and its magnitude grows.
 #[test]
-fn distance_goes_on_through_a_vertex() {
+fn distance_continues_through_a_vertex() {
     for direction in [1.0, -1.0] {
         let (mesh, source, exact) = two_squares(direction);
         for level_sets in [LevelSets::Free, LevelSets::Zero] {
             let solution = solve(&mesh, &source, PAPER_TIME, level_sets);
             for v in mesh.vertices() {
-                let (d, wanted) = (solution.distance[v], exact(mesh.position(v)));
-                assert!((d - wanted).abs() < 0.25 * wanted.abs() + 0.01, "{v}: {d} for {wanted}");
+                let (d, expected) = (solution.distance[v], exact(mesh.position(v)));
+                assert!((d - expected).abs() < 0.25 * expected.abs() + 0.01, "{v}: {d}, expected {expected}");
             }
         }
     }
@@ -215,8 +221,8 @@ fn two_tetrahedra_at_a_vertex() {
     assert!((4..7).all(|v| there[Vertex(v)].abs() > there[Vertex(0)].abs() + 0.8));
 }
 
-/// A line that does not run parallel to the edge that carries the fin: distances go on straight
-/// behind the edge, on the plate and on the fin unfolded into it.
+/// A line at an angle to the edge with the fin: isolines stay straight behind the edge, on the
+/// plate and on the unfolded fin.
 #[test]
 fn slanted_line_on_a_plate_with_a_fin() {
     let plate = shapes::grid(20, 20, 2.0, 2.0, Diagonal::Alternating).unwrap();
@@ -232,7 +238,7 @@ fn slanted_line_on_a_plate_with_a_fin() {
         below = above;
     }
     let mesh = TriangleMesh::new(positions, faces).unwrap();
-    // Unfolded, the fin lies over x > 1; the line stays left of it.
+    // Unfolded, the fin lies over x > 1, to the right of the line.
     let exact = |p: [f64; 3]| 0.8 * (p[0] + p[2]) + 0.6 * p[1] - 0.7;
     let mut source = zero_level(&mesh, |p| if p[0] < 0.95 { exact(p) } else { 1.0 });
     source.curves.retain(|c| c.nodes.len() > 10);
@@ -241,8 +247,7 @@ fn slanted_line_on_a_plate_with_a_fin() {
     assert!(e.largest < 0.02, "{e:?}");
 }
 
-/// Squares of 2 x 2 cells, each given by its lower left corner, that share the vertices which
-/// coincide, corner to corner.
+/// Squares of 2 x 2 cells, given by their lower left corners, with coincident corners merged.
 fn squares(corners: impl Iterator<Item = [f64; 2]>) -> TriangleMesh {
     let square = shapes::grid(2, 2, 1.0, 1.0, Diagonal::Alternating).unwrap();
     let (mut positions, mut faces) = (Vec::new(), Vec::new());
@@ -264,13 +269,13 @@ fn squares(corners: impl Iterator<Item = [f64; 2]>) -> TriangleMesh {
     TriangleMesh::new(positions, faces).unwrap()
 }
 
-/// Distance goes on through vertices that alone hold sheets together, with its sign, at the cost of
-/// one more run of the diffusion for any number of sheets.
+/// The distance passes vertices at which sheets are connected, with its sign, for one more
+/// diffusion whatever the number of sheets.
 #[test]
 fn chain_of_2000_sheets() {
     let mesh = squares((0..2000).map(|k| [f64::from(k); 2]));
     let at = |x: f64, y: f64| vertex_at(&mesh, [x, y, 0.0]);
-    // Across the square in the middle; left is where the chain begins.
+    // Across the square in the middle; the start of the chain is on the left.
     let curve = Curve::signed([at(1001.0, 1000.0), at(1000.5, 1000.5), at(1000.0, 1001.0)]);
     let solution = solve(&mesh, &SurfaceCurves::from_curve(curve), PAPER_TIME, LevelSets::Free);
     assert!(solution.report.stages <= 4, "{} solves", solution.report.stages);
@@ -288,8 +293,7 @@ fn chain_of_2000_sheets() {
     }
 }
 
-/// Twenty thousand triangles that share one vertex and nothing else, and a point at the end of one
-/// of them.
+/// Twenty thousand triangles that share a single vertex, and a point at the end of one of them.
 #[test]
 fn flower_of_20000_petals() {
     let mut positions = vec![[0.0; 3]];
@@ -311,10 +315,10 @@ fn flower_of_20000_petals() {
     }
 }
 
-/// A sheet that is entered on both sides of zero hands each sign to what hangs nearest to it.
+/// A sheet that is entered on both sides of zero passes each sign to the sheets nearest to it.
 #[test]
 fn sheet_entered_from_both_sides() {
-    // A row of three squares; one more, on a corner of each end; between these a sheet that touches
+    // A row of three squares; a square on a corner at each end; between these a sheet that touches
     // both; and one more at each end.
     let row = shapes::grid(6, 2, 3.0, 1.0, Diagonal::Alternating).unwrap();
     let mesh = squares([[-1.0, 1.0], [3.0, 1.0], [-1.0, 4.0], [3.0, 4.0]].into_iter());
@@ -343,8 +347,8 @@ fn sheet_entered_from_both_sides() {
     let middle = through_vertices(&mesh, |p| p[0] == 1.5 && p[1] <= 1.0, |p| p[1]);
     let solution = solve(&mesh, &SurfaceCurves::from_curve(middle), PAPER_TIME, LevelSets::Free);
     assert!(solution.report.stages <= 3);
-    // Upwards the left is at smaller x, and negative: the field runs to the entrances on that side,
-    // away from them on the other.
+    // The curve runs upwards: smaller x is on the left and negative. The field points to the
+    // entrances on that side, and away from those on the other.
     for (sign, entrance, low) in [
         (-1.0, [0.0, 1.0, 0.0], [-1.0, 1.0]),
         (1.0, [3.0, 1.0, 0.0], [3.0, 1.0]),
@@ -362,15 +366,16 @@ fn sheet_entered_from_both_sides() {
     }
 }
 
-/// Two hundred curves through a vertex of 20,000 faces, on a mesh without consistent winding, each
-/// of which carries its side across the vertex.
+/// Two hundred curves through a vertex of 20,000 faces, on an inconsistently oriented mesh: the
+/// side of each curve is transported across the vertex.
 #[test]
 fn curves_through_a_hub_of_many_faces() {
     let n = 20_000u32;
     let angle = |i: u32| f64::from(i) / f64::from(n) * std::f64::consts::TAU;
     let mut positions = vec![[0.0; 3]];
     positions.extend((0..n).map(|i| [angle(i).cos(), angle(i).sin(), 0.0]));
-    // Every third face is wound the other way, and two more faces hang on an edge of the rim.
+    // Every third face has the opposite orientation, and an edge of the rim has two additional
+    // faces.
     let rim = |i: u32| 1 + i % n;
     let mut faces: Vec<[u32; 3]> =
         (0..n).map(|i| if i % 3 == 1 { [0, rim(i + 1), rim(i)] } else { [0, rim(i), rim(i + 1)] }).collect();
@@ -384,15 +389,14 @@ fn curves_through_a_hub_of_many_faces() {
     let solution = solve(&mesh, &source, DiffusionTime::Coefficient(10.0), LevelSets::Zero);
     assert!(solution.report.preparation.real_form);
     for v in mesh.vertices().filter(|&v| mesh.position(v)[1].abs() > 0.1) {
-        // Most faces are counter-clockwise, so that left is above.
+        // Most faces are counter-clockwise, so left is above.
         let y = mesh.position(v)[1];
         assert!((solution.distance[v] + y).abs() < 0.2, "{v} at {y}: {}", solution.distance[v]);
     }
 }
 
-/// A strip of 12 x 1 with a second one above it that shares the vertices (2, 1) and (10, 1) only,
-/// and the vertices of the second: (mesh, number in the mesh of each vertex of a strip, seen as one
-/// of the second).
+/// A strip of 12 x 1 and a second one above it that shares only the vertices (2, 1) and (10, 1).
+/// Returns the mesh, one strip, and the number in the mesh of each vertex of the second.
 fn two_strips(cells: usize) -> (TriangleMesh, TriangleMesh, Vec<Vertex>) {
     let strip = shapes::grid(12 * cells, cells, 12.0, 1.0, Diagonal::Alternating).unwrap();
     let (mut positions, mut faces) = (strip.positions().to_vec(), strip.triangles().to_vec());
@@ -411,10 +415,10 @@ fn two_strips(cells: usize) -> (TriangleMesh, TriangleMesh, Vec<Vertex>) {
     (TriangleMesh::new(positions, faces).unwrap(), strip, upper)
 }
 
-/// A sheet that hangs by two vertices is entered where distance comes first, and does not pull at
-/// what it hangs on.
+/// A sheet attached at two vertices is entered where the distance arrives first, and does not
+/// influence the surface that it is attached to.
 #[test]
-fn sheet_that_hangs_by_two_vertices() {
+fn sheet_attached_at_two_vertices() {
     for cells in [1, 4] {
         let (mesh, strip, upper) = two_strips(cells);
         let source = SurfaceCurves::from_curve(through_vertices(&strip, |p| p[0] == 0.0, |p| p[1]));
@@ -426,18 +430,21 @@ fn sheet_that_hangs_by_two_vertices() {
             }
             for v in strip.vertices() {
                 let [x, y, _] = strip.position(v);
-                let wanted = 2.0 + (x - 2.0).hypot(y);
+                let expected = 2.0 + (x - 2.0).hypot(y);
                 let d = distance[upper[v.index()]].abs();
-                assert!((d - wanted).abs() < 0.9, "{level_sets:?} above at {x} {y}: {d} for {wanted}");
+                assert!(
+                    (d - expected).abs() < 0.9,
+                    "{level_sets:?} above at {x} {y}: {d}, expected {expected}"
+                );
             }
         }
     }
 }
 
-/// On heaps of triangles that meet at vertices and edges as it comes, turning faces over changes
-/// nothing. In some of them the vectors that enter a triangle at its three corners cancel.
+/// On random heaps of triangles that meet at vertices and edges, flipping faces changes nothing. In
+/// some heaps the vectors that enter a triangle at its three corners cancel.
 #[test]
-fn heaps_of_triangles_do_not_mind_turned_faces() {
+fn flipped_faces_change_nothing_in_heaps_of_triangles() {
     struct Xorshift(u64);
     impl Xorshift {
         fn next(&mut self) -> u64 {
@@ -457,10 +464,10 @@ fn heaps_of_triangles_do_not_mind_turned_faces() {
     for seed in 1..8000u64 {
         let mut random = Xorshift(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
         (0..5).for_each(|_| _ = random.next());
-        let (vertices, wanted) = (3 + random.below(12), 1 + random.below(12));
+        let (vertices, count) = (3 + random.below(12), 1 + random.below(12));
         let positions: Vec<[f64; 3]> = (0..vertices).map(|_| [0; 3].map(|_| random.coordinate())).collect();
         let mut seen = std::collections::HashSet::new();
-        let faces: Vec<[u32; 3]> = (0..wanted)
+        let faces: Vec<[u32; 3]> = (0..count)
             .map(|_| [0; 3].map(|_| random.below(vertices) as u32))
             .filter(|f| {
                 let mut sorted = *f;
@@ -471,11 +478,11 @@ fn heaps_of_triangles_do_not_mind_turned_faces() {
         if faces.is_empty() {
             continue;
         }
-        let turned = faces.iter().map(|&[a, b, c]| if random.below(2) == 0 { [a, b, c] } else { [a, c, b] });
-        let turned = TriangleMesh::new(positions.clone(), turned.collect()).unwrap();
+        let flipped = faces.iter().map(|&[a, b, c]| if random.below(2) == 0 { [a, b, c] } else { [a, c, b] });
+        let flipped = TriangleMesh::new(positions.clone(), flipped.collect()).unwrap();
         let source = SurfaceCurves { curves: Vec::new(), points: vec![Vertex(faces[0][0]).into()] };
         let mesh = TriangleMesh::new(positions, faces).unwrap();
-        let [a, b] = [&mesh, &turned].map(|m| free(m, &source));
+        let [a, b] = [&mesh, &flipped].map(|m| free(m, &source));
         for (a, b) in a.iter().zip(&b) {
             assert_eq!(a.is_nan(), b.is_nan(), "seed {seed}");
             if (a - b).abs() > worst.0 {
@@ -483,13 +490,13 @@ fn heaps_of_triangles_do_not_mind_turned_faces() {
             }
         }
     }
-    println!("turned faces: {worst:?}");
-    assert!(worst.0 < 1e-6, "differs by {:e} in the heap of seed {}", worst.0, worst.1);
+    println!("flipped faces: {worst:?}");
+    assert!(worst.0 < 1e-6, "difference {:e} in the heap of seed {}", worst.0, worst.1);
 }
 
-/// Where normals cancel there is no distance, and the warning says why.
+/// Where normals cancel there is no distance, and the warning gives this reason.
 #[test]
-fn normals_that_cancel_are_told_from_no_source() {
+fn cancelled_normals_are_distinguished_from_no_source() {
     let mut positions = vec![[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
     let angles = (0..3).map(|k| f64::from(k) * std::f64::consts::TAU / 3.0);
     positions.extend(angles.map(|a| [a.cos(), a.sin(), 0.5]));
@@ -500,8 +507,8 @@ fn normals_that_cancel_are_told_from_no_source() {
     for (mesh, source) in [(pages, spine), (face, corners)] {
         let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Free);
         if solution.distance.as_slice().iter().any(|d| d.is_nan()) {
-            let told = solution.report.all_warnings().any(|w| w.contains("their normals cancel"));
-            assert!(told, "{:?}", solution.report.warnings);
+            let warned = solution.report.all_warnings().any(|w| w.contains("their normals cancel"));
+            assert!(warned, "{:?}", solution.report.warnings);
         }
     }
 }

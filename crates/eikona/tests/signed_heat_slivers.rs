@@ -1,4 +1,4 @@
-//! Thin faces: how exact their angles are, what is computed on them, and what is said.
+//! Thin faces: accuracy of their angles and of distances on them, and warnings.
 
 mod exact;
 
@@ -7,17 +7,17 @@ use eikona::signed_heat::{LevelSets, SignedHeatError, SolveOptions, Solver, Solv
 use eikona_mesh::{Curve, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, shapes};
 use exact::zero_level;
 
-/// reports.md F26: a strip of 40 columns of this width, 1 high.
+/// A strip of 40 columns of this width, 1 high.
 fn strip(width: f64) -> TriangleMesh {
     cells(40, 1, width)
 }
 
-/// A strip of columns of this width, 1 high in so many rows.
+/// A strip of columns of this width, of height 1 divided into `rows`.
 fn cells(columns: usize, rows: usize, width: f64) -> TriangleMesh {
     shapes::grid(columns, rows, columns as f64 * width, 1.0, shapes::Diagonal::Alternating).unwrap()
 }
 
-/// The largest error of the distance to a line across a mesh of height 1, and the warnings.
+/// Largest error of the distance to a line across a mesh of height 1, and the warnings.
 fn solved(mesh: &TriangleMesh, level_sets: LevelSets) -> (f64, Vec<String>) {
     let line = 0.45;
     let source = zero_level(mesh, |p| p[1] - line);
@@ -31,8 +31,8 @@ fn solved(mesh: &TriangleMesh, level_sets: LevelSets) -> (f64, Vec<String>) {
 
 #[test]
 fn thin_faces_keep_the_digits_of_their_cotangents() {
-    // A right triangle of legs 1 and w, laid along the axes and turned: cotangents 0, w and 1 / w.
-    // From lengths alone the second would be off by 1e-16 / w.
+    // A right triangle of legs 1 and w, along the axes and rotated: cotangents 0, w and 1 / w. From
+    // lengths alone the error of the second would be 1e-16 / w.
     for w in [1e-3, 1e-5, 1e-7] {
         for turn in [0.0f64, 0.4] {
             let place =
@@ -40,7 +40,7 @@ fn thin_faces_keep_the_digits_of_their_cotangents() {
             let positions = vec![place(0.0, 0.0), place(w, 0.0), place(0.0, 1.0)];
             let mesh = TriangleMesh::new(positions, vec![[0, 1, 2]]).unwrap();
             let t = Triangle::of_face(&mesh, Face(0));
-            // The coordinates are rounded where they are turned, by 1e-16 of their size.
+            // Rotating rounds the coordinates by 1e-16 of their size.
             let exact = 1e-15 / w;
             assert!(!t.mollified && t.cotangent(0).abs() < 1e-15, "{w} {turn} {}", t.cotangent(0));
             assert!((t.cotangent(2) * w - 1.0).abs() < 10.0 * exact);
@@ -74,16 +74,16 @@ fn distances_on_slivers_keep_their_digits() {
 }
 
 #[test]
-fn distances_that_refinement_does_not_save_are_warned_of() {
+fn errors_that_refinement_leaves_raise_a_warning() {
     let (error, warnings) = solved(&cells(400, 100, 1.5e-8), LevelSets::Free);
     let [warning] = &warnings[..] else { panic!("{error} {warnings:?}") };
     assert!(warning.starts_with("80000 slivers (first: 0): distances"), "{warning}");
-    assert!(error > 1e-3, "nothing to warn of: {error}");
+    assert!(error > 1e-3, "no error to warn about: {error}");
 }
 
 #[test]
-fn a_mesh_of_flat_faces_only_is_refused_without_a_word_of_zero_area() {
-    // reports.md F26: at 5e-9 every face has an area, of 2.5e-9.
+fn mesh_of_flat_faces_is_refused_by_height() {
+    // At a width of 5e-9 every face has a nonzero area, 2.5e-9.
     let refused = Solver::new(&strip(5e-9), &SolverOptions::default()).unwrap_err();
     assert_eq!(refused, SignedHeatError::NoArea);
     let text = refused.to_string();
@@ -91,14 +91,15 @@ fn a_mesh_of_flat_faces_only_is_refused_without_a_word_of_zero_area() {
 }
 
 #[test]
-fn a_few_slivers_in_a_good_mesh_lose_nothing_that_is_worth_a_warning() {
-    // A grid of unit squares with one vertex beside another, 1e-7 away: two faces of that height.
+fn few_slivers_in_a_good_mesh_raise_no_warning() {
+    // A grid of unit squares with a second vertex 1e-7 away from one of them: two faces of that
+    // height.
     let mesh = shapes::grid(6, 4, 6.0, 4.0, shapes::Diagonal::Alternating).unwrap();
     let inner = mesh.vertices().find(|v| mesh.position(*v) == [3.0, 2.0, 0.0]).unwrap();
     let mut positions = mesh.positions().to_vec();
     positions.push([3.0 + 1e-7, 2.0, 0.0]);
     let new = positions.len() as u32 - 1;
-    // Faces on the right of the vertex go to the new one; two slivers join both.
+    // Faces on the right of the vertex use the new one; two slivers connect both.
     let center = |f: &[u32; 3]| f.iter().map(|v| mesh.position(Vertex(*v))[0]).sum::<f64>() / 3.0;
     let mut faces = Vec::new();
     for f in mesh.triangles() {
@@ -124,7 +125,7 @@ fn a_few_slivers_in_a_good_mesh_lose_nothing_that_is_worth_a_warning() {
 }
 
 #[test]
-fn degenerate_faces_are_counted_with_the_first_of_them() {
+fn degenerate_faces_are_counted_and_the_first_named() {
     let mut positions = strip(1.0).positions().to_vec();
     positions.push([0.5, 0.0, 0.0]);
     let new = positions.len() as u32 - 1;
@@ -143,8 +144,8 @@ fn degenerate_faces_are_counted_with_the_first_of_them() {
 }
 
 #[test]
-fn points_at_all_vertices_give_no_warning_of_level_sets() {
-    // reports.md C: "level sets are held but for 1.1e-18".
+fn points_at_all_vertices_raise_no_warning() {
+    // A regression: violations of 1.1e-18 once raised a warning.
     for n in [1, 5] {
         let mesh = shapes::grid(n, n, 1.0, 1.0, shapes::Diagonal::Alternating).unwrap();
         let points = mesh.vertices().map(SurfacePoint::from).collect();

@@ -1,4 +1,4 @@
-//! Sources of every kind, where the distance has a closed formula.
+//! Sources of every kind, where the distance has a closed form.
 
 mod exact;
 
@@ -17,7 +17,8 @@ fn parts_of_edges_have_a_direction() {
         t,
     };
     let ys = [0.0, 1.0, 2.0, 3.0];
-    // Middle halves of the edges, each a curve of its own; and one curve with three nodes an edge.
+    // The middle halves of the edges, each a separate curve; and one curve with three nodes per
+    // edge.
     let parts: Vec<Curve> = ys.iter().map(|&y| Curve::signed([on_edge(y, 0.25), on_edge(y, 0.75)])).collect();
     let parts = SurfaceCurves { curves: parts, points: Vec::new() };
     let whole = SurfaceCurves::from_curve(Curve::signed(
@@ -34,7 +35,7 @@ fn parts_of_edges_have_a_direction() {
 }
 
 #[test]
-fn doubled_curves_equal_single_ones() {
+fn duplicated_curves_equal_single_ones() {
     let mesh = rough_plate(20);
     let mut source = zero_level(&mesh, |p| (p[0] - 0.9).hypot(p[1] - 1.1) - 0.5);
     source.curves.push(through_vertices(&plate(20), |p| p[0] == 1.8, |p| p[1]));
@@ -46,14 +47,14 @@ fn doubled_curves_equal_single_ones() {
     assert!(largest_difference(&soft(&source), &soft(&doubled)) < 1e-9);
 }
 
-/// A soft level set means the same on any mesh: for curves and for points.
+/// A soft level set constraint is independent of the resolution, for curves and for points.
 #[test]
 fn soft_level_sets_do_not_depend_on_resolution() {
     let ask = |n: usize| {
         let mesh = plate(n);
         let mut source = zero_level(&mesh, |p| (p[0] - 0.9).hypot(p[1] - 1.1) - 0.5);
         source.points.push(vertex_at(&mesh, [0.2, 0.2, 0.0]).into());
-        // The same time on all meshes.
+        // The same diffusion time on all meshes.
         let time = DiffusionTime::Coefficient((n as f64 / 40.0).powi(2));
         let solution = solve(&mesh, &source, time, LevelSets::Soft(30.0));
         [[0.5, 0.2, 0.0], [1.8, 1.8, 0.0], [1.0, 1.0, 0.0]].map(|p| solution.distance[vertex_at(&mesh, p)])
@@ -65,10 +66,10 @@ fn soft_level_sets_do_not_depend_on_resolution() {
     }
 }
 
-/// A curve and the same curve backwards say nothing together: their normals cancel. Alone on a
-/// surface they leave no distance, and that is said.
+/// The normals of a curve and of its reverse cancel. Alone on a surface they give no distance, with
+/// a warning.
 #[test]
-fn opposite_doubled_curves_cancel() {
+fn opposite_curves_cancel() {
     let mesh = rough_plate(20);
     let circle = zero_level(&mesh, |p| (p[0] - 0.9).hypot(p[1] - 1.1) - 0.5);
     let line = straight(&mesh, [0.1, 0.1, 0.0], [1.9, 0.2, 0.0]);
@@ -77,7 +78,7 @@ fn opposite_doubled_curves_cancel() {
     let mut both = circle.clone();
     both.curves.extend(source.curves.clone());
     let difference = largest_difference(&free(&mesh, &both), &free(&mesh, &circle));
-    // Not bitwise: the shift counts the cancelled line's length too.
+    // Not bitwise: the shift counts the length of the cancelled line, too.
     let alone = free(&mesh, &circle);
     let shift = free(&mesh, &both)[0] - alone[0];
     let moved: Vec<f64> = alone.iter().map(|x| x + shift).collect();
@@ -86,14 +87,14 @@ fn opposite_doubled_curves_cancel() {
     let solution = solve(&mesh, &source, PAPER_TIME, LevelSets::Free);
     assert!(
         solution.distance.as_slice().iter().all(|d| d.is_nan()),
-        "cancelled normals make a distance out of rounding, up to {}",
+        "rounding of cancelled normals gives a distance of up to {}",
         largest(solution.distance.as_slice())
     );
     assert!(solution.report.all_warnings().any(|w| w.contains("800 faces")));
 }
 
-/// Two lines that cross, so that two quadrants are told opposite things: what is symmetric stays
-/// so, and between the two positive sides the zero distance is that to the nearer line.
+/// Two lines that cross, with contradictory signs in two quadrants: the result keeps the symmetry,
+/// and in the quadrant where both are positive the constrained distance is that to the nearer line.
 #[test]
 fn crossing_lines() {
     for n in [20, 40] {
@@ -116,8 +117,8 @@ fn crossing_lines() {
     }
 }
 
-/// Three curves from one vertex: a signed line and a signed branch. All nodes are zero, no value
-/// exceeds the distance.
+/// Three curves from one vertex: a signed line and a signed branch. All nodes are zero, and no
+/// value exceeds the distance.
 #[test]
 fn branching_curves() {
     let n = 40;
@@ -130,7 +131,7 @@ fn branching_curves() {
         let SurfacePoint::Vertex { vertex } = node else { panic!() };
         assert!(values[*vertex as usize].abs() < 1e-6);
     }
-    // Left of the line nothing disturbs.
+    // On the left of the line the branch has no influence.
     for v in mesh.vertices() {
         let [x, y, _] = mesh.position(v);
         if x < 0.9 {
@@ -150,7 +151,7 @@ fn square_distance(p: [f64; 3]) -> f64 {
     if x.max(y) < 0.0 { x.max(y) } else { x.max(0.0).hypot(y.max(0.0)) }
 }
 
-/// Long diffusion rounds the corners of a square; keeping the normals of the curve keeps them
+/// Long diffusion rounds the corners of a square; preserving the normals of the curve keeps them
 /// sharp.
 #[test]
 fn preserved_normals_keep_corners() {
@@ -181,9 +182,9 @@ fn preserved_normals_keep_corners() {
         };
         let (rounded, kept) = (error(false), error(true));
         println!("square, coefficient {coefficient}: rounded {rounded:.2e}, kept {kept:.2e}");
-        assert!(kept < 0.7 * rounded, "{kept} against {rounded}");
+        assert!(kept < 0.7 * rounded, "kept {kept}, rounded {rounded}");
     }
-    // On a straight line there is nothing to keep.
+    // On a straight line the normals need no constraint.
     let line = SurfaceCurves::from_curve(straight(&mesh, [0.7, 0.0, 0.0], [0.7, 2.0, 0.0]));
     let options = SolveOptions { preserve_source_normals: true, ..SolveOptions::default() };
     let solution = solver(&mesh, PAPER_TIME).solve(&line, &options).unwrap();
@@ -192,7 +193,7 @@ fn preserved_normals_keep_corners() {
     assert!(solution.report.warnings.is_empty());
 }
 
-/// A segment cut in three says what it said before.
+/// Splitting a segment in three changes nothing.
 #[test]
 fn preserved_normals_do_not_depend_on_segments() {
     let mesh = rough_plate(24);
@@ -219,8 +220,8 @@ fn preserved_normals_do_not_depend_on_segments() {
     assert!(difference < 1e-8, "{difference:e}");
 }
 
-/// Also for curves much finer than the mesh, whose segments say more than a face can satisfy one by
-/// one, for long diffusion, and in the real form.
+/// Also for curves much finer than the mesh, whose segments a face can not satisfy one by one, for
+/// long diffusion, and in the real form.
 #[test]
 fn preserved_normals_take_few_iterations() {
     let plate = rough_plate(40);
@@ -262,7 +263,7 @@ fn preserved_normals_take_few_iterations() {
     }
 }
 
-/// Seven tenths of a circle are given, in two arcs; the gaps are completed.
+/// Seven tenths of a circle, in two arcs; the gaps are completed.
 #[test]
 fn two_arcs_of_a_circle() {
     let mesh = rough_plate(64);
@@ -273,15 +274,15 @@ fn two_arcs_of_a_circle() {
         let values = solve(&mesh, &arcs, DiffusionTime::Coefficient(coefficient), LevelSets::Free).distance;
         let e = errors(&mesh, values.as_slice(), exact);
         println!("two arcs, coefficient {coefficient}: {e:?}");
-        // The chords over the gaps are 0.054 off the arcs.
+        // The chords across the gaps are 0.054 away from the arcs.
         assert!(e.largest < 0.2 && e.l2 < 0.054, "{e:?}");
     }
 }
 
-/// More curves through each face than it has vectors: the result is finite, and the report is
-/// honest of how well the normals are kept.
+/// More curves through each face than it has vectors: the result is finite, and the report states
+/// how well the normals are preserved.
 #[test]
-fn normals_that_contradict_each_other() {
+fn contradictory_normals() {
     let mesh = rough_plate(6);
     let mut random = eikona_mesh::random::Random::from_seed(4);
     let mut point = || [0, 1, 2].map(|k| if k == 2 { 0.0 } else { 0.1 + 1.8 * random.uniform() });

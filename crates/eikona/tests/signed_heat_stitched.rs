@@ -1,4 +1,4 @@
-//! Distances across seams that were stitched are those on the conforming mesh.
+//! Distances across stitched seams equal those on the conforming mesh.
 
 use eikona::signed_heat::{SolveOptions, Solver, SolverOptions};
 use eikona_mesh::random::Random;
@@ -17,11 +17,10 @@ fn line(mesh: &TriangleMesh) -> Vec<Vertex> {
     on
 }
 
-/// A part of unit squares from column `x` on, `n` by `n`, with so many parts of each square's side
-/// on the left and right rim.
+/// A part of `n` by `n` unit squares from column `x` on, with each square's side on the left and
+/// right rim divided as given.
 fn part(x: f64, n: usize, rims: [&[Vec<f64>]; 2], bend: f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
-    // Bent into a cylinder about the y axis, which leaves distances in the surface along x and y
-    // nearly as they are.
+    // Bent into a cylinder about the y axis, which nearly preserves distances along x and y.
     let place = |i: f64, y: f64| {
         if bend == 0.0 {
             [x + i, y, 0.0]
@@ -61,7 +60,7 @@ fn part(x: f64, n: usize, rims: [&[Vec<f64>]; 2], bend: f64) -> (Vec<[f64; 3]>, 
 
 #[test]
 fn random_t_junctions_give_the_distances_of_the_conforming_mesh() {
-    // reports.md F6. Parts of n columns side by side; each side of each seam is divided at random.
+    // Parts of n columns side by side; each side of each seam is divided at random.
     let mut random = Random::from_seed(7);
     for round in 0..12 {
         let n = 2 + round % 3;

@@ -1,5 +1,5 @@
-//! Sources without sides: curves open and closed, along edges and across faces, points anywhere,
-//! and these with signed curves. Their distances are exact on flat plates.
+//! Sources without sides on flat plates, where the distance is known: open and closed curves, along
+//! edges and across faces, points anywhere, and combinations with signed curves.
 
 mod exact;
 
@@ -7,11 +7,11 @@ use eikona::signed_heat::{DiffusionTime, LevelSets};
 use eikona_mesh::{Curve, SurfaceCurves, SurfacePoint, TriangleMesh};
 use exact::*;
 
-/// The distance at one resolution for a diffusion time, with the exact one.
+/// A mesh, a source and the exact distance, at one resolution.
 type Case = (TriangleMesh, SurfaceCurves, Box<dyn Fn([f64; 3]) -> f64>);
 
-/// The least orders at the paper's time and at the automatic one, and the most that the last L2
-/// error may be, in edge lengths.
+/// Minimum orders at the paper's time and at the automatic one, and the maximum of the last L2
+/// error in edge lengths.
 struct Wanted {
     orders: [f64; 2],
     edges: [f64; 2],
@@ -39,8 +39,8 @@ fn falls(name: &str, level_sets: LevelSets, wanted: Wanted, at: impl Fn(usize) -
     }
 }
 
-/// Round the end of a curve, and at its corners, diffusion mixes directions within sqrt(t): at the
-/// automatic time, with t in proportion to h, half an order remains at best.
+/// Around the ends of a curve, and at its corners, diffusion mixes directions within sqrt(t): at
+/// the automatic time, with t in proportion to h, half an order remains at best.
 const WITH_ENDS: Wanted = Wanted { orders: [0.45, 0.2], edges: [2.0, 4.0] };
 const WITHOUT_ENDS: Wanted = Wanted { orders: [0.7, 0.7], edges: [1.0, 1.0] };
 
@@ -79,7 +79,7 @@ fn closed_unsigned_circle() {
     });
 }
 
-/// A circle of edges does not go straight; its distance is that to the polygon.
+/// A circle along edges is not smooth; the distance is that to the polygon.
 #[test]
 fn closed_unsigned_square_along_edges() {
     falls("unsigned square", LevelSets::Zero, WITH_ENDS, |n| {
@@ -130,7 +130,7 @@ fn points_anywhere() {
     }
 }
 
-/// A ring with a negative inside, a bar and a point outside it.
+/// A ring with a negative inside, with a bar and a point outside.
 #[test]
 fn signed_and_unsigned_and_points_together() {
     falls("mixed", LevelSets::Zero, WITH_ENDS, |n| {

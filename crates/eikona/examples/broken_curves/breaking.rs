@@ -1,46 +1,47 @@
-//! Ways in which the curve of a level set is damaged before it is measured (SHM section 9.5.3).
+//! Kinds of damage to the curve of a level set, applied before measuring (SHM section 9.5.3).
 
 use crate::truth::level_set;
 use eikona::mesh::random::Random;
 use eikona::mesh::{Curve, Face, Neighbour, TriangleMesh, Vertex};
 use std::collections::BTreeMap;
 
-/// What happens to a curve.
+/// Kind of damage to a curve. Lengths are in mean edge lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Damage {
-    /// Nothing.
+    /// No damage.
     None,
-    /// Only noise of this many edges at each vertex: the level set of the distance with it added.
+    /// Noise only: the level set of the distance plus noise of this many edges at each vertex.
     Noise(f64),
     /// About half is missing, in pieces of about this many edges.
     Halved(f64),
-    /// The same, each piece displaced by a normal deviate of this many edges.
+    /// The same, with each piece displaced by a normal deviate of this many edges.
     Displaced(f64, f64),
-    /// The curve and its offset by so many edges, half missing of both.
+    /// The curve and its offset by this many edges, with half of both missing.
     WithOffset(f64, f64),
     /// The same, with offsets to both sides.
     WithOffsets(f64, f64),
-    /// The walk along edges around the inside, and around the inside grown by so many strips of
-    /// triangles; half missing of both.
+    /// The walk along edges around the inside, and around the inside grown by this many strips of
+    /// triangles, with half of both missing.
     WalkAndStrips(f64, usize),
     /// Halved, with noise.
     HalvedNoise(f64, f64),
-    /// Halved; every seventh piece displaced by so many edges, every eleventh reversed.
+    /// Halved, with every seventh piece displaced by this many edges and every eleventh reversed.
     Outliers(f64, f64),
-    /// The curve and the offsets by -share and +share of the distance range, half missing of each.
+    /// The curve and the offsets by -share and +share of the distance range, with half of each
+    /// missing.
     Nested(f64, f64),
-    /// The same, whole.
+    /// The same, without gaps.
     NestedWhole(f64),
-    /// The curve and a closed curve around a point of it, whole: the outlines of two regions that
-    /// overlap. The radius is this share of the distance range.
+    /// The curve and a closed curve around a point of it, without gaps: the outlines of two
+    /// overlapping regions. The radius is this share of the distance range.
     Crossing(f64),
     /// A single gap of this share of each loop.
     OneGap(f64),
-    /// Walks along edges next to the curve, whole or halved (pieces of so many edges).
+    /// Walks along edges next to the curve, without gaps or halved (in pieces of this many edges).
     EdgeWalk(Option<f64>),
 }
 
-/// A curve to be broken: its distance and the curve itself.
+/// A curve to damage, and its distance.
 pub struct Whole<'a> {
     pub mesh: &'a TriangleMesh,
     pub distance: &'a [f64],
@@ -49,7 +50,8 @@ pub struct Whole<'a> {
 }
 
 impl Whole<'_> {
-    /// A function that is negative in the union of the regions that crossing curves outline.
+    /// Returns a function that is negative in the union of the regions that crossing curves
+    /// outline.
     pub fn union(&self, damage: Damage, random: &mut Random) -> Option<Vec<f64>> {
         let Damage::Crossing(share) = damage else { return None };
         let range = self.distance.iter().fold(0.0f64, |m, d| m.max(d.abs()));
@@ -57,7 +59,7 @@ impl Whole<'_> {
         Some(self.distance.iter().zip(disk).map(|(a, b)| a.min(b)).collect())
     }
 
-    /// A function that is negative within a ball around a vertex beside the curve.
+    /// Returns a function that is negative within a ball around a vertex next to the curve.
     fn disk(&self, radius: f64, random: &mut Random) -> Vec<f64> {
         let near: Vec<Vertex> =
             self.mesh.vertices().filter(|v| self.distance[v.index()].abs() < self.edge).collect();
@@ -66,8 +68,8 @@ impl Whole<'_> {
         self.mesh.positions().iter().map(|p| off(p) - radius).collect()
     }
 
-    /// Negative at the vertices on the left of what `damaged` makes of the curve, where that is
-    /// closed.
+    /// Returns a function that is negative at the vertices on the left of the damaged curve, if
+    /// that is closed.
     pub fn side(&self, damage: Damage, random: &mut Random) -> Option<Vec<f64>> {
         match damage {
             Damage::None => Some(self.distance.to_vec()),
@@ -83,7 +85,7 @@ impl Whole<'_> {
         }
     }
 
-    /// What is left of the curve.
+    /// Returns the damaged curves.
     pub fn damaged(&self, damage: Damage, random: &mut Random) -> Vec<Curve> {
         let range = self.distance.iter().fold(0.0f64, |m, d| m.max(d.abs()));
         let at = |level: f64| level_set(self.mesh, self.distance, level);
@@ -153,7 +155,7 @@ impl Whole<'_> {
         curve.nodes.iter().map(|p| p.locate(self.mesh).unwrap().position(self.mesh)).collect()
     }
 
-    /// Arc length at each node.
+    /// Returns the arc length at each node.
     fn arc(&self, curve: &Curve) -> Vec<f64> {
         let p = self.positions(curve);
         let mut arc = vec![0.0];
@@ -164,8 +166,8 @@ impl Whole<'_> {
         arc
     }
 
-    /// Pieces of random length, about `piece` edges, between gaps of random length that take as
-    /// much together.
+    /// Returns intervals of random length, about `piece` edges, between gaps of random length with
+    /// the same total.
     fn intervals(&self, length: f64, piece: f64, random: &mut Random) -> Vec<[f64; 2]> {
         let count = ((length / self.edge / (2.0 * piece)).round() as usize).max(1);
         let mut lengths = || -> Vec<f64> {
@@ -183,8 +185,8 @@ impl Whole<'_> {
         intervals
     }
 
-    /// A closed curve begun anywhere.
-    fn turned(&self, curve: &Curve, random: &mut Random) -> Curve {
+    /// Returns a closed curve with a random first node.
+    fn rotated(&self, curve: &Curve, random: &mut Random) -> Curve {
         if !curve.is_closed() {
             return curve.clone();
         }
@@ -200,20 +202,20 @@ impl Whole<'_> {
     }
 
     fn halved(&self, curve: &Curve, piece: f64, random: &mut Random) -> Vec<Curve> {
-        let curve = self.turned(curve, random);
+        let curve = self.rotated(curve, random);
         let arc = self.arc(&curve);
         let intervals = self.intervals(arc[arc.len() - 1], piece, random);
         intervals.into_iter().filter_map(|interval| self.between(&curve, &arc, interval)).collect()
     }
 
     fn gap(&self, curve: &Curve, share: f64, random: &mut Random) -> Option<Curve> {
-        let curve = self.turned(curve, random);
+        let curve = self.rotated(curve, random);
         let arc = self.arc(&curve);
         self.between(&curve, &arc, [0.0, (1.0 - share) * arc[arc.len() - 1]])
     }
 
-    /// Halved, every piece replaced by the part of the level set at its own offset (in edges) that
-    /// lies nearest to it.
+    /// Halves the curve and replaces every piece by the part of the level set at its own offset (in
+    /// edges) that lies closest to it.
     fn displaced(
         &self,
         piece: f64,
@@ -221,7 +223,7 @@ impl Whole<'_> {
         offset: impl Fn(usize, &mut Random) -> f64,
     ) -> Vec<Curve> {
         let whole: Vec<Curve> =
-            level_set(self.mesh, self.distance, 0.0).iter().map(|c| self.turned(c, random)).collect();
+            level_set(self.mesh, self.distance, 0.0).iter().map(|c| self.rotated(c, random)).collect();
         let arcs: Vec<Vec<f64>> = whole.iter().map(|c| self.arc(c)).collect();
         let places: Vec<(usize, f64, [f64; 3])> = whole
             .iter()
@@ -275,7 +277,7 @@ impl Whole<'_> {
         self.mesh.faces().map(|f| sum(f) < 0.0).collect()
     }
 
-    /// The region and a strip of triangles around it.
+    /// Returns the region with a strip of triangles around it.
     fn grown(&self, inside: &[bool]) -> Vec<bool> {
         let mut result = inside.to_vec();
         for v in self.mesh.vertices() {
@@ -287,7 +289,7 @@ impl Whole<'_> {
         result
     }
 
-    /// The boundary of a region, as closed walks along edges with the region on the left.
+    /// Returns the boundary of a region, as closed walks along edges with the region on the left.
     fn walks(&self, inside: &[bool]) -> Vec<Curve> {
         let mut leaving: BTreeMap<Vertex, Vec<Vertex>> = BTreeMap::new();
         for f in self.mesh.faces().filter(|f| inside[f.index()]) {

@@ -1,6 +1,6 @@
-//! Signed distance to broken curves with known truth, by the defaults and by explicit choices: the
-//! table from which the rules of `LevelSets::Automatic` and `DiffusionTime::Automatic` come (SHM
-//! section 9.5.3).
+//! Errors of the signed distance to broken curves with known truth, for the defaults and for
+//! explicit options. The table is the basis of the rules of `LevelSets::Automatic` and
+//! `DiffusionTime::Automatic` (SHM section 9.5.3).
 //!
 //! ```sh
 //! cargo run -p eikona --example broken_curves                    # five functions on each surface
@@ -9,10 +9,9 @@
 //! ```
 //!
 //! A curve is a level set of a slowly varying function at a random level. The truth is the exact
-//! distance to the curve that is left whole, or to the given curve itself where that is closed, and
-//! to the outline of the union where closed curves cross. For nested curves it is meant up to a
-//! constant, since each of them is as good a zero. Numbers are in percent: of the range of the
-//! truth, and of the area.
+//! distance to the undamaged curve, to the given curve itself if that is closed, or to the outline
+//! of the union if closed curves cross. For nested curves it is determined up to a constant, since
+//! any of them can be the zero. Numbers are percentages of the range of the truth and of the area.
 
 mod breaking;
 mod surfaces;
@@ -30,7 +29,7 @@ const T1: DiffusionTime = DiffusionTime::Coefficient(1.0);
 const T3: DiffusionTime = DiffusionTime::Coefficient(3.0);
 const T10: DiffusionTime = DiffusionTime::Coefficient(10.0);
 
-/// The columns of the table; the first is the default.
+/// Columns of the table; the first is the default.
 const METHODS: [(DiffusionTime, LevelSets); 12] = [
     (AUTO, LevelSets::Automatic),
     (T1, LevelSets::Automatic),
@@ -74,7 +73,7 @@ const DAMAGES: [Damage; 25] = [
     Damage::Nested(8.0, 0.2),
 ];
 
-/// The errors of one method on curves with one kind of damage.
+/// Errors of one method on curves with one kind of damage.
 #[derive(Clone, Default)]
 struct Cell(Vec<Error>);
 
@@ -91,8 +90,10 @@ type Table = Vec<Vec<Cell>>;
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
-    let functions = arguments.next().map_or(5, |word| word.parse().expect("a number of functions"));
-    let seed = arguments.next().map_or(0, |word| word.parse().expect("a seed"));
+    let functions = arguments
+        .next()
+        .map_or(5, |word| word.parse().expect("the first argument must be the number of functions"));
+    let seed = arguments.next().map_or(0, |word| word.parse().expect("the second argument must be a seed"));
     let only = arguments.next().unwrap_or_default();
     let mut table: Table = vec![vec![Cell::default(); METHODS.len()]; DAMAGES.len()];
     let surfaces: Vec<_> =
@@ -103,10 +104,7 @@ fn main() {
     }
     let sphere = surfaces.iter().find(|(name, _)| name.starts_with("geodesic"));
     if let Some((_, sphere)) = sphere {
-        println!(
-            "the truth itself is off by {:.3} % on a circle of the sphere",
-            100.0 * error_of_truth(sphere)
-        );
+        println!("error of the truth on a circle of the sphere: {:.3} %", 100.0 * error_of_truth(sphere));
     }
     print(&table);
 }
@@ -124,7 +122,7 @@ fn measure(mesh: &TriangleMesh, functions: usize, seed: u64, table: &mut Table) 
         let mut sorted = function.clone();
         sorted.sort_by(f64::total_cmp);
         let share = random.range(0.2, 0.8);
-        // Off the vertices.
+        // Slightly off the values at vertices.
         let level = sorted[(share * sorted.len() as f64) as usize] + 1e-9;
         let distance = fine.distance(function, level);
         let whole = Whole { mesh, distance: &distance, edge };
@@ -153,8 +151,8 @@ fn measure(mesh: &TriangleMesh, functions: usize, seed: u64, table: &mut Table) 
     }
 }
 
-/// The error of the truth where there is a closed formula: a circle of latitude on the unit sphere,
-/// in the same measure.
+/// Returns the error of the truth, in the same measure, where there is a closed form: a circle of
+/// latitude on the unit sphere.
 fn error_of_truth(sphere: &TriangleMesh) -> f64 {
     let height: Vec<f64> = sphere.positions().iter().map(|p| p[2]).collect();
     let found = Fine::new(sphere).distance(&height, 0.3 + 1e-9);

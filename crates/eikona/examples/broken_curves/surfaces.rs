@@ -1,4 +1,4 @@
-//! The surfaces on which curves are broken, and the lowest functions of the Laplacian on them.
+//! Surfaces of the study, and the lowest eigenfunctions of their Laplacians.
 
 use eikona::geometry::lay_out;
 use eikona::mesh::random::Random;
@@ -16,7 +16,7 @@ const FILES: [(&str, u32); 5] = [
     ("boundary/lilium.obj", 0),
 ];
 
-/// Six surfaces made by formula, and those files of the data folder that exist.
+/// Returns six generated surfaces, and those files of the data folder that exist.
 pub fn surfaces() -> Vec<(String, TriangleMesh)> {
     let torus = shapes::torus(1.0, 0.4, 72, 36).unwrap();
     let cylinder = shapes::cylinder(0.5, 2.0, 48, 60, shapes::Ends::Open).unwrap();
@@ -37,9 +37,9 @@ pub fn surfaces() -> Vec<(String, TriangleMesh)> {
     surfaces
 }
 
-/// The `count` lowest eigenfunctions of the Laplacian after the constant with their eigenvalues, by
-/// inverse iteration. Functions whose eigenvalues nearly agree come out mixed, which is no harm
-/// here: every mixture varies as slowly.
+/// Returns the `count` lowest nonconstant eigenfunctions of the Laplacian with their eigenvalues,
+/// by inverse iteration. Eigenfunctions with nearly equal eigenvalues are mixed, which is harmless
+/// here: every combination varies as slowly.
 pub fn eigenfunctions(mesh: &TriangleMesh, count: usize) -> Vec<(f64, Vec<f64>)> {
     let n = mesh.vertex_count();
     let triangles = lay_out(mesh);

@@ -1,27 +1,26 @@
-//! Exact distances for the study: the distance along the surface to a whole curve, and how far an
-//! answer is from it.
+//! Exact distances for the study: the distance along the surface to an undamaged curve, and errors
+//! against it.
 
 use eikona::contour::isolines;
 use eikona::geometry::{fast_marching, lay_out};
 use eikona::mesh::{Curve, SegmentHost, SurfaceCurves, TriangleMesh, Vertex};
 use std::collections::HashMap;
 
-/// Sides of the triangles that a face is cut into for the distance.
+/// Subdivisions of each side of a face for the distance.
 const REFINEMENT: usize = 5;
 
-/// A mesh with its faces cut into similar triangles. Nothing is bent: distances along both surfaces
-/// are the same.
+/// Mesh with each face subdivided into similar triangles. Both surfaces are isometric.
 pub struct Fine {
     mesh: TriangleMesh,
-    /// The vertices of the coarse mesh that each fine vertex lies between, with weights.
+    /// Coarse vertices that each fine vertex lies between, with weights.
     weights: Vec<[(u32, f64); 3]>,
 }
 
 impl Fine {
     pub fn new(mesh: &TriangleMesh) -> Fine {
         let n = REFINEMENT as u32;
-        // A fine vertex by its weights over the corners of its face; the same from both sides of an
-        // edge.
+        // A fine vertex is identified by its weights at the corners of its face, the same from both
+        // sides of an edge.
         let mut numbers: HashMap<Vec<(u32, u32)>, u32> = HashMap::new();
         let (mut positions, mut weights, mut faces) = (Vec::new(), Vec::new(), Vec::new());
         for v in mesh.vertices() {
@@ -58,7 +57,8 @@ impl Fine {
         Fine { mesh: TriangleMesh::new(positions, faces).unwrap(), weights }
     }
 
-    /// The distance from the vertices of the coarse mesh to curves, with the sign of `side`.
+    /// Returns the distance from the vertices of the coarse mesh to curves, with the sign of
+    /// `side`.
     pub fn distance_to_curves(
         &self,
         coarse: &TriangleMesh,
@@ -66,8 +66,7 @@ impl Fine {
         side: &[f64],
     ) -> Vec<f64> {
         let mut seeds = Vec::new();
-        // The fine vertices in each coarse face: their numbers are those of its fine faces'
-        // corners.
+        // The fine vertices in each coarse face are the corners of its fine faces.
         let per_face = REFINEMENT * REFINEMENT;
         for segment in curves.segments(coarse).unwrap() {
             let [a, b] = segment.ends.map(|p| p.position(coarse));
@@ -89,12 +88,11 @@ impl Fine {
         side.iter().zip(distance).map(|(x, d)| if *x < 0.0 { -d } else { d }).collect()
     }
 
-    /// The distance from the vertices of the coarse mesh to the level set of a function, negative
-    /// where the function is below it.
+    /// Returns the distance from the vertices of the coarse mesh to the level set of a function,
+    /// negative where the function is below the level.
     ///
-    /// By fast marching over faces a fifth as long, from exact distances next to the curve: off by
-    /// about 1e-3 of the largest distance at most, see `main.rs` for a comparison with a closed
-    /// formula.
+    /// Fast marching over faces a fifth as long, from exact distances next to the curve. The error
+    /// is at most about 1e-3 of the largest distance; `main.rs` compares with a closed form.
     pub fn distance(&self, coarse_values: &[f64], level: f64) -> Vec<f64> {
         let values: Vec<f64> = self
             .weights
@@ -132,21 +130,22 @@ fn to_segment(p: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
     dot(off, off).sqrt()
 }
 
-/// The level set of a vertex function as curves, smaller values on the left.
+/// Returns the level set of a vertex function as curves, with smaller values on the left.
 pub fn level_set(mesh: &TriangleMesh, values: &[f64], level: f64) -> Vec<Curve> {
     isolines(mesh, &values.to_vec().into(), &[level]).unwrap().remove(0).curves
 }
 
-/// How far an answer is from the truth.
+/// Error of a result against the truth.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Error {
-    /// Root mean square over the area, as a share of the range of the truth.
+    /// Root mean square over the area, relative to the range of the truth.
     pub rms: f64,
     /// Share of the area at vertices with the wrong sign.
     pub wrong: f64,
 }
 
-/// `up_to_constant`: the truth may be shifted to fit best (the sign is not judged then).
+/// Computes the error. With `up_to_constant`, the truth is shifted to fit best, and signs are not
+/// compared.
 pub fn error(areas: &[f64], truth: &[f64], found: &[f64], up_to_constant: bool) -> Error {
     let total: f64 = areas.iter().sum();
     let shift = match up_to_constant {
@@ -167,7 +166,7 @@ pub fn error(areas: &[f64], truth: &[f64], found: &[f64], up_to_constant: bool) 
     }
 }
 
-/// A third of the area of the faces around each vertex.
+/// Returns a third of the area of the faces around each vertex.
 pub fn vertex_areas(mesh: &TriangleMesh) -> Vec<f64> {
     let mut areas = vec![0.0; mesh.vertex_count()];
     for (corners, t) in mesh.triangles().iter().zip(lay_out(mesh)) {

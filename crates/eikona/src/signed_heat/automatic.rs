@@ -58,7 +58,7 @@ impl ChosenLevelSets {
     }
 }
 
-/// Deviation of the curves of one component from a common level.
+/// Spread of the curves of one component about a common level.
 #[derive(Clone, Copy, Debug, Default)]
 struct Disagreement {
     /// Length of the curves.

@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn segments_cross_within_one_face_only() {
+    fn segments_cross_in_a_common_face_only() {
         let rising = [[0.1, 0.1], [0.4, 0.4]];
         let falling = [[0.1, 0.4], [0.4, 0.1]];
         let beside = [[0.3, 0.1], [0.5, 0.3]];

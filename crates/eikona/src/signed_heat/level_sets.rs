@@ -106,7 +106,7 @@ impl Place {
 }
 
 /// Penalty of the augmented Lagrangian. Rows and operator are dimensionless, with entries of order
-/// 1. A larger penalty needs fewer iterations and loses as many of the sixteen digits as it has
+/// one. A larger penalty needs fewer iterations, and loses as many of the sixteen digits as it has
 /// zeros.
 const PENALTY: f64 = 1e6;
 /// Dimensionless penalty along curves inside edges and faces. The fit then deviates from the curve

@@ -1,6 +1,5 @@
-//! Short ways to ask the signed heat solver, norms of its error, and sources made from closed
-//! formulas.
-#![allow(dead_code)] // each test file uses some of them
+//! Shorthands for the signed heat solver, error norms, and sources from closed formulas.
+#![allow(dead_code)] // each test file uses a part of this
 
 use eikona::contour::isolines;
 use eikona::signed_heat::{DiffusionTime, LevelSets, Solution, SolveOptions, Solver, SolverOptions};
@@ -32,12 +31,12 @@ pub fn free(mesh: &TriangleMesh, source: &SurfaceCurves) -> Vec<f64> {
     solve(mesh, source, PAPER_TIME, LevelSets::Free).distance.into_vec()
 }
 
-/// The distance with the paper's time that is zero at every node.
+/// The distance with the paper's time and zero at every node.
 pub fn zero(mesh: &TriangleMesh, source: &SurfaceCurves) -> Vec<f64> {
     solve(mesh, source, PAPER_TIME, LevelSets::Zero).distance.into_vec()
 }
 
-/// The errors of vertex values against a function of the position.
+/// Errors of vertex values against a function of the position.
 #[derive(Clone, Copy, Debug)]
 pub struct Errors {
     /// Root mean square over the area, divided by the range of the exact values (SHM section 9.1).
@@ -88,14 +87,14 @@ pub fn mean_edge_length(mesh: &TriangleMesh) -> f64 {
     sum / mesh.edge_count() as f64
 }
 
-/// The zero level of a function, as oriented curves with its negative side on the left.
+/// The zero level set of a function, as oriented curves with the negative side on the left.
 pub fn zero_level(mesh: &TriangleMesh, function: impl Fn([f64; 3]) -> f64) -> SurfaceCurves {
     let values: Vec<f64> = mesh.positions().iter().map(|&p| function(p)).collect();
     let mut sets = isolines(mesh, &values.into(), &[0.0]).unwrap();
     SurfaceCurves { curves: sets.remove(0).curves, points: Vec::new() }
 }
 
-/// The vertices where `on` holds, as an oriented curve in the order of `along`.
+/// The vertices for which `on` holds, as an oriented curve in the order of `along`.
 pub fn through_vertices(
     mesh: &TriangleMesh,
     on: impl Fn([f64; 3]) -> bool,
@@ -106,8 +105,8 @@ pub fn through_vertices(
     Curve::signed(nodes)
 }
 
-/// What stays of closed curves when a share `keep` of their length is kept, a share `drop` left
-/// out, and so on; a gap closes them.
+/// The pieces of closed curves after alternately keeping a share `keep` of their length and
+/// dropping a share `drop`; each curve ends with a gap.
 pub fn broken(mesh: &TriangleMesh, whole: &SurfaceCurves, keep: f64, drop: f64) -> SurfaceCurves {
     let mut pieces = Vec::new();
     for curve in &whole.curves {
@@ -140,8 +139,8 @@ pub fn reversed(source: &SurfaceCurves) -> SurfaceCurves {
     SurfaceCurves { curves, points: source.points.clone() }
 }
 
-/// The order of convergence of (spacing, error) pairs: the slope of the line that fits their
-/// logarithms best.
+/// The order of convergence of (spacing, error) pairs: the slope of the regression line of their
+/// logarithms.
 pub fn observed_order(table: &[(f64, f64)]) -> f64 {
     let n = table.len() as f64;
     let mean = |f: &dyn Fn(&(f64, f64)) -> f64| table.iter().map(f).sum::<f64>() / n;
@@ -152,7 +151,7 @@ pub fn observed_order(table: &[(f64, f64)]) -> f64 {
 pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).fold(0.0, |m, (x, y)| {
-        assert!(x.is_nan() == y.is_nan(), "{x} against {y}");
+        assert!(x.is_nan() == y.is_nan(), "{x} and {y}");
         if x.is_nan() { m } else { f64::max(m, (x - y).abs()) }
     })
 }
@@ -184,7 +183,7 @@ pub fn vertex_at(mesh: &TriangleMesh, at: [f64; 3]) -> Vertex {
     mesh.vertices().find(|&v| norm(sub(mesh.position(v), at)) < 1e-9).unwrap()
 }
 
-/// [0, 2] x [0, 2], n squares a side.
+/// [0, 2] x [0, 2], with n squares per side.
 pub fn plate(n: usize) -> TriangleMesh {
     shapes::grid(n, n, 2.0, 2.0, Diagonal::Alternating).unwrap()
 }
@@ -193,7 +192,7 @@ pub fn rough_plate(n: usize) -> TriangleMesh {
     jitter_with(&plate(n), 0.25, 3, &|p| [p[0], p[1], 0.0]).unwrap()
 }
 
-/// The straight line between two points of a flat mesh, as nodes on the edges it crosses.
+/// The straight line between two points of a flat mesh, with nodes on the edges it crosses.
 pub fn straight(mesh: &TriangleMesh, a: [f64; 3], b: [f64; 3]) -> Curve {
     let bvh = eikona::spatial::Bvh::new(mesh);
     eikona::curves::trace_polyline(mesh, &bvh, &[a, b], false, eikona_mesh::CurveKind::Signed, 1e-6)
