@@ -1,5 +1,5 @@
-//! Steps I and II: diffuses the normals (SHM eq. 12) and normalises them to one unit vector per
-//! face, over the whole mesh.
+//! Steps I and II: diffusion of the normals (SHM eq. 12) over the whole mesh, and normalisation to
+//! one unit vector per face.
 
 use crate::geometry::Triangle;
 use crate::operators::{ComplexFrames, ConnectionLaplacian, EdgeFrames, RealFrames};

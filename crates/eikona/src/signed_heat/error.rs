@@ -8,7 +8,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SignedHeatError {
-    /// The curve or point is not on the mesh.
+    /// The source is empty, or a curve or point of it is not valid on the mesh.
     #[error(transparent)]
     Curve(#[from] CurveError),
     /// The mesh has no faces.

@@ -1,5 +1,5 @@
-//! Step III: fits the function whose gradient is closest to the unit field (SHM eq. 13), and shifts
-//! it. Fits with level set constraints are in `level_sets.rs`.
+//! Step III: least-squares fit of the function whose gradient is closest to the unit field (SHM eq.
+//! 13), and its shift. Fits with level set constraints are in `level_sets.rs`.
 
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
@@ -137,7 +137,7 @@ impl PreparedIntegration {
         let mut is_grounded = vec![false; component_count];
         for (v, component) in component_of_vertex.iter().enumerate() {
             match component {
-                None => laplacian.matrix.diagonal[v] = 1.0, // in no equation
+                None => laplacian.matrix.diagonal[v] = 1.0, // occurs in no equation
                 Some(c) if !is_grounded[*c as usize] => {
                     is_grounded[*c as usize] = true;
                     grounded.push(Ground { vertex: v as u32, component: *c });
@@ -233,17 +233,17 @@ impl Integration {
             }
             pair.iter().for_each(|&v| diagonal[v as usize] -= *entry);
         }
-        let mut constraints = vec![false; mesh.vertex_count()];
+        let mut supporting = vec![false; mesh.vertex_count()];
         for (corners, _) in mesh.triangles().iter().zip(hanging).filter(|(_, hanging)| !**hanging) {
-            corners.iter().for_each(|&v| constraints[v as usize] = true);
+            corners.iter().for_each(|&v| supporting[v as usize] = true);
         }
         let mut grounded = self.grounded.clone();
-        let mut ground_holds = vec![false; self.component_count];
+        let mut ground_supports = vec![false; self.component_count];
         for (v, component) in self.component_of_vertex.iter().enumerate() {
             match component {
-                None => diagonal[v] = 1.0, // in no equation
-                Some(c) if constraints[v] && !ground_holds[*c as usize] => {
-                    ground_holds[*c as usize] = true;
+                None => diagonal[v] = 1.0, // occurs in no equation
+                Some(c) if supporting[v] && !ground_supports[*c as usize] => {
+                    ground_supports[*c as usize] = true;
                     let own = grounded.iter_mut().filter(|g| g.component == *c);
                     own.for_each(|g| g.vertex = v as u32);
                 }

@@ -296,9 +296,9 @@ impl Integration {
         Ok((symbolic, matrix))
     }
 
-    /// Subtracts the weighted mean over the rows in each component with soft constraints only. In
-    /// exact arithmetic this mean is zero, since the right-hand side sums to zero there; with a
-    /// small weight, rounding would determine the constant.
+    /// Subtracts the weighted mean over the rows in each component that only penalties draw to
+    /// zero. In exact arithmetic this mean is zero, since the right-hand side sums to zero there;
+    /// with a small weight, rounding would determine the constant.
     fn subtract_mean(&self, rows: &[Row], constraints: &[Constraint], values: &mut [f64]) {
         let mut sums = vec![[0.0; 2]; self.component_count];
         let mut exact: Vec<bool> =

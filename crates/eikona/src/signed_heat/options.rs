@@ -110,8 +110,8 @@ pub struct SolverOptions {
     pub time: DiffusionTime,
     /// Number of threads for factorisations. Default: 1. The result is the same for any number.
     pub threads: usize,
-    /// Memory limit in bytes: building the solver fails if the factors are predicted to take more.
-    /// Default: no limit.
+    /// Memory limit in bytes for the factors; building the solver, or a solve, fails if they are
+    /// predicted to exceed it. Default: no limit.
     pub memory_limit: Option<usize>,
 }
 
