@@ -161,6 +161,30 @@ fn crossing_closed_curves_are_at_zero() {
     }
 }
 
+/// A strip between two lines, and a disk that crosses one of them. The arc of the disk inside the
+/// strip shifts the level of the other line in the free fit, which must not be taken for the level
+/// of a nested curve.
+#[test]
+fn a_curve_beside_crossing_ones_is_at_zero() {
+    let mesh = rough_plate(40);
+    for (left, right, centre, radius) in
+        [(0.25, 1.2, 0.4, 0.3), (0.33, 1.15, 0.08, 0.33), (0.2, 1.26, 0.31, 0.13)]
+    {
+        let to_strip = |p: [f64; 3]| (left - p[0]).max(p[0] - right);
+        let to_disk = |p: [f64; 3]| (p[0] - centre).hypot(p[1] - 0.75) - radius;
+        let lines = [zero_level(&mesh, |p| left - p[0]), zero_level(&mesh, |p| p[0] - right)];
+        let found = default_solve(&mesh, &together(lines.into_iter().chain([zero_level(&mesh, to_disk)])));
+        let chosen = &found.report.level_sets;
+        assert_eq!(chosen.level_sets, LevelSets::Zero, "radius {radius}: {}", chosen.reason);
+        for v in mesh.vertices() {
+            let p = mesh.position(v);
+            let (strip, disk, d) = (to_strip(p), to_disk(p), found.distance[v]);
+            assert!(strip.min(disk) < 0.05 || d > 0.0, "radius {radius}: {d} at {p:?}");
+            assert!(strip > -0.05 || disk < 0.2 || d < 0.0, "radius {radius}: {d} at {p:?}");
+        }
+    }
+}
+
 #[test]
 fn points_and_unsigned_curves_are_at_zero() {
     let mesh = plate(12);
