@@ -59,9 +59,8 @@ pub fn field_format(path: &Path, given: Option<&str>) -> Result<FieldFormat, Fai
     }
 }
 
-/// Stages an output file of named fields.
+/// Stages an output file of the distance and the fields that explain it, by name.
 pub fn output_fields(
-    kind: &'static str,
     path: &Path,
     format: FieldFormat,
     input: &MeshInput,
@@ -69,8 +68,8 @@ pub fn output_fields(
     session: &mut Session,
 ) -> Result<(), Failure> {
     match format {
-        FieldFormat::Npy => session.output(kind, path, npy(fields)),
-        FieldFormat::Csv => session.output(kind, path, csv(fields).into_bytes()),
+        FieldFormat::Npy => session.output("distance", path, npy(fields))?,
+        FieldFormat::Csv => session.output("distance", path, csv(fields).into_bytes())?,
         FieldFormat::Mesh(format) => {
             let mut out = input.to_write(format);
             let shown = fields.first().map_or(Vec::new(), |f| colours(f.1));
@@ -95,19 +94,23 @@ pub fn output_fields(
             let left_out = if path == Path::new("-") {
                 let mut bytes = Vec::new();
                 let left_out = write_mesh_bytes(&mut bytes, format, &out).map_err(Failure::writing)?;
-                session.output(kind, path, bytes)?;
+                session.output("distance", path, bytes)?;
                 left_out
             } else {
                 let (file, left_out) = stage_mesh(path, &out).map_err(Failure::writing)?;
-                session.staged_output(kind, path, file);
+                session.staged_output("distance", path, file);
                 left_out
             };
             for sentence in left_out {
                 session.warn(format!("{}: {sentence}", path.display()));
             }
-            Ok(())
+            if format == MeshFormat::Off {
+                return Ok(()); // colours only
+            }
         }
     }
+    session.name_fields(fields.iter().map(|(name, _)| *name));
+    Ok(())
 }
 
 /// Values and colours of the input mesh that the output keeps.

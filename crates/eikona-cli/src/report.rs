@@ -25,6 +25,9 @@ pub struct Output {
     pub kind: &'static str,
     /// Path as given on the command line; "-" is standard output.
     pub path: String,
+    /// Names of the fields in it, in the order of their columns.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub fields: Vec<String>,
 }
 
 /// The report. `input`, `options` and `result` depend on the command.

@@ -342,7 +342,7 @@ fn write_outputs(
         fields.push(("distance_to_data", confidence.distance_to_data.as_slice()));
     }
     if let (Some(path), Some(format)) = (&outputs.output, format) {
-        output_fields("distance", path, format, input, &fields, session)?;
+        output_fields(path, format, input, &fields, session)?;
     }
     let levels = output_isolines(&outputs.isolines, &input.mesh, &solution.distance, session)?;
     if let Some(path) = &outputs.render {

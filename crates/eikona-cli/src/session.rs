@@ -174,7 +174,14 @@ impl Session {
     }
 
     fn list(&mut self, kind: &'static str, path: &Path) {
-        self.report.outputs.push(Output { kind, path: path.display().to_string() });
+        self.report.outputs.push(Output { kind, path: path.display().to_string(), fields: Vec::new() });
+    }
+
+    /// Names the fields in the output added last.
+    pub fn name_fields<'a>(&mut self, names: impl Iterator<Item = &'a str>) {
+        if let Some(last) = self.report.outputs.last_mut() {
+            last.fields = names.map(str::to_string).collect();
+        }
     }
 
     /// Writes the report, publishes all files, and prints timings and outputs. Returns the exit
@@ -205,7 +212,8 @@ impl Session {
             self.progress.print(&format!("{:>9.3} s  total", self.report.seconds));
         }
         for output in self.report.outputs.iter().filter(|o| o.path != "-" && self.general.quiet == 0) {
-            self.progress.print(&format!("wrote {} ({})", output.path, output.kind));
+            let content = if output.fields.is_empty() { output.kind.into() } else { output.fields.join(", ") };
+            self.progress.print(&format!("wrote {} ({content})", output.path));
         }
         Ok(if self.general.strict && !self.report.warnings.is_empty() { crate::exit::WARNINGS } else { 0 })
     }
