@@ -68,7 +68,7 @@ fn check_contours(mesh: &TriangleMesh, source: &mut SurfaceCurves, keep: bool) {
 
 fn check_solution(mesh: &TriangleMesh, solution: &Solution) {
     let report = &solution.report;
-    let warned = report.all_warnings().any(|w| w.contains("NaN"));
+    let warned = report.all_warnings().any(|w| w.to_string().contains("NaN"));
     for v in mesh.vertices() {
         let distance = solution.distance[v];
         assert!(

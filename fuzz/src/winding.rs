@@ -2,6 +2,7 @@
 
 use crate::choices::Choices;
 use crate::solve;
+use eikona::Warning;
 use eikona::curves::shortest_vertex_path;
 use eikona::winding::{
     Completion, CompletionShape, Diagnosis, Part, Reference, Solver, Winding, WindingError, WindingOptions,
@@ -226,9 +227,8 @@ fn check_reversal(solver: &Solver, curves: &SurfaceCurves, options: &WindingOpti
     let Some(program) = &w.report.program else { return };
     // Cuts may differ, and the side of a curve is taken from its first face and transported across
     // edges and seams of sheets.
-    let is_carried = |text: &String| {
-        text.contains("no consistent orientation")
-            || text.contains("three or more faces, where left is undefined")
+    let is_carried = |warning: &Warning| {
+        matches!(warning, Warning::NotOrientable | Warning::StepsOnNonmanifoldEdges { .. })
     };
     if w.is_cut()
         || w.report.warnings.iter().any(is_carried)

@@ -4,6 +4,7 @@ use crate::exit::Failure;
 use crate::input::MeshInput;
 use crate::picture::colours;
 use crate::session::Session;
+use crate::warned::Warned;
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh, write_mesh_bytes};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -86,10 +87,8 @@ pub fn output_fields(
             };
             carried.add_to(&mut out);
             if format == MeshFormat::Off {
-                session.warn(format!(
-                    "{}: OFF stores colours instead of values; write .ply or .csv to keep the values",
-                    path.display()
-                ));
+                let sentence = "OFF stores colours instead of values; write .ply or .csv to keep the values";
+                session.warn(Warned::new("values_as_colours", sentence).about(path.display()));
             }
             let left_out = if path == Path::new("-") {
                 let mut bytes = Vec::new();
@@ -101,8 +100,8 @@ pub fn output_fields(
                 session.staged_output("distance", path, file);
                 left_out
             };
-            for sentence in left_out {
-                session.warn(format!("{}: {sentence}", path.display()));
+            for warning in &left_out {
+                session.warn(Warned::from(warning).about(path.display()));
             }
             if format == MeshFormat::Off {
                 return Ok(()); // colours only

@@ -3,6 +3,7 @@
 use crate::exit::Failure;
 use crate::seams::{Stitch, looks_loose, parse_stitch, stitch_mesh};
 use crate::session::Session;
+use crate::warned::Warned;
 use clap::Args;
 use eikona_mesh::io::{MeshFile, MeshFormat, MeshOut, read_mesh_as, read_mesh_bytes, without_gzip};
 use eikona_mesh::{
@@ -138,7 +139,7 @@ impl MeshInput {
         let path = arguments.mesh.clone();
         let (file, format) = session.phase("read mesh", || read_file(arguments))?;
         for warning in &file.warnings {
-            session.warn(format!("{}: {warning}", path.display()));
+            session.warn(Warned::from(warning).about(path.display()));
         }
         let is_stl = format == Some(MeshFormat::Stl);
         let weld = match arguments.weld {
@@ -227,12 +228,12 @@ impl MeshInput {
             ));
             let quality = session.phase("polygons", || PolygonQuality::of(surface));
             if let Some(first) = quality.self_crossing.first() {
-                session.warn(format!(
-                    "{}: {} self-crossing polygons (first: {first}), whose triangles overlap; correct the \
-                     file",
-                    path.display(),
-                    quality.self_crossing.len()
-                ));
+                let count = quality.self_crossing.len();
+                let sentence = format!(
+                    "{count} self-crossing polygons (first: {first}), whose triangles overlap; correct the file"
+                );
+                let warned = Warned::new("self_crossing_polygons", sentence).about(path.display());
+                session.warn(warned.with("count", count).with("first", *first));
             }
             polygon_quality = Some(quality);
         }
@@ -261,11 +262,9 @@ impl MeshInput {
             renumbered = true;
         }
         if weld.is_none() && arguments.stitch.is_none() && looks_loose(&mesh) {
-            session.warn(format!(
-                "{}: no two faces share a vertex, so the surface is disconnected; add --weld to merge \
-                 vertices at equal positions",
-                path.display()
-            ));
+            let sentence = "no two faces share a vertex, so the surface is disconnected; add --weld to merge \
+                            vertices at equal positions";
+            session.warn(Warned::new("disconnected_faces", sentence).about(path.display()));
         }
         session.report.input.insert("mesh".into(), facts(&path, format, &file, &mesh));
         session.report.input.insert("repairs".into(), Value::Array(repairs));

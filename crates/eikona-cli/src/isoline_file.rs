@@ -3,6 +3,7 @@
 use crate::exit::Failure;
 use crate::number::{above_zero, brief, finite};
 use crate::session::Session;
+use crate::warned::Warned;
 use clap::Args;
 use eikona::contour::{
     FLAT, isolines, obj_lines, ply_edges, polylines, round_levels, spaced_levels, svg_paths,
@@ -107,11 +108,9 @@ pub fn output_isolines(
     let curves: SurfaceCurves =
         SurfaceCurves { curves: sets.into_iter().flat_map(|s| s.curves).collect(), points: Vec::new() };
     if curves.is_empty() {
-        session.warn(format!(
-            "{}: the file has no isolines: the distance reaches none of the {} levels",
-            path.display(),
-            levels.len()
-        ));
+        let sentence =
+            format!("the file has no isolines: the distance reaches none of the {} levels", levels.len());
+        session.warn(Warned::new("no_isolines", sentence).about(path.display()));
     }
     let count = curves.curves.len();
     let lines = polylines(mesh, &curves.curves).map_err(|e| Failure::Failed(e.to_string()))?;

@@ -17,6 +17,7 @@ mod sdf;
 mod seams;
 mod session;
 mod source;
+mod warned;
 mod winding;
 mod winding_file;
 

@@ -4,6 +4,7 @@ use crate::exit::Failure;
 use crate::input::parse_format;
 use crate::number::{brief, finite, share, zero_or_more};
 use crate::session::{General, Session, check_outputs, print_bytes};
+use crate::warned::Warned;
 use clap::Args;
 use eikona::contour::{Wave, polylines, wavy_plane_cut};
 use eikona::curves::{DEFAULT_TOLERANCE, trace_polyline};
@@ -146,8 +147,8 @@ pub fn run(arguments: &MakeArguments, general: &General) -> Result<u8, Failure> 
         session.staged_output("mesh", output, file);
         warnings
     };
-    for warning in warnings {
-        session.warn(format!("{}: {warning}", output.display()));
+    for warning in &warnings {
+        session.warn(Warned::from(warning).about(output.display()));
     }
     write_curves(arguments, &mesh, &mut session)?;
     session.finish()

@@ -6,6 +6,7 @@ use crate::number::above_zero;
 use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source_if_any};
+use crate::warned::Warned;
 use clap::Args;
 use eikona_mesh::SurfaceCurves;
 use eikona_render::{ColorMap, Levels};
@@ -118,15 +119,16 @@ fn warn_of_idle(arguments: &RenderArguments, shown: &Shown, session: &mut Sessio
     match shown {
         Shown::Nothing if arguments.field.is_none() => {
             for flag in isolines.into_iter().chain(arguments.picture.about_values()) {
-                session.warn(format!("{flag} has no effect: the file has no field to show"));
+                let sentence = format!("{flag} has no effect: the file has no field to show");
+                session.warn(Warned::new("idle_option", sentence));
             }
         }
         Shown::Face(name, _) => {
             if let Some(flag) = isolines {
-                session.warn(format!(
-                    "{flag} has no effect: the field {name} has one value per face, but isolines need one \
-                     per vertex"
-                ));
+                let sentence = format!(
+                    "{flag} has no effect: the field {name} has one value per face, but isolines need one per vertex"
+                );
+                session.warn(Warned::new("idle_option", sentence));
             }
         }
         _ => {}

@@ -1,12 +1,13 @@
 //! The JSON report of a run: input, options, timings, warnings and results.
 
+use crate::warned::Warned;
 use eikona::signed_heat::Phases;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::time::Duration;
 
 /// Schema version. Incremented when a key changes its meaning or disappears, not for new keys.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// A phase and its duration.
 #[derive(Clone, Debug, Serialize)]
@@ -51,7 +52,7 @@ pub struct Report {
     /// Peak memory of the process, if the system provides it.
     pub peak_memory_bytes: Option<u64>,
     /// Warnings for the user.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warned>,
     /// Output files.
     pub outputs: Vec<Output>,
 }

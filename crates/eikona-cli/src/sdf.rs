@@ -9,6 +9,7 @@ use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
 use crate::seams::warn_of_seams;
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source, warn_of_sides};
+use crate::warned::Warned;
 use clap::Args;
 use eikona::signed_heat::{
     DiffusionTime, LevelSets, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
@@ -118,7 +119,8 @@ pub fn run(arguments: &SdfArguments, general: &General) -> Result<u8, Failure> {
         warn_of_sides(&arguments.method.about_sides(), &mut session);
     }
     if source.curves.is_empty() && arguments.method.level_sets == LevelSets::PerComponent {
-        session.warn("--level-sets per-component has no effect: there are only points and no curves");
+        let sentence = "--level-sets per-component has no effect: there are only points and no curves";
+        session.warn(Warned::new("idle_option", sentence));
     }
     warn_if_short(arguments.method.time, &mut session);
     warn_of_seams(&input.mesh, &source, &mut session);
@@ -189,10 +191,11 @@ fn warn_if_short(time: DiffusionTime, session: &mut Session) {
     if let DiffusionTime::Coefficient(c) = time
         && c < SHORT_TIME
     {
-        session.warn(format!(
+        let sentence = format!(
             "--time {c:?} is below {SHORT_TIME}, where the result depends on the mesh edges more than on \
              the distance; leave --time out, or use the paper's value 1"
-        ));
+        );
+        session.warn(Warned::new("short_time", sentence).with("time", c));
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::exit::Failure;
 use crate::session::Session;
+use crate::warned::Warned;
 use eikona_mesh::{Components, MeshError, Seams, Stitched, SurfaceCurves, TriangleMesh, stitch};
 use serde_json::{Value, json};
 
@@ -118,11 +119,13 @@ pub fn warn_of_seams(mesh: &TriangleMesh, source: &SurfaceCurves, session: &mut 
         gap => format!("; widest gap {gap:.1e}"),
     };
     let at_least = if seams.truncated { "at least " } else { "" };
-    session.warn(format!(
+    let sentence = format!(
         "boundaries touch without sharing vertices, which disconnects the surface: {at_least}{}{gap}; {}",
         parts.join("; "),
         remedy(&seams)
-    ));
+    );
+    let warned = Warned::new("open_seams", sentence);
+    session.warn(warned.with("hanging", seams.hanging.len()).with("joints", seams.joints.len()));
 }
 
 fn counted(count: usize, one: &'static str, many: &'static str) -> (String, &'static str) {

@@ -4,9 +4,10 @@
 use crate::exit::Failure;
 use crate::progress::Progress;
 use crate::report::{Output, Report, peak_memory_bytes};
+use crate::warned::Warned;
 use clap::Args;
 use eikona_mesh::io::{StagedFile, publish_files, stage_file};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -38,31 +39,6 @@ pub struct General {
 /// Number of warnings printed per kind.
 const PRINTED: usize = 5;
 
-/// The kind of a warning: its text with all numbers replaced.
-fn kind_of(warning: &str) -> String {
-    let mut kind = String::with_capacity(warning.len());
-    let mut rest = warning.chars().peekable();
-    while let Some(c) = rest.next() {
-        if !c.is_ascii_digit() {
-            kind.push(c);
-            continue;
-        }
-        kind.push('N');
-        // The rest of the number, with point and exponent, but without a full stop after it.
-        loop {
-            let mut ahead = rest.clone();
-            if ahead.next_if(|c| matches!(c, 'e' | '.')).is_some() {
-                ahead.next_if(|c| matches!(c, '-' | '+'));
-            }
-            if ahead.next_if(char::is_ascii_digit).is_none() {
-                break;
-            }
-            rest = ahead;
-        }
-    }
-    kind
-}
-
 /// One run of a command.
 pub struct Session {
     general: General,
@@ -72,6 +48,8 @@ pub struct Session {
     stdout: Option<Vec<u8>>,
     /// Number of warnings of each kind.
     warned: BTreeMap<String, usize>,
+    /// Sentences of all warnings.
+    sentences: HashSet<String>,
     /// Report of the run.
     pub report: Report,
 }
@@ -86,6 +64,7 @@ impl Session {
             staged: Vec::new(),
             stdout: None,
             warned: BTreeMap::new(),
+            sentences: HashSet::new(),
             report: Report::new(verb),
         }
     }
@@ -125,23 +104,28 @@ impl Session {
         }
     }
 
-    /// Records a warning and prints it, unless it is one of many of its kind.
-    pub fn warn(&mut self, text: impl Into<String>) {
-        let text = text.into();
-        let count = self.warned.entry(kind_of(&text)).or_default();
+    /// Records a warning and prints it, unless it repeats one or is one of many of its kind.
+    pub fn warn(&mut self, warning: impl Into<Warned>) {
+        let warning = warning.into();
+        if !self.sentences.insert(warning.message().to_string()) {
+            return;
+        }
+        let count = self.warned.entry(warning.kind().to_string()).or_default();
         *count += 1;
         if self.general.quiet < 2 && *count <= PRINTED {
-            self.progress.print(&format!("warning: {text}"));
+            self.progress.print(&format!("warning: {}", warning.message()));
         }
-        self.report.warnings.push(text);
+        self.report.warnings.push(warning);
     }
 
     /// Prints how many warnings of each kind were left out.
     fn count_the_rest(&self) {
         let place = if self.general.report.is_some() { "the report" } else { "--report R.json" };
         for (kind, count) in self.warned.iter().filter(|(_, count)| **count > PRINTED) {
-            self.progress
-                .print(&format!("warning: … and {} more ({place} lists all): {kind}", count - PRINTED));
+            self.progress.print(&format!(
+                "warning: … and {} more of kind {kind} ({place} lists all)",
+                count - PRINTED
+            ));
         }
     }
 
@@ -212,7 +196,8 @@ impl Session {
             self.progress.print(&format!("{:>9.3} s  total", self.report.seconds));
         }
         for output in self.report.outputs.iter().filter(|o| o.path != "-" && self.general.quiet == 0) {
-            let content = if output.fields.is_empty() { output.kind.into() } else { output.fields.join(", ") };
+            let content =
+                if output.fields.is_empty() { output.kind.into() } else { output.fields.join(", ") };
             self.progress.print(&format!("wrote {} ({content})", output.path));
         }
         Ok(if self.general.strict && !self.report.warnings.is_empty() { crate::exit::WARNINGS } else { 0 })
@@ -289,17 +274,4 @@ pub fn check_output(path: &Path) -> Result<(), Failure> {
         )));
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn warnings_that_differ_in_numbers_are_of_one_kind() {
-        assert_eq!(kind_of("component 12 (1 faces) is NaN"), "component N (N faces) is NaN");
-        assert_eq!(kind_of("at 1.5e-3, -2 of 1,000."), "at N, -N of N,N.");
-        assert_eq!(kind_of("nothing to count: e. 5."), "nothing to count: e. N.");
-        assert_ne!(kind_of("node 1 fell"), kind_of("node 1 rose"));
-    }
 }

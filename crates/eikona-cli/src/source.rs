@@ -5,6 +5,7 @@ use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::make::CURVE_NAMES;
 use crate::session::Session;
+use crate::warned::Warned;
 use clap::Args;
 use eikona::curves::{CurveReport, DEFAULT_TOLERANCE, TraceError, Traced, trace_curve, trace_polyline};
 use eikona::spatial::Bvh;
@@ -103,7 +104,8 @@ pub fn files_read<'a>(mesh: &'a MeshArguments, source: &'a SourceArguments) -> V
 /// Warns that these options have no effect without a signed curve.
 pub fn warn_of_sides(flags: &[&str], session: &mut Session) {
     for flag in flags {
-        session.warn(format!("{flag} has no effect: there is no signed curve"));
+        let sentence = format!("{flag} has no effect: there is no signed curve");
+        session.warn(Warned::new("idle_option", sentence));
     }
 }
 
@@ -152,7 +154,7 @@ pub fn read_source(
     let report = session
         .phase("check curve", || CurveReport::of(&input.mesh, &curves))
         .map_err(|e| Failure::Input(e.to_string()))?;
-    for warning in report.warnings(&curves) {
+    for warning in &report.warnings(&curves) {
         session.warn(warning);
     }
     session.report.input.insert("curves".into(), Value::Array(facts));
@@ -173,7 +175,7 @@ fn own_lines(input: &MeshInput, session: &mut Session) -> Result<CurveFile, Fail
     let mut file = curves_from_lines(&input.lines(), &input.mesh).map_err(|e| Failure::curve(path, e))?;
     session.note(&format!("using the {} line elements of the mesh file as curves", input.file.lines.len()));
     for warning in &file.warnings {
-        session.warn(format!("{}: {warning}", path.display()));
+        session.warn(Warned::from(warning).about(path.display()));
     }
     if file.polylines.is_empty() {
         if file.curves.is_empty() {
@@ -203,11 +205,10 @@ fn own_lines(input: &MeshInput, session: &mut Session) -> Result<CurveFile, Fail
             ),
         ));
     }
-    session.warn(format!(
-        "{}: left out {} polylines that lie off the surface, the first by {first:.3e}",
-        path.display(),
-        far.len()
-    ));
+    let sentence =
+        format!("left out {} polylines that lie off the surface, the first by {first:.3e}", far.len());
+    let warned = Warned::new("lines_off_surface", sentence).about(path.display());
+    session.warn(warned.with("count", far.len()).with("distance", first));
     let mut offs = offs.into_iter();
     file.polylines.retain(|_| !offs.next().is_some_and(is_far));
     Ok(file)
@@ -229,7 +230,8 @@ pub fn read_source_if_any(
     match read_source(arguments, input, session) {
         Ok(found) => Ok(Some(found)),
         Err(Failure::Input(fault)) => {
-            session.warn(format!("{fault}; ignored the `l` lines of this file"));
+            let sentence = format!("{fault}; ignored the `l` lines of this file");
+            session.warn(Warned::new("invalid_lines", sentence));
             Ok(None)
         }
         Err(failure) => Err(failure),
@@ -258,7 +260,7 @@ pub fn read_curve_file(path: &Path, input: &MeshInput, session: &mut Session) ->
     let nodes = file.curves.curves.iter().flat_map(|c| &c.nodes).chain(&file.curves.points);
     nodes.copied().try_for_each(|p| input.check_of_file(p)).map_err(|e| Failure::curve(path, e))?;
     for warning in &file.warnings {
-        session.warn(format!("{}: {warning}", path.display()));
+        session.warn(Warned::from(warning).about(path.display()));
     }
     for curve in &mut file.curves.curves {
         curve.nodes.iter_mut().for_each(|p| *p = input.renumber(*p));
@@ -325,8 +327,9 @@ fn read_points(
             if left_out > 0 && !arguments.curve.contains(path) {
                 let path = path.display();
                 let counted = if left_out == 1 { "1 curve".into() } else { format!("{left_out} curves") };
-                session
-                    .warn(format!("{path} has {counted}, which --points ignores; --curve {path} uses both"));
+                let sentence =
+                    format!("{path} has {counted}, which --points ignores; --curve {path} uses both");
+                session.warn(Warned::new("ignored_curves", sentence).with("count", left_out));
             }
             return Ok(file.curves.points);
         }
@@ -433,8 +436,8 @@ fn of_one_curve(fault: TraceError) -> String {
 }
 
 fn report_trace(traced: &Traced, what: &str, session: &mut Session) {
-    for warning in traced.warnings() {
-        session.warn(format!("{what}: {warning}"));
+    for warning in &traced.warnings() {
+        session.warn(Warned::from(warning).about(what));
     }
 }
 
@@ -447,10 +450,11 @@ fn longest_side(input: &MeshInput) -> f64 {
 fn warn_if_far(path: &Path, largest: f64, input: &MeshInput, session: &mut Session) {
     let size = longest_side(input);
     if largest > FAR * size {
-        session.warn(format!(
-            "{}: a point of the curve lies {largest:.3e} from the mesh, whose bounding box has a longest \
-             side of {size:.3e}; check that curve and mesh belong together and have the same unit",
-            path.display()
-        ));
+        let sentence = format!(
+            "a point of the curve lies {largest:.3e} from the mesh, whose bounding box has a longest side of \
+             {size:.3e}; check that curve and mesh belong together and have the same unit"
+        );
+        session
+            .warn(Warned::new("curve_off_surface", sentence).about(path.display()).with("distance", largest));
     }
 }

@@ -6,11 +6,12 @@ use crate::input::MeshInput;
 use crate::make::output_curves;
 use crate::picture::{Drawing, draw};
 use crate::session::Session;
+use crate::warned::Warned;
 use crate::winding::{OutputArguments, WindingArguments};
 use eikona::contour::{obj_lines, polylines};
 use eikona::winding::{JumpLoop, Winding};
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
-use eikona_mesh::{Curve, CurveFile, Face, FileError, SurfaceCurves, TriangleMesh};
+use eikona_mesh::{Curve, CurveFile, ElementId, Face, FileError, SurfaceCurves, TriangleMesh};
 use eikona_render::{ColorMap, Levels, label_color};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -96,15 +97,15 @@ pub fn write_outputs(
     if let (Some(path), Some(format)) = (&outputs.output, formats.output) {
         let same_faces = !winding.is_cut() && input.has_faces_of_file();
         if let (MainFormat::Table(_), None, false) = (format, &outputs.split, same_faces) {
-            session.warn(format!(
-                "{}: this table indexes the {} faces of a mesh that is not being written: your mesh with {} \
+            let sentence = format!(
+                "this table indexes the {} faces of a mesh that is not being written: your mesh with {} \
                  faces {}; use -o OUT.ply to write mesh and labels together, or --input-labels for labels \
                  of your faces",
-                path.display(),
                 winding.mesh.face_count(),
                 input.file.mesh.face_count(),
                 if winding.is_cut() { "was cut along the curves" } else { "was triangulated or repaired" }
-            ));
+            );
+            session.warn(Warned::new("table_of_other_faces", sentence).about(path.display()));
         }
         match format {
             MainFormat::Faces => write_faces(path, winding, input, session)?,
@@ -132,7 +133,12 @@ pub fn write_outputs(
                 TableFormat::Npy => format!("written as {NO_LABEL}"),
                 TableFormat::Csv => "written as an empty field".into(),
             };
-            session.warn(format!("{}: {faces} no label (first: face {first}); {instead}", path.display()));
+            let sentence = format!("{faces} no label (first: face {first}); {instead}");
+            session.warn(
+                Warned::new("faces_without_label", sentence)
+                    .about(path.display())
+                    .with("first", Face::from_index(first)),
+            );
         }
         let bytes = match format {
             TableFormat::Npy => {
@@ -312,8 +318,8 @@ fn labels_at_vertices(split: &TriangleMesh, winding: &Winding) -> Vec<i32> {
 fn stage(kind: &'static str, path: &Path, out: &MeshOut, session: &mut Session) -> Result<(), Failure> {
     let (file, left_out) = stage_mesh(path, out).map_err(Failure::writing)?;
     session.staged_output(kind, path, file);
-    for sentence in left_out {
-        session.warn(format!("{}: {sentence}", path.display()));
+    for warning in &left_out {
+        session.warn(Warned::from(warning).about(path.display()));
     }
     Ok(())
 }

@@ -35,7 +35,7 @@ fn the_main_job_on_a_grid_is_exact_and_writes_all_its_files() {
     assert_eq!(folder.files(), ["grid.obj", "line.json", "lines.obj", "out.ply", "out.png", "r.json"]);
     assert_eq!(png_size(&folder.bytes("out.png")), (320, 240));
     let report = folder.json("r.json");
-    assert_eq!((&report["eikona"], &report["version"]), (&"report".into(), &1.into()));
+    assert_eq!((&report["eikona"], &report["version"]), (&"report".into(), &2.into()));
     assert_eq!(report["input"]["mesh"]["vertices"], 33);
     assert_eq!(
         (&report["options"]["level_sets"], &report["options"]["time"]),

@@ -66,7 +66,7 @@ fn every_command_writes_a_report() {
         folder.done(&format!("{command} --report r.json"));
         let report = folder.json("r.json");
         assert_eq!(report["verb"], verb);
-        assert_eq!(report["version"], 1);
+        assert_eq!(report["version"], 2);
         assert!(report["seconds"].as_f64().unwrap() > 0.0);
         assert!(!report["phases"].as_array().unwrap().is_empty(), "{verb}");
         let last = report["outputs"].as_array().unwrap().last().unwrap();

@@ -1,5 +1,6 @@
 //! Typed element ids: a vertex index can not be used where a face index is expected.
 
+use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::fmt;
 
 /// The id of a mesh element. Implemented by [`Vertex`], [`Edge`], [`Halfedge`], [`Corner`] and
@@ -49,6 +50,15 @@ macro_rules! element_id {
         impl fmt::Display for $name {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 write!(f, "{} {}", $kind, self.0)
+            }
+        }
+
+        /// As in `{"face":7}`, the form in which points on the surface name a vertex.
+        impl Serialize for $name {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                let mut map = serializer.serialize_map(Some(1))?;
+                map.serialize_entry($kind, &self.0)?;
+                map.end()
             }
         }
     };

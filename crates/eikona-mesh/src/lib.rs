@@ -30,6 +30,7 @@ mod stitch;
 mod topology;
 mod validate;
 pub mod vector;
+mod warning;
 
 pub use curve::{Curve, CurveKind, Segment, SegmentHost, SurfaceCurves, segment_host};
 pub use curve_io::{
@@ -55,3 +56,4 @@ pub use slivers::{SLIVER, Sliver, slivers};
 pub use stitch::{Stitched, stitch};
 pub use topology::{BoundaryLoop, Component, Components, NonmanifoldVertex, Topology};
 pub use validate::validate;
+pub use warning::FileWarning;

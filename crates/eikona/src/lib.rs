@@ -18,10 +18,11 @@ mod option_name;
 mod phases;
 pub mod signed_heat;
 pub mod spatial;
+mod warning;
 pub mod winding;
-mod wording;
 
 pub use option_name::OptionNameError;
+pub use warning::Warning;
 
 /// Compiles the program in the README.
 #[cfg(doctest)]

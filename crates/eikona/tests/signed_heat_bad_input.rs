@@ -154,9 +154,12 @@ fn extreme_times() {
             Ok(solver) => match solver.solve(&source, &SolveOptions::default()) {
                 Err(error) => println!("coefficient {coefficient:e}: {error}"),
                 Ok(solution) if solution.distance.as_slice().iter().any(|d| d.is_nan()) => {
-                    let warnings: Vec<&str> = solution.report.all_warnings().collect();
+                    let warnings: Vec<_> = solution.report.all_warnings().collect();
                     println!("coefficient {coefficient:e}: NaN, {warnings:?}");
-                    assert!(warnings.iter().any(|w| w.contains("NaN")), "{coefficient:e}: silent NaN");
+                    assert!(
+                        warnings.iter().any(|w| w.to_string().contains("NaN")),
+                        "{coefficient:e}: silent NaN"
+                    );
                 }
                 Ok(solution) => {
                     let e = errors(&mesh, solution.distance.as_slice(), |p| p[0] - 2.0);

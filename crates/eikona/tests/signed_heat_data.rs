@@ -49,7 +49,7 @@ fn check_values(name: &str, mesh: &TriangleMesh, solution: &Solution) -> (usize,
     assert_eq!(d.len(), mesh.vertex_count(), "{name}");
     let nan = d.as_slice().iter().filter(|x| x.is_nan()).count();
     assert!(d.as_slice().iter().all(|x| x.is_nan() || x.is_finite()), "{name}: infinite");
-    let warned = solution.report.all_warnings().any(|w| w.contains("is NaN"));
+    let warned = solution.report.all_warnings().any(|w| w.to_string().contains("is NaN"));
     assert!(nan == 0 || warned, "{name}: {nan} values are NaN without a warning");
     (nan, largest(d.as_slice()))
 }

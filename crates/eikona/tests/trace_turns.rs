@@ -180,7 +180,8 @@ fn opposite_nodes_take_half_a_great_circle_each_and_a_warning_names_them() {
             assert!((share - 0.5).abs() < 0.1, "{share}");
             assert_eq!(traced.ambiguous, [0, 1]);
             let warnings = traced.warnings();
-            assert!(warnings.len() == 1 && warnings[0].contains("nodes 0, 1 are ambiguous"), "{warnings:?}");
+            assert_eq!(warnings.len(), 1);
+            assert!(warnings[0].to_string().contains("nodes 0, 1 are ambiguous"), "{warnings:?}");
         }
     }
 }

@@ -18,6 +18,7 @@ use crate::id::{Edge, Face};
 use crate::io::{decode_text, without_gzip, write_atomically};
 use crate::mesh::TriangleMesh;
 use crate::point::SurfacePoint;
+use crate::warning::FileWarning;
 pub use obj::curves_from_lines;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -63,7 +64,7 @@ pub struct CurveFile {
     /// Polylines in space.
     pub polylines: Vec<SpacePolyline>,
     /// Warnings about what was skipped or changed, with the line.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<FileWarning>,
 }
 
 /// A curve file format.

@@ -8,6 +8,7 @@ use crate::id::Vertex;
 use crate::io::{MeshFormat, read_mesh_bytes};
 use crate::mesh::TriangleMesh;
 use crate::point::SurfacePoint;
+use crate::warning::FileWarning;
 
 /// Converts the `l` lines (0-based vertices) of a mesh's own file to curves.
 ///
@@ -38,9 +39,7 @@ fn curve_file(lines: &[Vec<u32>], positions: &[[f64; 3]], is_on_mesh: impl Fn(u3
     let mut file = CurveFile::default();
     let (joined, points, reversed) = join_lines(lines, positions.len());
     if reversed > 0 {
-        file.warnings.push(format!(
-            "{reversed} two-vertex l lines were opposite to the direction of their curve and were reversed; check the direction"
-        ));
+        file.warnings.push(FileWarning::ReversedLines { count: reversed });
     }
     let (on_mesh, in_space): (Vec<_>, Vec<_>) =
         joined.into_iter().partition(|line| line.iter().all(|&v| is_on_mesh(v)));
@@ -51,10 +50,7 @@ fn curve_file(lines: &[Vec<u32>], positions: &[[f64; 3]], is_on_mesh: impl Fn(u3
         file.polylines.push(SpacePolyline::from_points(CurveKind::Signed, points));
     }
     if !loose.is_empty() {
-        file.warnings.push(format!(
-            "{} single points in space were skipped; give points on the mesh by vertex, edge or face",
-            loose.len()
-        ));
+        file.warnings.push(FileWarning::SkippedPoints { count: loose.len() });
     }
     file
 }
@@ -90,8 +86,8 @@ fn join_lines(lines: &[Vec<u32>], vertices: usize) -> (Vec<Vec<u32>>, Vec<u32>, 
 
 pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileError> {
     if !text.lines().any(|line| line.split_whitespace().next() == Some("v")) {
-        let warning = "the file has no v lines, so it contains no curve".to_string();
-        return Ok(CurveFile { warnings: vec![warning], ..CurveFile::default() });
+        let warnings = vec![FileWarning::NoCurve { missing: "v" }];
+        return Ok(CurveFile { warnings, ..CurveFile::default() });
     }
     let read = read_mesh_bytes(text.as_bytes(), MeshFormat::Obj)?;
     let positions = &read.mesh.positions;
@@ -105,7 +101,7 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
     let is_on_mesh = |v: u32| is_own && !mesh.vertex_corners(Vertex(v)).is_empty();
     let mut file = curve_file(&lines, positions, is_on_mesh);
     if lines.is_empty() {
-        file.warnings.push("the file has no l lines, so it contains no curve".into());
+        file.warnings.push(FileWarning::NoCurve { missing: "l" });
     }
     Ok(file)
 }

@@ -6,6 +6,7 @@ use crate::curve::{Curve, CurveKind};
 use crate::error::FileError;
 use crate::mesh::TriangleMesh;
 use crate::point::SurfacePoint;
+use crate::warning::FileWarning;
 
 const FORMAT: &str = "signed-heat-demo curves";
 
@@ -85,10 +86,7 @@ fn read_nodes(line: &Line, mesh: &TriangleMesh) -> Result<Vec<SurfacePoint>, Fil
 fn finish(block: Block, file: &mut CurveFile) {
     let Block::Curve { kind, reversed, nodes, line } = block else { return };
     if nodes.len() < 2 {
-        let count = nodes.len();
-        file.warnings.push(format!(
-            "line {line}: a curve with {count} node(s) was skipped, since it needs at least 2; use unsigned_point for isolated points"
-        ));
+        file.warnings.push(FileWarning::ShortCurve { line, nodes: nodes.len() });
         return;
     }
     let curve = Curve { kind, nodes, up: None };

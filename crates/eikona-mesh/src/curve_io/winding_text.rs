@@ -6,6 +6,7 @@ use crate::curve::{Curve, CurveKind};
 use crate::error::FileError;
 use crate::mesh::TriangleMesh;
 use crate::point::SurfacePoint;
+use crate::warning::FileWarning;
 use std::collections::BTreeMap;
 
 const FORMAT: &str = "SWN curves";
@@ -62,10 +63,9 @@ pub(super) fn read(text: &str, mesh: &TriangleMesh) -> Result<CurveFile, FileErr
                 )));
             };
             match previous {
-                Some(p) if p == here => file.warnings.push(format!(
-                    "line {}: the segment to node {given} was skipped, since it has length 0",
-                    line.number
-                )),
+                Some(p) if p == here => {
+                    file.warnings.push(FileWarning::EmptySegment { line: line.number, node: given })
+                }
                 Some(p) => segments.push([p, here]),
                 None => {}
             }

@@ -8,6 +8,7 @@ use super::gltf_buffers::{Accessor, Buffer, BufferView, Data};
 use super::text::decode_text;
 use super::{MeshFile, gltf_scene};
 use crate::error::FileError;
+use crate::warning::FileWarning;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
@@ -118,8 +119,8 @@ fn read(bytes: &[u8], folder: Option<&Path>) -> Result<MeshFile, FileError> {
     let data = Data::load(&root, chunks.binary, folder);
     let mut file = gltf_scene::read(&root, &data)?;
     if chunks.left_over > 0 {
-        file.warnings
-            .push(format!("{} bytes after the end given in the header were ignored", chunks.left_over));
+        let declared = format!("{} bytes", bytes.len() - chunks.left_over);
+        file.warnings.push(FileWarning::TrailingBytes { bytes: chunks.left_over, declared });
     }
     Ok(file)
 }

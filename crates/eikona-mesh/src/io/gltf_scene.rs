@@ -5,6 +5,7 @@ use super::faces::Faces;
 use super::gltf::{GLTF, Node, Primitive, Root};
 use super::gltf_buffers::Data;
 use crate::error::{FileError, MeshError};
+use crate::warning::FileWarning;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Reads all meshes of the scene.
@@ -281,32 +282,25 @@ impl Collected {
         let mut warnings = Vec::new();
         for (name, values) in &mut self.scalars {
             if values.len() < vertices || self.incomplete.contains(name) {
-                warnings.push(format!("some vertices have no value _{name}; it is NaN there"));
+                let field = format!("_{name}");
+                warnings.push(FileWarning::MissingValues { field, count: None });
             }
             values.resize(vertices, f64::NAN);
         }
         if self.stitches > 0 {
-            warnings.push(format!("{} degenerate triangles that join strips were omitted", self.stitches));
+            warnings.push(FileWarning::StripJoints { count: self.stitches });
         }
         if vertices == 0 {
-            warnings.push("the scene contains no mesh".into());
+            warnings.push(FileWarning::NoMesh);
         }
-        if let Some(node) = self.skinned.first() {
-            warnings.push(format!(
-                "{} skinned meshes (first: node {node}) were read as stored: their joints are ignored and, as the specification requires, so is the transform of \
-                 the node",
-                self.skinned.len()
-            ));
+        if let Some(&first_node) = self.skinned.first() {
+            warnings.push(FileWarning::SkinnedMeshes { count: self.skinned.len(), first_node });
         }
-        if let Some(mesh) = self.morphed.first() {
-            let count = self.morphed.len();
-            warnings.push(format!("the morph targets of {count} meshes (first: mesh {mesh}) were ignored"));
+        if let Some(&first_mesh) = self.morphed.first() {
+            warnings.push(FileWarning::MorphTargets { count: self.morphed.len(), first_mesh });
         }
-        if let Some(node) = self.instanced.first() {
-            let count = self.instanced.len();
-            warnings.push(format!(
-                "{count} nodes (first: node {node}) have instances of their mesh, which were ignored"
-            ));
+        if let Some(&first_node) = self.instanced.first() {
+            warnings.push(FileWarning::Instances { count: self.instanced.len(), first_node });
         }
         let mesh = self.faces.finish(self.positions)?;
         Ok(MeshFile {

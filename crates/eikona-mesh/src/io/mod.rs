@@ -58,12 +58,15 @@ pub use vtp::read_vtp;
 
 use crate::error::FileError;
 use crate::polygon::PolygonMesh;
+use crate::warning::FileWarning;
+use serde::Serialize;
 use std::fs;
 use std::io::Read;
 use std::path::Path;
 
 /// A mesh file format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum MeshFormat {
     /// Wavefront OBJ.
     Obj,
@@ -118,7 +121,7 @@ pub struct MeshFile {
     /// from OBJ files in which every corner has them. [`MeshOut::from`](MeshOut) ignores them.
     pub corner_uvs: Option<Vec<[f64; 2]>>,
     /// What was omitted or looked odd, one sentence each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<FileWarning>,
 }
 
 /// The maximum size of a file in bytes (uncompressed), so that 32-bit indices suffice.
@@ -182,12 +185,7 @@ fn read_detected(
         && kind(named) != kind(format)
         && given.is_none()
     {
-        let warning = format!(
-            "the file name suggests {0}, but the content is {1}; it was read as {1}",
-            named.name(),
-            format.name()
-        );
-        file.warnings.insert(0, warning);
+        file.warnings.insert(0, FileWarning::MisnamedFile { named, read: format });
     }
     Ok((file, format))
 }

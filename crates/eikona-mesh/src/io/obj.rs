@@ -8,6 +8,7 @@ use super::words::{Number, Words, integer, number, shown};
 use super::{MeshFile, MeshOut};
 use crate::error::FileError;
 use crate::polygon::PolygonMesh;
+use crate::warning::FileWarning;
 use std::io::{self, Write};
 
 const OBJ: &str = "OBJ";
@@ -48,9 +49,7 @@ pub fn read_obj(bytes: &[u8]) -> Result<MeshFile, FileError> {
     }
     let mut file = content.finish()?;
     if let Some(line) = words.not_joined() {
-        file.warnings.push(format!(
-            "line {line} ends with a backslash, but the next line begins a statement; such lines were not joined"
-        ));
+        file.warnings.push(FileWarning::UnjoinedLine { line });
     }
     Ok(file)
 }
@@ -200,7 +199,7 @@ impl Content {
             colours.resize(vertices, [f64::NAN; 3]);
             let bare = colours.iter().filter(|c| c[0].is_nan()).count();
             if bare > 0 {
-                file.warnings.push(format!("{bare} of {vertices} vertices have no colour; it is NaN there"));
+                file.warnings.push(FileWarning::MissingValues { field: "colour".into(), count: Some(bare) });
             }
             for (k, name) in ["red", "green", "blue"].into_iter().enumerate() {
                 file.vertex_scalars.push((name.into(), colours.iter().map(|c| c[k]).collect()));

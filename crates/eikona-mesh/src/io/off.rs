@@ -7,6 +7,7 @@ use super::words::{Number, Words, integer, number, shown, whole};
 use super::{MeshFile, MeshOut};
 use crate::error::FileError;
 use crate::polygon::PolygonMesh;
+use crate::warning::FileWarning;
 use std::io::{self, Write};
 
 const OFF: &str = "OFF";
@@ -269,10 +270,8 @@ impl Body<'_> {
             }
         }
         if words.word().is_some() {
-            file.warnings.push(format!(
-                "content from line {} on exceeds the {faces} faces in the header; it was ignored",
-                words.line()
-            ));
+            let declared = format!("{faces} faces");
+            file.warnings.push(FileWarning::TrailingLines { line: words.line(), declared });
         }
         file.mesh = polygons.finish(positions)?;
         file.vertex_scalars = columns.into_iter().map(|(name, values)| (name.to_string(), values)).collect();

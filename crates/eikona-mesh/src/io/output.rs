@@ -6,6 +6,7 @@ use crate::error::{Fault, FileError, MeshError};
 use crate::id::Face;
 use crate::mesh::TriangleMesh;
 use crate::polygon::PolygonMesh;
+use crate::warning::FileWarning;
 use std::collections::BTreeSet;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -131,7 +132,7 @@ impl<'a> MeshOut<'a> {
     }
 
     /// Fails if the file would be wrong; returns what the format can not hold, or not precisely.
-    fn check(&self, format: MeshFormat) -> Result<Vec<String>, FileError> {
+    fn check(&self, format: MeshFormat) -> Result<Vec<FileWarning>, FileError> {
         self.check_lengths()?;
         self.check_indices()?;
         check_names("vertex", &self.vertex_scalars)?;
@@ -151,7 +152,7 @@ impl<'a> MeshOut<'a> {
         let mut left_out = Vec::new();
         let mut lost = |there: bool, what: &str| {
             if there {
-                left_out.push(format!("{format:?} can not hold {what}; left out"));
+                left_out.push(FileWarning::NotStored { format, what: what.to_string() });
             }
         };
         use MeshFormat::{Obj, Off, Ply, Stl, Vtp};
@@ -170,9 +171,9 @@ impl<'a> MeshOut<'a> {
         lost(!matches!(format, Obj | Ply) && self.corner_uvs.is_some(), "texture coordinates of corners");
         lost(matches!(format, Stl | Off) && !self.lines.is_empty(), "lines");
         if glb {
-            left_out.extend(rounding::warning(self, rounding::offset(self.positions()), format.name()));
+            left_out.extend(rounding::warning(self, rounding::offset(self.positions()), format));
         } else if format == Stl && self.encoding == Encoding::Binary {
-            left_out.extend(rounding::warning(self, [0.0; 3], format.name()));
+            left_out.extend(rounding::warning(self, [0.0; 3], format));
         }
         Ok(left_out)
     }
@@ -265,7 +266,7 @@ pub(super) fn one_word(name: &str) -> String {
 /// [`FileError::Unsupported`] if the name does not determine a format, or the format can not hold
 /// the mesh (polygons in STL and GLB, coordinates beyond 32-bit floats there); [`FileError::Mesh`]
 /// for arrays of wrong length and indices out of range; [`FileError::Io`].
-pub fn write_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<Vec<String>, FileError> {
+pub fn write_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<Vec<FileWarning>, FileError> {
     let (file, left_out) = stage_mesh(path, mesh)?;
     publish_files(vec![file])?;
     Ok(left_out)
@@ -276,7 +277,10 @@ pub fn write_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<Vec<String>,
 ///
 /// # Errors
 /// As for [`write_mesh`].
-pub fn stage_mesh(path: impl AsRef<Path>, mesh: &MeshOut) -> Result<(StagedFile, Vec<String>), FileError> {
+pub fn stage_mesh(
+    path: impl AsRef<Path>,
+    mesh: &MeshOut,
+) -> Result<(StagedFile, Vec<FileWarning>), FileError> {
     let path = path.as_ref();
     let format = MeshFormat::from_path(path).ok_or_else(|| {
         let problem =
@@ -305,7 +309,7 @@ pub fn write_mesh_bytes(
     out: &mut impl Write,
     format: MeshFormat,
     mesh: &MeshOut,
-) -> Result<Vec<String>, FileError> {
+) -> Result<Vec<FileWarning>, FileError> {
     let left_out = mesh.check(format)?;
     let mut buffered = BufWriter::with_capacity(1 << 16, out);
     write_format(&mut buffered, format, mesh)

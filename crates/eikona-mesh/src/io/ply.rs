@@ -13,6 +13,7 @@ use super::ply_lines;
 use super::text::{decode_text, is_wide};
 use super::words::{Words, integer, number, shown, whole};
 use crate::error::FileError;
+use crate::warning::FileWarning;
 
 /// Reads the mesh of a PLY file. Vertex properties other than x, y, z and face properties other
 /// than the vertex list become scalars under their own names; `edge` elements become lines of two
@@ -36,9 +37,9 @@ pub fn read_ply(bytes: &[u8]) -> Result<MeshFile, FileError> {
                 .into(),
         ));
     }
-    let more = |what: String| {
+    let declared = || {
         let counts: Vec<String> = elements.iter().map(|e| format!("{} {}", e.count, e.name)).collect();
-        format!("{what} than the header declares ({}); it was ignored", counts.join(", "))
+        counts.join(", ")
     };
     match encoding {
         Encoding::Ascii => {
@@ -51,7 +52,7 @@ pub fn read_ply(bytes: &[u8]) -> Result<MeshFile, FileError> {
                 return Err(fault);
             }
             let mut file = read?;
-            file.warnings.extend(rest.map(|line| more(format!("there is more content from line {line} on"))));
+            file.warnings.extend(rest.map(|line| FileWarning::TrailingLines { line, declared: declared() }));
             Ok(file)
         }
         Encoding::Binary { big_endian } => {
@@ -65,7 +66,7 @@ pub fn read_ply(bytes: &[u8]) -> Result<MeshFile, FileError> {
             let mut file = read?;
             // Some programs end the file with a line end or pad it with zeros.
             if rest.iter().any(|b| !matches!(b, 0 | b' ' | b'\n' | b'\r')) {
-                file.warnings.push(more(format!("there are {} bytes more", rest.len())));
+                file.warnings.push(FileWarning::TrailingBytes { bytes: rest.len(), declared: declared() });
             }
             Ok(file)
         }
@@ -249,7 +250,7 @@ fn read_body(elements: &[Element], body: &mut impl Body) -> Result<MeshFile, Fil
             }
         }
         if stitches > 0 {
-            file.warnings.push(format!("{stitches} degenerate triangles that join strips were omitted"));
+            file.warnings.push(FileWarning::StripJoints { count: stitches });
         }
         match role {
             Role::Vertex => file.vertex_scalars.extend(columns),
@@ -310,7 +311,11 @@ fn check_size(element: &Element, body: &impl Body) -> Result<(), FileError> {
 }
 
 /// Returns what each property is used for, and the empty columns of those that are kept as scalars.
-fn plan(element: &Element, role: Role, warnings: &mut Vec<String>) -> Result<(Vec<Use>, Columns), FileError> {
+fn plan(
+    element: &Element,
+    role: Role,
+    warnings: &mut Vec<FileWarning>,
+) -> Result<(Vec<Use>, Columns), FileError> {
     let mut names = Names::default();
     let mut columns: Columns = Vec::new();
     let (mut left_out, mut renamed) = (Vec::new(), Vec::new());
@@ -333,7 +338,7 @@ fn plan(element: &Element, role: Role, warnings: &mut Vec<String>) -> Result<(Ve
                 Use::Column(columns.len() - 1)
             }
             _ => {
-                left_out.push(p.name.as_str());
+                left_out.push(p.name.clone());
                 Use::Nothing
             }
         })
@@ -356,20 +361,13 @@ fn plan(element: &Element, role: Role, warnings: &mut Vec<String>) -> Result<(Ve
         return Err(FileError::syntax(PLY, "header", format!("element {} needs {needed}", element.name)));
     }
     if role == Role::Unknown && element.count > 0 {
-        warnings.push(format!("{} elements \"{}\" were ignored", element.count, element.name));
+        warnings.push(FileWarning::IgnoredElements { element: element.name.clone(), count: element.count });
     } else if !left_out.is_empty() {
-        warnings.push(format!(
-            "properties of element \"{}\" were ignored: {}",
-            element.name,
-            left_out.join(", ")
-        ));
+        let element = element.name.clone();
+        warnings.push(FileWarning::IgnoredFields { element, names: left_out, reason: None });
     }
     if !renamed.is_empty() {
-        warnings.push(format!(
-            "several properties of element \"{}\" have the same name; the later ones were renamed to {}",
-            element.name,
-            renamed.join(", ")
-        ));
+        warnings.push(FileWarning::RenamedFields { element: element.name.clone(), names: renamed });
     }
     // The size has been checked: a column is at most eight times as large as its part of the file.
     columns.iter_mut().for_each(|(_, values)| values.reserve_exact(element.count));

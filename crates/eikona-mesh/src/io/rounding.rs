@@ -1,7 +1,9 @@
 //! Rounding of coordinates to the 32-bit floats of STL, GLB and glTF.
 
+use super::MeshFormat;
 use super::MeshOut;
 use crate::polygon::PolygonMesh;
+use crate::warning::FileWarning;
 use std::collections::HashSet;
 
 /// Significant bits of a 32-bit float.
@@ -60,7 +62,7 @@ pub(super) fn offset(positions: &[[f64; 3]]) -> [f64; 3] {
 ///
 /// # Cost
 /// O(V + F), with a hash table of the positions only if there is a warning.
-pub(super) fn warning(mesh: &MeshOut, offset: [f64; 3], format: &str) -> Option<String> {
+pub(super) fn warning(mesh: &MeshOut, offset: [f64; 3], format: MeshFormat) -> Option<FileWarning> {
     const HARMLESS: f64 = 0.01;
     let positions = mesh.positions();
     let stored = |p: &[f64; 3]| [0, 1, 2].map(|k| f64::from((p[k] - offset[k]) as f32) + offset[k]);
@@ -85,15 +87,13 @@ pub(super) fn warning(mesh: &MeshOut, offset: [f64; 3], format: &str) -> Option<
     let key = |p: [f64; 3]| p.map(|x| (x + 0.0).to_bits());
     let before: HashSet<[u64; 3]> = positions.iter().map(|&p| key(p)).collect();
     let after: HashSet<[u64; 3]> = positions.iter().map(|p| key(stored(p))).collect();
-    let collapsed = before.len() - after.len();
-    let coincide = match collapsed {
-        0 => String::new(),
-        n => format!("; {n} of {} positions then coincide with others", before.len()),
-    };
-    Some(format!(
-        "the 32-bit floats of {format} change coordinates by up to {moved:.1e}, while the shortest edge is {scale:.1e}{coincide}; write \
-         .ply, .vtp, .obj or .off, or move the mesh closer to the origin"
-    ))
+    Some(FileWarning::RoundedCoordinates {
+        format,
+        change: moved,
+        shortest_edge: scale,
+        collapsed: before.len() - after.len(),
+        of: before.len(),
+    })
 }
 
 /// Warns of faces whose corners coincide because the coordinates were rounded to 32-bit floats.
@@ -103,7 +103,7 @@ pub(super) fn warning(mesh: &MeshOut, offset: [f64; 3], format: &str) -> Option<
 ///
 /// # Cost
 /// O(V), and O(F) more if the spacing is coarse.
-pub(super) fn lost_digits(mesh: &PolygonMesh) -> Option<String> {
+pub(super) fn lost_digits(mesh: &PolygonMesh) -> Option<FileWarning> {
     const COARSE: f64 = 1e-4;
     let bounds = Bounds::of(&mesh.positions)?;
     let spacing = (bounds.reach().log2().floor() - f64::from(BITS - 1)).exp2();
@@ -123,11 +123,8 @@ pub(super) fn lost_digits(mesh: &PolygonMesh) -> Option<String> {
     };
     match mesh.faces().filter(|f| collapsed(f)).count() {
         0 => None,
-        n => Some(format!(
-            "{n} of {} faces have coincident corners; the coordinates are 32-bit floats, which are {spacing} apart at {:.1e}, so the \
-             file seems to have lost digits; export it with 64-bit floats, or from closer to the origin",
-            mesh.face_count(),
-            bounds.reach()
-        )),
+        faces => {
+            Some(FileWarning::LostDigits { faces, of: mesh.face_count(), spacing, reach: bounds.reach() })
+        }
     }
 }

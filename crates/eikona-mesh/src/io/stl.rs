@@ -10,6 +10,7 @@ use super::words::{Number, Words, number, shown};
 use super::{Encoding, MeshFile, MeshOut};
 use crate::error::{FileError, MeshError};
 use crate::polygon::PolygonMesh;
+use crate::warning::FileWarning;
 use std::io::{self, Write};
 
 const STL: &str = "STL";
@@ -74,9 +75,7 @@ fn read_binary(bytes: &[u8]) -> Result<MeshFile, FileError> {
     if declared != whole && (unset || exact && declared < whole) {
         let rest = body.chunks_exact(FACET).skip(if unset { 0 } else { declared });
         if rest.len() > 0 && rest.clone().all(is_plausible) {
-            file.warnings.push(format!(
-                "the header declares {declared} facets, but the file contains {whole}; all were read"
-            ));
+            file.warnings.push(FileWarning::FacetCount { declared, found: whole });
             count = whole;
         }
     }
@@ -91,7 +90,7 @@ fn read_binary(bytes: &[u8]) -> Result<MeshFile, FileError> {
     }
     let extra = body.len() - count * FACET;
     if extra > 0 {
-        file.warnings.push(format!("{extra} bytes after the last facet were ignored"));
+        file.warnings.push(FileWarning::TrailingBytes { bytes: extra, declared: format!("{count} facets") });
     }
     let mut positions = Vec::with_capacity(3 * count);
     for facet in body.chunks_exact(FACET).take(count) {
@@ -245,8 +244,8 @@ fn read_ascii(text: &[u8]) -> Result<MeshFile, FileError> {
         return Err(words.fault(STL, problem));
     }
     if facet_open || solid_open {
-        let missing = if facet_open { "endfacet" } else { "endsolid" };
-        file.warnings.push(format!("\"{missing}\" is missing at the end of the file; it may be truncated"));
+        let keyword = if facet_open { "endfacet" } else { "endsolid" };
+        file.warnings.push(FileWarning::MissingEnd { keyword });
     }
     file.mesh = unwelded(positions);
     Ok(file)

@@ -9,8 +9,9 @@ use super::names::Names;
 use super::text::{decode_text, is_wide};
 use super::vtp_arrays::{Arrays, VTP, attribute, split_appended};
 use crate::error::FileError;
+use crate::warning::FileWarning;
 use roxmltree::{Document, Node};
-use std::collections::BTreeSet;
+use std::collections::HashSet;
 
 /// Reads the mesh of a VTP file: all its pieces, concatenated. Polygons and strips become faces,
 /// lines become lines; point and cell arrays with one component become scalars, and those with more
@@ -57,7 +58,22 @@ struct Collected {
     vertex_cells: usize,
     /// Warnings, once for all pieces: arrays omitted or renamed, counts that differ from the
     /// declared ones.
-    odd: BTreeSet<String>,
+    odd: Distinct,
+}
+
+/// Warnings without repetitions.
+#[derive(Default)]
+struct Distinct {
+    warnings: Vec<FileWarning>,
+    sentences: HashSet<String>,
+}
+
+impl Distinct {
+    fn insert(&mut self, warning: FileWarning) {
+        if self.sentences.insert(warning.to_string()) {
+            self.warnings.push(warning);
+        }
+    }
 }
 
 fn child<'a, 'i>(piece: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
@@ -142,10 +158,8 @@ impl Collected {
         ] {
             let declared = attribute(piece, &format!("NumberOf{what}"));
             if declared.and_then(|n| n.parse::<usize>().ok()).is_some_and(|n| n != found) {
-                let declared = declared.unwrap_or_default();
-                self.odd.insert(format!(
-                    "NumberOf{what} is {declared}, but the file contains {found}; these were read"
-                ));
+                let declared = declared.unwrap_or_default().to_string();
+                self.odd.insert(FileWarning::CellCount { cells: what, declared, found });
             }
         }
         let cell_count = before + strip_ends.len() + poly_ends.len();
@@ -166,10 +180,9 @@ impl Collected {
         }
         let mut warnings = Vec::new();
         if self.vertex_cells > 0 {
-            let count = self.vertex_cells;
-            warnings.push(format!("{count} vertex cells were ignored; their points were kept"));
+            warnings.push(FileWarning::VertexCells { count: self.vertex_cells });
         }
-        warnings.extend(self.odd);
+        warnings.extend(self.odd.warnings);
         Ok(MeshFile {
             mesh: self.faces.finish(self.positions)?,
             points: Vec::new(),
@@ -201,7 +214,7 @@ fn columns(
     piece: Node,
     tag: &str,
     count: usize,
-    odd: &mut BTreeSet<String>,
+    odd: &mut Distinct,
 ) -> Result<Columns, FileError> {
     let mut columns: Columns = Vec::new();
     let mut names = Names::default();
@@ -209,10 +222,12 @@ fn columns(
     let is_array = |n: &Node| n.has_tag_name("DataArray") || n.has_tag_name("Array");
     for (i, array) in data.children().filter(is_array).enumerate() {
         let name = array.attribute("Name").map_or_else(|| format!("array{i}"), str::to_string);
-        let mut left_out =
-            |why: String| odd.insert(format!("the array \"{name}\" of {tag} {why}; it was ignored"));
+        let mut left_out = |reason: String| {
+            let (element, names) = (tag.to_string(), vec![name.clone()]);
+            odd.insert(FileWarning::IgnoredFields { element, names, reason: Some(reason) });
+        };
         if !Arrays::is_numeric(array) {
-            left_out(format!("is of type {}", attribute(array, "type").unwrap_or("unknown")));
+            left_out(format!("its type is {}", attribute(array, "type").unwrap_or("unknown")));
             continue;
         }
         let mut values = arrays.floats(array)?;
@@ -223,16 +238,17 @@ fn columns(
         }
         let components = values.len().checked_div(count).unwrap_or(0);
         if components * count != values.len() {
-            left_out(format!("has {} values for {count} elements", values.len()));
+            left_out(format!("it has {} values for {count} elements", values.len()));
             continue;
         }
         for k in 0..components {
             let wanted = if components == 1 { name.clone() } else { format!("{name}_{k}") };
             let free = names.claim(wanted.clone());
             if free != wanted {
-                odd.insert(format!(
-                    "several arrays of {tag} are named \"{wanted}\"; a later one was renamed to \"{free}\""
-                ));
+                odd.insert(FileWarning::RenamedFields {
+                    element: tag.to_string(),
+                    names: vec![free.clone()],
+                });
             }
             columns.push((free, values.iter().skip(k).step_by(components).copied().collect()));
         }

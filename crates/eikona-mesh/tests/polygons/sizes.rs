@@ -1,28 +1,14 @@
-//! Polygons with many corners: correct, and in bounded time.
+//! Polygons with so many corners that steps of quadratic time would not end.
 
 use super::*;
 use eikona_mesh::PolygonQuality;
 use eikona_mesh::random::Random;
-use std::time::Instant;
-
-/// Generous for a busy machine, and far below what quadratic time needs.
-const SECONDS: f64 = 20.0;
 
 #[track_caller]
-fn covered_in_time(name: &str, points: &[[f64; 2]], area: f64) {
+fn covered_and_simple(name: &str, points: &[[f64; 2]], area: f64) {
     let mesh = polygon(flat(points));
-    let start = Instant::now();
     covered(&mesh, points.len() - 2, area);
-    let triangulated = start.elapsed().as_secs_f64();
-    let quality = PolygonQuality::of(&mesh);
-    let all = start.elapsed().as_secs_f64();
-    println!(
-        "{name}: {} corners in {triangulated:.3} s, examined in {:.3} s",
-        points.len(),
-        all - triangulated
-    );
-    assert_eq!(quality.self_crossing, []);
-    assert!(all < SECONDS, "{all} s");
+    assert_eq!(PolygonQuality::of(&mesh).self_crossing, [], "{name}");
 }
 
 fn comb(teeth: usize) -> (Vec<[f64; 2]>, f64) {
@@ -42,13 +28,13 @@ fn comb(teeth: usize) -> (Vec<[f64; 2]>, f64) {
 }
 
 #[test]
-fn a_comb_with_20_000_teeth_is_triangulated_in_time() {
+fn a_comb_with_20_000_teeth_is_triangulated() {
     let (points, area) = comb(20_000);
-    covered_in_time("comb", &points, area);
+    covered_and_simple("comb", &points, area);
 }
 
 #[test]
-fn a_comb_with_pointed_teeth_on_a_slope_is_triangulated_in_time() {
+fn a_comb_with_pointed_teeth_on_a_slope_is_triangulated() {
     // Valleys on a slightly concave arc, so that they are visible to each other.
     let n = 20_000;
     let base = |k: f64| 1.0 + (k / n as f64 - 0.5).powi(2);
@@ -59,7 +45,7 @@ fn a_comb_with_pointed_teeth_on_a_slope_is_triangulated_in_time() {
     }
     points.push([0., base(0.0)]);
     let area = norm(area_vector(&flat(&points)));
-    covered_in_time("pointed comb", &points, area);
+    covered_and_simple("pointed comb", &points, area);
 }
 
 /// A band of width 1/2 along an Archimedean spiral.
@@ -73,16 +59,16 @@ fn spiral(n: usize, turns: f64) -> Vec<[f64; 2]> {
 }
 
 #[test]
-fn a_spiral_of_500_000_corners_is_triangulated_in_time() {
+fn a_spiral_of_500_000_corners_is_triangulated() {
     for turns in [50.0, 1000.0] {
         let points = spiral(250_000, turns);
         let area = norm(area_vector(&flat(&points)));
-        covered_in_time(&format!("spiral of {turns} turns"), &points, area);
+        covered_and_simple(&format!("spiral of {turns} turns"), &points, area);
     }
 }
 
 #[test]
-fn a_coastline_of_200_000_corners_is_triangulated_in_time() {
+fn a_coastline_of_200_000_corners_is_triangulated() {
     // Random radii around the origin, from a corner that does not see all others.
     let mut random = Random::from_seed(1);
     let corner = |k: usize| {
@@ -92,7 +78,7 @@ fn a_coastline_of_200_000_corners_is_triangulated_in_time() {
     };
     let points: Vec<[f64; 2]> = (0..200_000).map(corner).collect();
     let area = norm(area_vector(&flat(&points)));
-    covered_in_time("coastline", &points, area);
+    covered_and_simple("coastline", &points, area);
 }
 
 #[test]
@@ -127,7 +113,7 @@ fn walk(i: u32, j: u32, corners: &mut Vec<u32>) {
 }
 
 #[test]
-fn a_plate_with_10_000_holes_is_triangulated_in_time() {
+fn a_plate_with_10_000_holes_is_triangulated() {
     let side = 3.0 * f64::from(ROWS) + 1.0;
     let mut points = vec![[0., 0.], [side, 0.], [side, side], [0., side]];
     for hole in 0..ROWS * ROWS {
@@ -139,22 +125,15 @@ fn a_plate_with_10_000_holes_is_triangulated_in_time() {
     let mut mesh = PolygonMesh::new(flat(&points));
     mesh.push_face(corners.iter().copied());
     let holes = f64::from(ROWS * ROWS);
-    let start = Instant::now();
     covered(&mesh, corners.len() - 2, side * side - holes);
-    println!("plate: {} corners in {:.3} s", corners.len(), start.elapsed().as_secs_f64());
     assert_eq!(PolygonQuality::of(&mesh).self_crossing, []);
-    assert!(start.elapsed().as_secs_f64() < SECONDS);
 }
 
 #[test]
-fn a_tangle_of_500_000_random_corners_is_triangulated_in_time() {
+fn a_tangle_of_500_000_random_corners_is_triangulated() {
     let mut random = Random::from_seed(2);
     let points: Vec<Point> = (0..500_000).map(|_| [random.uniform(), random.uniform(), 0.0]).collect();
     let mesh = polygon(points);
-    let start = Instant::now();
     assert_eq!(mesh.triangulate().unwrap().1.len(), 500_000 - 2);
     assert_eq!(PolygonQuality::of(&mesh).self_crossing, [Face(0)]);
-    let seconds = start.elapsed().as_secs_f64();
-    println!("tangle: {seconds:.3} s");
-    assert!(seconds < SECONDS);
 }

@@ -4,16 +4,18 @@
 use super::meeting::{self, Hosted};
 use super::nearest_end::nearest_others;
 use super::side::Fans;
+use crate::Warning;
 use crate::geometry::vector::distance;
 use eikona_mesh::{
     Curve, CurveError, CurveKind, Located, SegmentHost, SurfaceCurves, TriangleMesh, segment_host,
 };
+use serde::Serialize;
 
 /// Largest number of meetings, and of doubled pieces, that a report lists.
 pub const LISTED: usize = 10_000;
 
 /// A segment of a set of curves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct SegmentId {
     /// 0-based index of the curve.
     pub curve: usize,
@@ -150,36 +152,29 @@ impl CurveReport {
         self.curves.iter().map(|c| c.length).sum()
     }
 
-    /// Returns user-facing warnings, one sentence each.
-    pub fn warnings(&self, curves: &SurfaceCurves) -> Vec<String> {
+    /// Returns the warnings about these curves.
+    pub fn warnings(&self, curves: &SurfaceCurves) -> Vec<Warning> {
         let mut warnings = Vec::new();
-        for (c, facts) in self.curves.iter().enumerate() {
-            if let Some(n) = facts.across_faces.first() {
+        for (curve, facts) in self.curves.iter().enumerate() {
+            if let Some(&first_node) = facts.across_faces.first() {
                 let count = facts.across_faces.len();
-                warnings.push(format!(
-                    "curve {c}: {count} segment(s) do not lie in a single face (first: node {n}); trace the curve"
-                ));
+                warnings.push(Warning::SegmentsAcrossFaces { curve, count, first_node });
             }
-            let signed = curves.curves.get(c).is_some_and(|x| x.kind == CurveKind::Signed);
+            let signed = curves.curves.get(curve).is_some_and(|c| c.kind == CurveKind::Signed);
             if facts.one_sided && signed {
-                warnings.push(format!(
-                    "curve {c} is closed but one-sided: left becomes right after one turn; make it unsigned"
-                ));
+                warnings.push(Warning::OneSidedCurve { curve });
             }
         }
-        let cancelling = self.doubled.iter().filter(|d| !d.same_direction).count();
-        if cancelling > 0 {
-            warnings
-                .push(format!("{cancelling} pair(s) of pieces overlap in opposite directions and cancel"));
-        }
-        if self.doubled.len() > cancelling {
-            let count = self.doubled.len() - cancelling;
-            warnings.push(format!("{count} pair(s) of pieces overlap in the same direction; both count"));
-        }
+        let mut add = |count: usize, warning: fn(usize) -> Warning| {
+            if count > 0 {
+                warnings.push(warning(count));
+            }
+        };
+        let same_direction = self.doubled.iter().filter(|d| d.same_direction).count();
+        add(self.doubled.len() - same_direction, |count| Warning::OppositeOverlaps { count });
+        add(same_direction, |count| Warning::Overlaps { count });
         let crossings = self.meetings.iter().filter(|m| m.kind == MeetingKind::Crossing).count();
-        if crossings > 0 {
-            warnings.push(format!("curves cross inside faces at {crossings} place(s)"));
-        }
+        add(crossings, |count| Warning::Crossings { count });
         warnings
     }
 }

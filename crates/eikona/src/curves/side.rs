@@ -1,7 +1,7 @@
 //! The left side of curves, also on surfaces without a consistent orientation.
 
+use crate::Warning;
 use crate::geometry::vector::{cross, dot, sub, unit};
-use crate::wording::counted;
 use eikona_mesh::{
     CurveKind, Edge, Face, Halfedge, Located, Orientation, Segment, SegmentHost, SurfaceCurves, TriangleMesh,
     Vertex, VertexFan,
@@ -34,7 +34,7 @@ impl SideOfSegments {
         consistent: bool,
         input: &SurfaceCurves,
         segments: &[Segment],
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Warning>,
     ) -> SideOfSegments {
         let mut sides: Vec<Side> = Vec::with_capacity(segments.len());
         let mut fans = Fans::new(mesh, consistent);
@@ -52,10 +52,7 @@ impl SideOfSegments {
                 let back = fans.side(&segments[first], Some(sides[i]), None, &mut Vec::new());
                 let signed = input.curves[segment.curve].kind == CurveKind::Signed;
                 if signed && !back.agrees(&sides[first]) {
-                    warnings.push(format!(
-                        "curve {} is one-sided: left becomes right after one turn; its sides switch at its first node",
-                        segment.curve
-                    ));
+                    warnings.push(Warning::OneSidedCurve { curve: segment.curve });
                 }
             }
         }
@@ -227,7 +224,7 @@ impl<'a> Fans<'a> {
         segment: &Segment,
         before: Option<Side>,
         up: Option<[f64; 3]>,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Warning>,
     ) -> Side {
         let mesh = self.mesh;
         let face = host_face(mesh, segment);
@@ -238,10 +235,7 @@ impl<'a> Fans<'a> {
             let wanted = before.map(|b| b.normal(mesh)).or(up).unwrap_or_default();
             let (found, is_determined) = seam.up(wanted);
             if !is_determined && before.is_none() {
-                warnings.push(format!(
-                    "curve {} begins along an edge of three or more faces whose orientations disagree on its left side; specify `up`",
-                    segment.curve
-                ));
+                warnings.push(Warning::UndeterminedSide { curve: segment.curve });
             }
             return Side { face, upside: seen_from(mesh, face, found), up: Some(seam.settled(found)) };
         }
@@ -273,25 +267,18 @@ fn fans_around(mesh: &TriangleMesh, v: Vertex) -> Vec<(Face, usize, bool)> {
 
 /// Returns the mesh with the smaller part of each orientable patch flipped where it is
 /// inconsistently oriented.
-pub(crate) fn consistently_oriented(mesh: &TriangleMesh, warnings: &mut Vec<String>) -> TriangleMesh {
+pub(crate) fn consistently_oriented(mesh: &TriangleMesh, warnings: &mut Vec<Warning>) -> TriangleMesh {
     if mesh.is_consistently_oriented() {
         return mesh.clone();
     }
     let orientation = Orientation::of(mesh);
     let flipped = orientation.flipped_faces().len();
     if !orientation.is_orientable() {
-        warnings.push(
-            "the surface has no consistent orientation: left is taken from a curve's `up`, or from the orientation of the \
-             first face it touches, and transported along the curve"
-                .into(),
-        );
+        warnings.push(Warning::NotOrientable);
     }
     if flipped == 0 {
         return mesh.clone();
     }
-    warnings.push(format!(
-        "{} flipped to make the orientation consistent",
-        counted(flipped, "face was", "faces were")
-    ));
+    warnings.push(Warning::FacesFlipped { count: flipped });
     orientation.oriented(mesh)
 }

@@ -12,6 +12,7 @@ use super::TraceError;
 use super::shortest::{AMBIGUOUS, PathSearch};
 use super::side::Fans;
 use super::walk::{Walked, plane_walks};
+use crate::Warning;
 use crate::geometry::vector::{distance, lerp};
 use crate::spatial::Bvh;
 use eikona_mesh::{Curve, CurveKind, Located, TriangleMesh, segment_host};
@@ -67,41 +68,18 @@ pub struct Traced {
 }
 
 impl Traced {
-    /// Returns user-facing warnings, one sentence each.
-    pub fn warnings(&self) -> Vec<String> {
-        let list = |nodes: &[usize]| {
-            let shown: Vec<String> = nodes.iter().take(5).map(usize::to_string).collect();
-            let more = if nodes.len() > 5 { format!(" and {} more", nodes.len() - 5) } else { String::new() };
-            shown.join(", ") + &more
-        };
+    /// Returns the warnings about this polyline.
+    pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
-        if !self.merged.is_empty() {
-            warnings.push(format!(
-                "nodes {} coincide with their predecessors and were removed",
-                list(&self.merged)
-            ));
-        }
-        if !self.edge_paths.is_empty() {
-            warnings.push(format!(
-                "the segments after nodes {} do not follow the surface; shortest paths on it replace them",
-                list(&self.edge_paths)
-            ));
-        }
-        if !self.ambiguous.is_empty() {
-            warnings.push(format!(
-                "the segments after nodes {} are ambiguous: the surface has several paths of the same length to \
-                 within {:.0} %; add nodes in between to choose one",
-                list(&self.ambiguous),
-                100.0 * AMBIGUOUS
-            ));
-        }
-        if !self.uncompared.is_empty() {
-            warnings.push(format!(
-                "the segments after nodes {} may take detours: the curve has too many long segments to compare \
-                 each with the shortest path; add nodes to shorten the segments",
-                list(&self.uncompared)
-            ));
-        }
+        let mut add = |nodes: &[usize], warning: fn(Vec<usize>) -> Warning| {
+            if !nodes.is_empty() {
+                warnings.push(warning(nodes.to_vec()));
+            }
+        };
+        add(&self.merged, |nodes| Warning::MergedNodes { nodes });
+        add(&self.edge_paths, |nodes| Warning::ReplacedSegments { nodes });
+        add(&self.ambiguous, |nodes| Warning::AmbiguousSegments { nodes, tolerance: AMBIGUOUS });
+        add(&self.uncompared, |nodes| Warning::UncomparedSegments { nodes });
         warnings
     }
 }
@@ -378,8 +356,8 @@ mod tests {
         let traced = tracer.trace(&nodes, false).unwrap();
         assert!(traced.uncompared.len() > 50 && traced.uncompared.len() < 99);
         assert!(tracer.search.borrow().settled < 10_000);
-        assert!(traced.warnings().iter().any(|w| w.contains("may take detours")));
+        assert!(matches!(traced.warnings()[..], [.., Warning::UncomparedSegments { .. }]));
         let traced = Tracer::new(&mesh, Some(&bvh), DEFAULT_TOLERANCE).trace(&nodes, false).unwrap();
-        assert_eq!(traced.warnings(), [""; 0]);
+        assert_eq!(traced.warnings(), []);
     }
 }

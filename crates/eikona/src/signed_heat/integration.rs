@@ -1,6 +1,7 @@
 //! Step III: least-squares fit of the function whose gradient is closest to the unit field (SHM eq.
 //! 13), and its shift. Fits with level set constraints are in `level_sets.rs`.
 
+use crate::Warning;
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
 use crate::operators::{CotanLaplacian, divergence};
@@ -84,8 +85,8 @@ pub(crate) struct Integrated {
     /// Largest deviation of a value on the curves from its level, in the unit of length; `None`
     /// without constraints.
     pub constraint_violation: Option<f64>,
-    /// User-facing warnings: violated constraints, and digits lost on slivers.
-    pub warnings: Vec<String>,
+    /// Violated constraints, and digits lost on slivers.
+    pub warnings: Vec<Warning>,
     /// Level sets, and the reason for them.
     pub chosen: ChosenLevelSets,
 }
@@ -96,8 +97,8 @@ pub(crate) struct Fit {
     pub values: Vec<f64>,
     /// Relative residual.
     pub residual: f64,
-    /// User-facing warning, if slivers cost digits.
-    pub warning: Option<String>,
+    /// Whether slivers cost digits.
+    pub warning: Option<Warning>,
 }
 
 impl PreparedIntegration {

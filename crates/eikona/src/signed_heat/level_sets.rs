@@ -10,6 +10,7 @@
 //! 2e-3 with the curve in 200 pieces. An additional scaling along the curves was not tried: it
 //! would have to be nearly exact, also at the ends of open curves.
 
+use crate::Warning;
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
 use crate::operators::CotanLaplacian;
@@ -216,11 +217,7 @@ impl Integration {
         // with.
         let allowed =
             (CONSTRAINT_WARNING * largest(&x)).max(CONSTRAINT_ROUNDING * largest(&self.size_of_component));
-        let not_held = (worst > allowed).then(|| {
-            format!(
-                "level set constraints are violated by up to {worst:.1e}; use fewer nodes where curves are close together"
-            )
-        });
+        let not_held = (worst > allowed).then_some(Warning::ViolatedConstraints { violation: worst });
         let lost_digits = self.slivers.and_then(|slivers| slivers.warning(correction.get(), largest(&x)));
         x.truncate(b.len());
         let mut result = Integrated {

@@ -1,5 +1,6 @@
 //! Reports of the solver: timings, residuals, choices and warnings.
 
+use crate::Warning;
 use crate::phases::Phases;
 use crate::signed_heat::automatic::ChosenLevelSets;
 use crate::signed_heat::time::ChosenTime;
@@ -15,8 +16,8 @@ pub struct Preparation {
     pub needed_bytes: usize,
     /// Whether the real form was needed (nonmanifold edges, or no consistent orientation).
     pub real_form: bool,
-    /// User-facing warnings.
-    pub warnings: Vec<String>,
+    /// Warnings about the mesh.
+    pub warnings: Vec<Warning>,
 }
 
 /// Timings, residuals, choices and warnings of one solve.
@@ -56,8 +57,8 @@ pub struct Report {
     pub source_segments: usize,
     /// Number of isolated points.
     pub source_points: usize,
-    /// User-facing warnings of the solve; those of the preparation are separate.
-    pub warnings: Vec<String>,
+    /// Warnings about the solve; those of the preparation are separate.
+    pub warnings: Vec<Warning>,
 }
 
 /// Convergence of the constraints that keep the diffused vectors normal to the curves, for
@@ -74,22 +75,17 @@ pub struct KeptNormals {
 }
 
 impl KeptNormals {
-    pub(crate) fn warning(&self) -> Option<String> {
+    pub(crate) fn warning(&self) -> Option<Warning> {
+        let &KeptNormals { residual, tolerance, iterations } = self;
         // Written so that a NaN residual warns as well.
-        let converged = self.residual <= self.tolerance;
-        (!converged).then(|| {
-            format!(
-                "preserve_source_normals reached a residual of {:.1e} instead of {:.0e} in {} iterations; \
-                 resample curves that are much finer than the mesh, or turn the option off",
-                self.residual, self.tolerance, self.iterations
-            )
-        })
+        let converged = residual <= tolerance;
+        (!converged).then_some(Warning::TiltedNormals { residual, tolerance, iterations })
     }
 }
 
 impl Report {
     /// Iterates over all warnings: those of the solver, then those of the solve.
-    pub fn all_warnings(&self) -> impl Iterator<Item = &str> {
-        self.preparation.warnings.iter().chain(&self.warnings).map(String::as_str)
+    pub fn all_warnings(&self) -> impl Iterator<Item = &Warning> {
+        self.preparation.warnings.iter().chain(&self.warnings)
     }
 }

@@ -1,8 +1,8 @@
 //! Warnings about thin faces: perturbed edge lengths, and digits lost to rounding.
 
+use crate::Warning;
 use crate::geometry::Triangle;
-use crate::wording::counted;
-use eikona_mesh::{DisjointSets, Face, TriangleMesh};
+use eikona_mesh::{DisjointSets, ElementId, Face, TriangleMesh};
 
 /// Edges with at least this cotangent weight are stiff: they keep the values at their ends
 /// together. Their faces have a height below about 1e-3 of their longest side.
@@ -18,34 +18,28 @@ const NEGLIGIBLE: f64 = 1e-13;
 /// Remaining errors above this share of the largest distance raise a warning.
 const WARN_ABOVE: f64 = 1e-6;
 
-/// Adds a warning about degenerate faces.
-pub(super) fn note_degenerate(triangles: &[Triangle], warnings: &mut Vec<String>) {
-    let mollified = triangles.iter().filter(|t| t.mollified).count();
-    if let Some(first) = triangles.iter().position(|t| t.mollified) {
-        warnings.push(format!(
-            "{} (first: {first}); edge lengths were perturbed by at most 1e-7 of the longest edge of each",
-            counted(mollified, "degenerate face", "degenerate faces")
-        ));
-    }
+/// Returns a warning if faces are degenerate.
+pub(super) fn degenerate_faces(triangles: &[Triangle]) -> Option<Warning> {
+    let first = Face::from_index(triangles.iter().position(|t| t.mollified)?);
+    let count = triangles.iter().filter(|t| t.mollified).count();
+    Some(Warning::DegenerateFaces { count, first })
 }
 
 /// Regions of slivers, on which the assembled Laplacian loses digits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slivers {
-    faces: usize,
+    count: usize,
     first: Face,
 }
 
 impl Slivers {
     /// Returns a warning if refinement left an error that matters; `None` otherwise.
-    pub fn warning(&self, correction: f64, largest: f64) -> Option<String> {
-        (correction > WARN_ABOVE * largest).then(|| {
-            format!(
-                "{} (first: {}): distances along these faces may have rounding errors of about {correction:.0e}; remesh with \
-                 better shaped faces",
-                counted(self.faces, "sliver", "slivers"),
-                self.first.0
-            )
+    pub fn warning(&self, correction: f64, largest: f64) -> Option<Warning> {
+        let &Slivers { count, first } = self;
+        (correction > WARN_ABOVE * largest).then_some(Warning::SliverErrors {
+            count,
+            first,
+            error: correction,
         })
     }
 
@@ -91,8 +85,8 @@ impl Slivers {
                 weights[e.index()] >= STIFF && shares[group[a.index()] as usize] > NEGLIGIBLE
             })
         };
-        let faces = mesh.faces().filter(is_stiff).count();
+        let count = mesh.faces().filter(is_stiff).count();
         let first = mesh.faces().find(is_stiff)?;
-        Some(Slivers { faces, first })
+        Some(Slivers { count, first })
     }
 }

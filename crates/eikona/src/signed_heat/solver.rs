@@ -1,6 +1,7 @@
 //! Solver of the signed heat method: factors both systems once, then solves for any number of
 //! sources.
 
+use crate::Warning;
 use crate::curves::side::consistently_oriented;
 use crate::geometry::vector::{add, dot, normalize, scale, sub};
 use crate::geometry::{Triangle, lay_out};
@@ -13,12 +14,11 @@ use crate::signed_heat::integration::{Integration, Memory, PreparedIntegration, 
 use crate::signed_heat::options::{DiffusionTime, LevelSets, SOFT_WEIGHTS, SolveOptions, SolverOptions};
 use crate::signed_heat::report::{KeptNormals, Preparation, Report};
 use crate::signed_heat::sheets::Sheets;
-use crate::signed_heat::slivers::note_degenerate;
+use crate::signed_heat::slivers::degenerate_faces;
 use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
-use crate::wording::counted;
-use eikona_mesh::{Components, Face, FaceField, SurfaceCurves, TriangleMesh, Vertex, VertexField};
+use eikona_mesh::{Components, ElementId, Face, FaceField, SurfaceCurves, TriangleMesh, Vertex, VertexField};
 use eikona_numeric::Complex;
 use std::sync::OnceLock;
 
@@ -78,7 +78,7 @@ impl Solver {
         let mesh = consistently_oriented(mesh, &mut warnings);
         let triangles = lay_out(&mesh);
         check_scale(&triangles)?;
-        note_degenerate(&triangles, &mut warnings);
+        warnings.extend(degenerate_faces(&triangles));
         let time = choose_time(&mesh, &triangles, options.time)?;
         let components = Components::of(&mesh);
         phases.end("geometry");
@@ -97,17 +97,14 @@ impl Solver {
             Memory { kept_bytes: factor_bytes, limit: options.memory_limit, threads: options.threads };
 
         let component_of_vertex = components.of_vertex.into_vec();
-        let unreferenced = component_of_vertex.iter().filter(|c| c.is_none()).count();
+        if let Some(first) = component_of_vertex.iter().position(Option::is_none) {
+            let count = component_of_vertex.iter().filter(|c| c.is_none()).count();
+            warnings.push(Warning::UnusedVertices { count, first: Vertex::from_index(first) });
+        }
         let diffusion = diffusion.factor(time.time, options.threads)?;
         let integration =
             integration.factor(&mesh, &triangles, component_of_vertex, components.count, memory)?;
         phases.end("factorisation");
-        if unreferenced > 0 {
-            warnings.push(format!(
-                "{} used by no face; the distance there is NaN",
-                counted(unreferenced, "vertex is", "vertices are")
-            ));
-        }
         let preparation = Preparation {
             phases: phases.finish(),
             factor_bytes,
@@ -291,7 +288,7 @@ impl Solver {
 
     /// Warns of each component whose distance is NaN. `has_source` says per component whether it
     /// has a curve or point.
-    fn warn_unreached(&self, values: &[f64], has_source: &[bool], warnings: &mut Vec<String>) {
+    fn warn_unreached(&self, values: &[f64], has_source: &[bool], warnings: &mut Vec<Warning>) {
         // Number of faces and the first of them, per component.
         let mut faces = vec![(0usize, Face(0)); self.integration.component_count()];
         for f in self.mesh.faces() {
@@ -303,15 +300,11 @@ impl Solver {
             }
         }
         for (component, &(count, first)) in faces.iter().enumerate().filter(|(_, (count, _))| *count > 0) {
-            let why = if has_source[component] {
-                "has curves or points, but their normals cancel"
+            warnings.push(if has_source[component] {
+                Warning::CancelledComponent { component, faces: count, first }
             } else {
-                "is reached by no curve or point"
-            };
-            let faces = counted(count, "face", "faces");
-            warnings.push(format!(
-                "component {component} ({faces}, the first is {first}) {why}; its distance is NaN"
-            ));
+                Warning::UnreachedComponent { component, faces: count, first }
+            });
         }
     }
 

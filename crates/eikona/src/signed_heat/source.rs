@@ -1,6 +1,7 @@
 //! Right-hand side of step I: contributions of curves and points to the edges (SHM section 5.6 and
 //! appendix A).
 
+use crate::Warning;
 use crate::curves::side::SideOfSegments;
 use crate::geometry::Triangle;
 use crate::geometry::vector::distance;
@@ -23,7 +24,7 @@ pub(crate) struct Source {
     pub kinds: Vec<CurveKind>,
     /// Pairs of segments that cross.
     pub crossings: Vec<[usize; 2]>,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     sides: SideOfSegments,
 }
 

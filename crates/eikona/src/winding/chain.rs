@@ -1,5 +1,6 @@
 //! The curve as a dual 1-chain: the jump of the function between the two faces of each edge.
 
+use crate::Warning;
 use crate::curves::side::SideOfSegments;
 use crate::winding::error::WindingError;
 use eikona_mesh::{Edge, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex};
@@ -41,7 +42,7 @@ impl Chain {
         consistent: bool,
         curves: &SurfaceCurves,
         segments: &[Segment],
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Warning>,
     ) -> Result<(Chain, Vec<Step>), WindingError> {
         let sides = SideOfSegments::of(mesh, consistent, curves, segments, warnings);
         let mut chain =

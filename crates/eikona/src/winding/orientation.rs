@@ -9,6 +9,7 @@
 //! without ends (closed, or from boundary to boundary), since either orientation is meaningful; and
 //! those that run alongside each other (copies, offsets), which would cancel.
 
+use crate::Warning;
 use crate::curves::SegmentId;
 use crate::cut::EmbeddedCurve;
 use crate::geometry::Triangle;
@@ -96,19 +97,13 @@ impl Orientation {
         jump
     }
 
-    /// Describes the result in a warning.
-    pub(super) fn sentence(&self) -> String {
-        let first = self.reversed[0];
-        let segments = crate::wording::counted(self.reversed.len(), "segment looks", "segments look");
-        let area = self.changed_area.map_or(String::new(), |share| {
-            format!(" and changes labels on {:.1} % of the area", 100.0 * share)
-        });
-        format!(
-            "{segments} reversed (first: curve {}, node {}); reversing lowers the energy by {:.0} %{area}",
-            first.curve,
-            first.node,
-            100.0 * self.energy_saved,
-        )
+    /// Returns the result as a warning.
+    pub(super) fn warning(&self) -> Warning {
+        Warning::ReversedSegments {
+            segments: self.reversed.clone(),
+            energy_saved: self.energy_saved,
+            changed_area: self.changed_area,
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Result of a solve: winding number, labels and report.
 
+use crate::Warning;
 use crate::cut::{EmbeddedCurve, areas_of_pieces, label_of_most, weights_in};
 use crate::geometry::unit_of;
 use crate::phases::Phases;
@@ -102,8 +103,8 @@ pub struct WindingReport {
     pub orientation: Option<Orientation>,
     /// Why the orientation was not checked, if [`Diagnosis`](super::Diagnosis) asked for it.
     pub orientation_unchecked: Option<String>,
-    /// User-facing warnings.
-    pub warnings: Vec<String>,
+    /// Warnings about mesh, curves and labels.
+    pub warnings: Vec<Warning>,
 }
 
 /// How the completion of the curve was straightened. Its pieces run between open ends of the curve

@@ -1,5 +1,6 @@
 //! Preprocesses a mesh once; solves for any number of curves.
 
+use crate::Warning;
 use crate::curves::side::consistently_oriented;
 use crate::cut::{Embedded, EmbeddedCurve, embed_curves, parts_of_short_edges};
 use crate::geometry::{face_in, lay_out_in};
@@ -9,16 +10,13 @@ use crate::winding::decomposition::{Part, parts_of};
 use crate::winding::error::WindingError;
 use crate::winding::labels::share_of_area;
 use crate::winding::loops::loops_of;
-use crate::winding::notes::{
-    Names, note_chain, note_freed, note_not_fans, note_uncertain, note_without_value,
-};
+use crate::winding::notes::{Names, cancelled_or_ignored, faces_without_value, narrow_rings, several_fans};
 use crate::winding::options::{CompletionShape, Diagnosis, EPSILONS, Reference, WindingOptions};
 use crate::winding::orientation::{MAX_CHECKED, MOST_STRETCHES, Orientation, Stretches, changed_area};
 use crate::winding::solution::{Parents, Winding, WindingReport};
 use crate::winding::steps::{Found, solve_chain};
 use crate::winding::surface::Surface;
 use crate::winding::walks::{segments_of, walks};
-use crate::wording::counted;
 use eikona_mesh::{Curve, CurveKind, Face, Segment, SurfaceCurves, TriangleMesh};
 
 /// A mesh with its factored operators, reused from curve to curve.
@@ -33,7 +31,7 @@ pub struct Solver {
     surface: Surface,
     /// Whether each face was flipped; empty if none was.
     flipped: Vec<bool>,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
 }
 
 impl Solver {
@@ -48,10 +46,10 @@ impl Solver {
         }
         let mut warnings = Vec::new();
         let oriented = consistently_oriented(mesh, &mut warnings);
-        let cuts = mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() > 2).count();
-        if cuts > 0 {
-            let edges = counted(cuts, "edge has", "edges have");
-            warnings.push(format!("{edges} three or more faces; the surface is treated as cut open there"));
+        let mut cuts = mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() > 2);
+        if let Some(first) = cuts.next() {
+            let first = mesh.edge_vertices(first);
+            warnings.push(Warning::NonmanifoldEdges { count: 1 + cuts.count(), first });
         }
         let mut flipped: Vec<bool> =
             mesh.faces().map(|f| mesh.face_vertices(f) != oriented.face_vertices(f)).collect();
@@ -174,7 +172,10 @@ fn finished(surface: &Surface, mut winding: Winding, options: &WindingOptions) -
     let triangles = lay_out_in(&winding.mesh, surface.unit);
     let report = &mut winding.report;
     report.uncertain_area = share_of_area(&triangles, |f| winding.margin.as_slice()[f] < UNCERTAIN);
-    note_uncertain(report.uncertain_area, &mut report.warnings);
+    if report.uncertain_area > MUCH_UNCERTAIN {
+        let (share, margin) = (report.uncertain_area, UNCERTAIN);
+        report.warnings.push(Warning::UncertainLabels { share, margin });
+    }
     winding
 }
 
@@ -185,22 +186,22 @@ fn solve_along_edges(
     segments: &[Segment],
     walks: Vec<EmbeddedCurve>,
     options: &WindingOptions,
-    (names, mut warnings): (Names, Vec<String>),
+    (names, mut warnings): (Names, Vec<Warning>),
     mut phases: Running,
 ) -> Result<Winding, WindingError> {
     let mesh = &surface.mesh;
     let (chain, steps) = Chain::of(mesh, surface.consistent, curves, segments, &mut warnings)?;
-    note_chain(&chain, &mut warnings);
+    warnings.extend(cancelled_or_ignored(&chain));
     let found = solve_chain(surface, &chain.jump, options, &mut phases)?;
-    note_not_fans(&found.coordinates, names, &mut warnings);
-    note_freed(&found.freed, mesh, names, &mut warnings);
-    note_without_value(&found.islands, names, &mut warnings);
+    warnings.extend(several_fans(&found.coordinates, names));
+    warnings.extend(narrow_rings(&found.freed, mesh, names));
+    warnings.extend(faces_without_value(&found.islands, names));
 
     let orientation = orientation(surface, &chain, &steps, &walks, &found, options, &mut warnings);
     let (orientation, orientation_unchecked) = match orientation {
         Ok(orientation) => (orientation, None),
         Err(reason) => {
-            warnings.push(format!("the orientation of the curve was not checked: {reason}"));
+            warnings.push(Warning::UncheckedOrientation { reason: reason.clone() });
             (None, Some(reason))
         }
     };
@@ -256,7 +257,7 @@ fn orientation(
     walks: &[EmbeddedCurve],
     found: &Found,
     options: &WindingOptions,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Option<Orientation>, String> {
     let stretches = Stretches::of(steps);
     match options.diagnosis {
@@ -279,7 +280,7 @@ fn orientation(
                 let label = &found.labels.label;
                 orientation.changed_area =
                     other.map(|other| changed_area(&surface.triangles, label, &other.labels.label));
-                warnings.push(orientation.sentence());
+                warnings.push(orientation.warning());
             }
             Ok(Some(orientation))
         }
@@ -290,6 +291,10 @@ fn orientation(
 
 /// Labels with a smaller margin count as uncertain.
 const UNCERTAIN: f64 = 0.1;
+
+/// A larger uncertain share of the area raises a warning. Along the gaps of a broken curve a smaller
+/// one is normal.
+const MUCH_UNCERTAIN: f64 = 0.05;
 
 fn by_curve(curves: usize, steps: &[Step], parts: &[Part]) -> Vec<Vec<Part>> {
     let mut result = vec![Vec::new(); curves];

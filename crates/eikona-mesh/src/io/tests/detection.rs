@@ -1,6 +1,7 @@
 //! The content of a file takes precedence over its name.
 
 use super::{Folder, triangle_cube, written};
+use crate::FileWarning;
 use crate::io::*;
 
 // reports.md, wrong extension
@@ -23,13 +24,8 @@ fn content_decides_over_a_wrong_name() {
                 let named = MeshFormat::from_path(&path);
                 let is_gltf = |f: MeshFormat| matches!(f, Glb | Gltf);
                 let fits = named.is_none_or(|n| n == content || is_gltf(n) && is_gltf(content));
-                let expected = named.filter(|_| !fits).map(|n| {
-                    format!(
-                        "the file name suggests {}, but the content is {1}; it was read as {1}",
-                        n.name(),
-                        content.name()
-                    )
-                });
+                let expected =
+                    named.filter(|_| !fits).map(|named| FileWarning::MisnamedFile { named, read: content });
                 assert_eq!(file.warnings, Vec::from_iter(expected), "{content:?} as {extension}");
             }
         }

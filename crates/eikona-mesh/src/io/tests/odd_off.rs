@@ -18,7 +18,7 @@ fn check(text: &str) -> MeshFile {
     let expected = [[10., 20., 30.], [11., 20., 30.], [11., 21.5, 30.], [10., 21.5, 30.]];
     assert_eq!(file.mesh.positions, expected, "{text}");
     assert!(file.mesh.faces().eq([[0, 1, 2], [0, 2, 3]]), "{text}");
-    assert_eq!(file.warnings, Vec::<String>::new(), "{text}");
+    assert_eq!(file.warnings, [], "{text}");
     file
 }
 

@@ -1,5 +1,6 @@
 //! STL files as programs write them, in violation of the format.
 
+use crate::FileWarning;
 use crate::io::*;
 
 /// Returns two facets of a triangle, with this text between statements.
@@ -9,7 +10,7 @@ fn ascii(end: &str) -> String {
     format!("solid part{end}{facet}{facet}endsolid part{end}")
 }
 
-fn check(bytes: &[u8], facets: usize) -> Vec<String> {
+fn check(bytes: &[u8], facets: usize) -> Vec<FileWarning> {
     let text = String::from_utf8_lossy(bytes);
     let file = read_stl(bytes).unwrap_or_else(|fault| panic!("{fault}\n{text}"));
     assert_eq!(file.mesh.face_count(), facets, "{text}");
@@ -55,7 +56,7 @@ fn ascii_stl_is_read_by_words_not_lines() {
         plain.replace("0.5", ".5 // the third"),
         plain.replacen("solid part\n", "", 1),
     ] {
-        assert_eq!(check(text.as_bytes(), 2), Vec::<String>::new());
+        assert_eq!(check(text.as_bytes(), 2), []);
         assert_eq!(MeshFormat::sniff(text.as_bytes()), Some(MeshFormat::Stl), "{text}");
     }
     check(format!("{plain}{plain}").as_bytes(), 4);
@@ -105,15 +106,14 @@ fn facets_beyond_the_header_count_are_read_with_a_warning() {
         (0, b"\xff\xfes\0"),
     ] {
         let warnings = check(&binary(count, 2, head, b""), 2);
-        assert_eq!(warnings.len(), 1);
-        let words = [format!("declares {count} facets"), "file contains 2".to_string()];
-        assert!(words.iter().all(|w| warnings[0].contains(w)), "{warnings:?}");
+        assert_eq!(warnings, [FileWarning::FacetCount { declared: count as usize, found: 2 }]);
     }
     assert_eq!(check(&binary(0, 2, b"", b"odd"), 2).len(), 2, "count and left-over bytes");
     // A file that is padded, or followed by text, has no more facets than its header declares.
     for tail in [&[0; 50][..], b"MATERIAL=1", &[0xff; 100]] {
         let warnings = check(&binary(2, 2, b"", tail), 2);
-        assert_eq!(warnings, [format!("{} bytes after the last facet were ignored", tail.len())]);
+        let declared = "2 facets".to_string();
+        assert_eq!(warnings, [FileWarning::TrailingBytes { bytes: tail.len(), declared }]);
     }
     assert_eq!(check(&binary(0, 0, b"", b""), 0).len(), 0);
     let refusal = read_stl(&binary(3, 2, b"", b"")).unwrap_err().to_string();

@@ -1,6 +1,7 @@
 //! VTP files as VTK and other programs write them, and names that VTK can read.
 
 use super::{triangle_cube, written};
+use crate::FileWarning;
 use crate::io::*;
 
 /// Returns two triangles, with these arrays at points and cells.
@@ -35,7 +36,7 @@ fn attributes_may_be_padded_with_blanks() {
     {
         padded = padded.replace(&format!("\"{value}\""), &format!("\"  {value} \""));
     }
-    assert_eq!(check(&padded).warnings, Vec::<String>::new());
+    assert_eq!(check(&padded).warnings, []);
     let appended = |offset: &str, encoding: &str| {
         let array = plain.find("<DataArray").unwrap()..plain.find("</Points>").unwrap();
         let data: Vec<u8> =
@@ -111,24 +112,28 @@ fn bit_arrays_are_read_and_unsupported_arrays_are_ignored() {
     for (unread, words) in [
         (
             r#"<DataArray type="Float16" Name="a" format="binary">AQAAAFQ=</DataArray>"#,
-            "\"a\" of PointData is of type Float16",
+            "of \"PointData\" were ignored: a (its type is Float16)",
         ),
         (
             r#"<Array type="String" Name="tags" format="ascii">116 0</Array>"#,
-            "\"tags\" of PointData is of type String",
+            "of \"PointData\" were ignored: tags (its type is String)",
         ),
         (
             r#"<DataArray type="String" Name="tags" format="ascii">116 0</DataArray>"#,
-            "\"tags\" of PointData is of type String",
+            "of \"PointData\" were ignored: tags (its type is String)",
         ),
         (
             r#"<DataArray type="Float64" Name="b" format="ascii">1 2 3</DataArray>"#,
-            "\"b\" of PointData has 3 values for 4",
+            "of \"PointData\" were ignored: b (it has 3 values for 4 elements)",
         ),
     ] {
         let file = check(&vtp(&(unread.to_string() + &array("h", "1 2 3 4")), ""));
         assert_eq!(file.vertex_scalars, [("h".to_string(), vec![1., 2., 3., 4.])], "{unread}");
-        assert!(file.warnings.len() == 1 && file.warnings[0].contains(words), "{:?}", file.warnings);
+        assert!(
+            file.warnings.len() == 1 && file.warnings[0].to_string().contains(words),
+            "{:?}",
+            file.warnings
+        );
     }
     // Points are required: without them there is no mesh.
     let refusal = read_vtp(
@@ -146,8 +151,8 @@ fn counts_that_differ_from_the_arrays_give_a_warning() {
     assert_eq!(
         file.warnings,
         [
-            "NumberOfLines is 1, but the file contains 0; these were read",
-            "NumberOfPolys is 3, but the file contains 2; these were read"
+            FileWarning::CellCount { cells: "Lines", declared: "1".into(), found: 0 },
+            FileWarning::CellCount { cells: "Polys", declared: "3".into(), found: 2 },
         ]
     );
 }

@@ -1,6 +1,7 @@
 //! Round trips: write, read, compare.
 
 use super::{Folder, cube_positions, polygon_cube, triangle_cube, written};
+use crate::FileWarning;
 use crate::error::{FileError, MeshError};
 use crate::io::*;
 use crate::mesh::TriangleMesh;
@@ -34,7 +35,7 @@ fn triangle_meshes_survive_every_format_in_order() {
             let bytes = written(format, &out);
             assert_eq!(MeshFormat::sniff(&bytes), Some(format), "{format:?} {encoding:?}");
             let file = read_mesh_bytes(&bytes, format).unwrap();
-            assert_eq!(file.warnings, Vec::<String>::new(), "{format:?}");
+            assert_eq!(file.warnings, [], "{format:?}");
             let in_f32 = matches!(format, MeshFormat::Glb | MeshFormat::Gltf);
             if format == MeshFormat::Stl {
                 let soup: Vec<_> = cube.faces().flat_map(|f| cube.face_positions(f)).collect();
@@ -82,7 +83,7 @@ fn polygons_scalars_and_lines_survive() {
             assert_eq!(read.to_bits(), given.to_bits());
         }
         assert_eq!(file.face_scalars, [("area".to_string(), areas.clone())]);
-        assert_eq!(file.warnings, Vec::<String>::new());
+        assert_eq!(file.warnings, []);
     }
     for format in [MeshFormat::Obj, MeshFormat::Off] {
         let mut bytes = Vec::new();
@@ -166,7 +167,8 @@ fn obj_stores_texture_coordinates_or_a_scalar() {
     assert_eq!(read_mesh_bytes(text.as_bytes(), MeshFormat::Obj).unwrap().corner_uvs, Some(uvs.to_vec()));
     let ply = read_mesh_bytes(&written(MeshFormat::Ply, &out), MeshFormat::Ply).unwrap();
     assert_eq!(ply.mesh.face(0), [0, 1, 2]);
-    assert_eq!(ply.warnings, ["properties of element \"face\" were ignored: texcoord"]);
+    let (element, names) = ("face".to_string(), vec!["texcoord".to_string()]);
+    assert_eq!(ply.warnings, [FileWarning::IgnoredFields { element, names, reason: None }]);
 }
 
 #[test]

@@ -18,13 +18,13 @@ mod pull;
 mod refined;
 mod sides;
 
+use crate::Warning;
 use crate::cut::{Embedded, EmbeddedCurve, embed_curves, places_of_places};
 use crate::winding::decomposition::THRESHOLD;
 use crate::winding::labels::face_mean;
 use crate::winding::loops::loops_of;
 use crate::winding::options::Completion;
 use crate::winding::solution::{CompletionReport, Winding};
-use crate::wording::counted;
 use eikona_mesh::{Curve, Edge, Face, Located, SurfaceCurves, TriangleMesh, Vertex};
 use layer::{Freedom, Layer};
 use pieces::Jumps;
@@ -96,11 +96,7 @@ impl Winding {
             }
         }
         if report.kept > 0 {
-            let kept = counted(report.kept, "piece", "pieces");
-            self.report.warnings.push(format!(
-                "{kept} of the completion (of {pieces}) could not be straightened; close the widest gaps of the curve, or \
-                 refine the mesh"
-            ));
+            self.report.warnings.push(Warning::UnstraightenedPieces { count: report.kept, of: pieces });
         }
         self.report.completion = Some(report);
         match straight {
