@@ -292,8 +292,8 @@ fn orientation(
 /// Labels with a smaller margin count as uncertain.
 const UNCERTAIN: f64 = 0.1;
 
-/// A larger uncertain share of the area raises a warning. Along the gaps of a broken curve a smaller
-/// one is normal.
+/// A larger uncertain share of the area raises a warning. A smaller one is normal along the gaps of
+/// a broken curve.
 const MUCH_UNCERTAIN: f64 = 0.05;
 
 fn by_curve(curves: usize, steps: &[Step], parts: &[Part]) -> Vec<Vec<Part>> {
