@@ -13,6 +13,7 @@
 
 mod cholesky;
 mod complex;
+mod compressed_rows;
 mod conjugate_gradient;
 mod dissection;
 mod error;
@@ -30,6 +31,7 @@ mod symbolic;
 
 pub use cholesky::Cholesky;
 pub use complex::Complex;
+pub use compressed_rows::CompressedRows;
 pub use conjugate_gradient::ConjugateGradient;
 pub use error::NumericError;
 pub use flow::{
