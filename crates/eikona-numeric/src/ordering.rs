@@ -4,8 +4,8 @@ use crate::dissection::nested_dissection;
 use crate::error::NumericError;
 use crate::graph::Graph;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
+use faer::sparse::{FaerError, SymbolicSparseColMatRef};
 
 /// Choice of elimination order.
 #[derive(Clone, Copy, Debug, Default)]
@@ -64,10 +64,10 @@ impl Ordering<'_> {
 fn minimum_degree(graph: &Graph) -> Result<Vec<u32>, NumericError> {
     let unknowns = graph.unknowns;
     let adjacency = graph.adjacency();
-    let too_large = NumericError::TooLarge { unknowns };
     let mut forward = vec![0u32; unknowns];
     let mut inverse = vec![0u32; unknowns];
     // AMD reads the pattern of A + A^T and accepts repeated entries, so both triangles are passed.
+    // It is sequential: `sparse/linalg/amd.rs` of faer 0.24 has no parallelism at all.
     let matrix = SymbolicSparseColMatRef::new_unsorted_checked(
         unknowns,
         unknowns,
@@ -76,7 +76,15 @@ fn minimum_degree(graph: &Graph) -> Result<Vec<u32>, NumericError> {
         adjacency.items(),
     );
     let scratch = amd::order_maybe_unsorted_scratch::<u32>(unknowns, adjacency.items().len());
-    let mut memory = MemBuffer::try_new(scratch).map_err(|_| too_large.clone())?;
+    let failed = |fault: FaerError| match fault {
+        FaerError::OutOfMemory => NumericError::OutOfMemory {
+            what: "the elimination order",
+            unknowns,
+            needed_bytes: scratch.size_bytes(),
+        },
+        _ => NumericError::TooLarge { unknowns },
+    };
+    let mut memory = MemBuffer::try_new(scratch).map_err(|fault| failed(fault.into()))?;
     amd::order_maybe_unsorted(
         &mut forward,
         &mut inverse,
@@ -84,6 +92,6 @@ fn minimum_degree(graph: &Graph) -> Result<Vec<u32>, NumericError> {
         amd::Control::default(),
         MemStack::new(&mut memory),
     )
-    .map_err(|_| too_large)?;
+    .map_err(failed)?;
     Ok(forward)
 }

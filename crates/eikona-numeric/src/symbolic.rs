@@ -35,8 +35,9 @@ impl Symbolic {
     /// Analyses the sparsity pattern of a system.
     ///
     /// # Errors
-    /// [`NumericError::TooLarge`] for 2^30 or more unknowns and contributions, or if minimum degree
-    /// runs out of memory; [`NumericError::NotAPair`]; [`NumericError::WrongLength`] and
+    /// [`NumericError::TooLarge`] for 2^30 or more unknowns and contributions;
+    /// [`NumericError::OutOfMemory`] if minimum degree runs out of memory;
+    /// [`NumericError::NotAPair`]; [`NumericError::WrongLength`] and
     /// [`NumericError::NotAnOrder`] if the order does not list every unknown once.
     pub fn new(graph: &Graph, ordering: Ordering<'_>) -> Result<Symbolic, NumericError> {
         let n = graph.unknowns;
@@ -93,6 +94,7 @@ impl Symbolic {
     }
     pub(crate) fn out_of_memory<T: Scalar>(&self, threads: usize) -> NumericError {
         NumericError::OutOfMemory {
+            what: "the factor",
             unknowns: self.unknowns,
             needed_bytes: self.predicted_bytes::<T>(threads),
         }
