@@ -11,7 +11,7 @@
 //! without extent, or of long, thin triangles that planes cut badly, is cut along a breadth-first
 //! order instead.
 
-use crate::graph::Adjacency;
+use crate::compressed_rows::CompressedRows;
 
 /// Largest piece that is not dissected further. Smaller leaves save too little fill-in to be worth
 /// their time: the factorisation merges small supernodes anyway.
@@ -30,7 +30,7 @@ struct Node {
 /// Returns the unknowns in elimination order.
 ///
 /// `positions` affect the quality of the order only, never its validity.
-pub(crate) fn nested_dissection(adjacency: &Adjacency, positions: &[[f64; 3]]) -> Vec<u32> {
+pub(crate) fn nested_dissection(adjacency: &CompressedRows<u32>, positions: &[[f64; 3]]) -> Vec<u32> {
     let n = positions.len();
     let mut dissection = Dissection::new(adjacency, positions);
     let mut nodes: Vec<Node> = (0..n as u32).map(|id| Node { position: [0.0; 3], reach: 0.0, id }).collect();
@@ -60,7 +60,7 @@ pub(crate) fn nested_dissection(adjacency: &Adjacency, positions: &[[f64; 3]]) -
 
 /// Working state of the dissection.
 struct Dissection<'a> {
-    adjacency: &'a Adjacency,
+    adjacency: &'a CompressedRows<u32>,
     given: &'a [[f64; 3]],
     /// Single-precision position of each unknown, comparable within a piece only.
     positions: Vec<[f32; 3]>,
@@ -86,7 +86,7 @@ struct Dissection<'a> {
 const UNMATCHED: u32 = u32::MAX;
 
 impl<'a> Dissection<'a> {
-    fn new(adjacency: &'a Adjacency, given: &'a [[f64; 3]]) -> Self {
+    fn new(adjacency: &'a CompressedRows<u32>, given: &'a [[f64; 3]]) -> Self {
         Dissection {
             adjacency,
             given,
@@ -213,7 +213,7 @@ impl<'a> Dissection<'a> {
         for node in piece {
             node.position = self.positions[node.id as usize];
             node.reach = 0.0;
-            for j in self.adjacency.of_unknown(node.id).iter().filter(|j| !self.separated[**j as usize]) {
+            for j in self.adjacency.row(node.id as usize).iter().filter(|j| !self.separated[**j as usize]) {
                 let there = self.positions[*j as usize];
                 for (a, b) in node.position.iter().zip(there) {
                     node.reach = node.reach.max((b - a).abs());
@@ -230,7 +230,7 @@ impl<'a> Dissection<'a> {
             self.visit(start, &mut order);
             while let Some(&id) = order.get(next) {
                 next += 1;
-                for &j in self.adjacency.of_unknown(id) {
+                for &j in self.adjacency.row(id as usize) {
                     self.visit(j, &mut order);
                 }
             }
@@ -258,7 +258,7 @@ impl<'a> Dissection<'a> {
                 continue;
             }
             let before = self.cut.len();
-            for &j in self.adjacency.of_unknown(node.id) {
+            for &j in self.adjacency.row(node.id as usize) {
                 if self.positions[j as usize][axis] >= plane && !self.separated[j as usize] {
                     // `local` is valid if it points back to j.
                     let known = self.right.get(self.local[j as usize] as usize) == Some(&j);

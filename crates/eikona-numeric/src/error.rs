@@ -44,18 +44,20 @@ pub enum NumericError {
         /// Number of unknowns.
         unknowns: usize,
     },
-    /// The factor does not fit into memory.
+    /// There is not enough memory to order or to factor the matrix.
     #[error(
-        "the factor of {unknowns} unknowns needs {needed_bytes} bytes, which cannot be allocated; use a smaller mesh"
+        "{what} of {unknowns} unknowns needs {needed_bytes} bytes, which cannot be allocated; use a smaller mesh"
     )]
     OutOfMemory {
+        /// "the factor" or "the elimination order".
+        what: &'static str,
         /// Number of unknowns.
         unknowns: usize,
         /// Predicted bytes.
         needed_bytes: usize,
     },
-    /// The pattern has 2^30 or more unknowns and contributions, or there is not enough memory to
-    /// order it.
+    /// The pattern has 2^30 or more unknowns and contributions, or indices overflow while it is
+    /// ordered.
     #[error("a system of {unknowns} unknowns is too large to analyse; split the mesh")]
     TooLarge {
         /// Number of unknowns.

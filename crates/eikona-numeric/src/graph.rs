@@ -1,5 +1,6 @@
 //! Sparsity pattern of a system.
 
+use crate::compressed_rows::CompressedRows;
 use crate::error::NumericError;
 
 /// Sparsity pattern of a symmetric system, as a list of off-diagonal contributions.
@@ -25,42 +26,9 @@ impl Graph {
             None => Ok(()),
         }
     }
-}
 
-/// Neighbours of each unknown, with multiplicity.
-pub(crate) struct Adjacency {
-    start: Vec<u32>,
-    neighbours: Vec<u32>,
-}
-
-impl Adjacency {
-    pub(crate) fn of(unknowns: usize, pairs: &[[u32; 2]]) -> Adjacency {
-        let mut start = vec![0u32; unknowns + 1];
-        for [a, b] in pairs {
-            start[*a as usize + 1] += 1;
-            start[*b as usize + 1] += 1;
-        }
-        for i in 0..unknowns {
-            start[i + 1] += start[i];
-        }
-        let mut next = start.clone();
-        let mut neighbours = vec![0u32; 2 * pairs.len()];
-        for &[a, b] in pairs {
-            neighbours[next[a as usize] as usize] = b;
-            next[a as usize] += 1;
-            neighbours[next[b as usize] as usize] = a;
-            next[b as usize] += 1;
-        }
-        Adjacency { start, neighbours }
-    }
-    #[inline]
-    pub(crate) fn of_unknown(&self, i: u32) -> &[u32] {
-        &self.neighbours[self.start[i as usize] as usize..self.start[i as usize + 1] as usize]
-    }
-    pub(crate) fn starts(&self) -> &[u32] {
-        &self.start
-    }
-    pub(crate) fn neighbours(&self) -> &[u32] {
-        &self.neighbours
+    /// Returns the neighbours of each unknown, with multiplicity.
+    pub(crate) fn adjacency(&self) -> CompressedRows<u32> {
+        CompressedRows::new(self.unknowns, self.pairs.iter().flat_map(|&[a, b]| [(a, b), (b, a)]))
     }
 }

@@ -6,11 +6,15 @@
 //! predicted memory) -> [`Cholesky`] (numeric factor) -> [`Cholesky::solve`]. Results
 //! have the same digits every time, on any number of threads.
 //!
+//! [`ConjugateGradient`] solves systems that are known by their products only.
+//!
 //! [`minimise_jumps`] solves one linear program: weighted L1 fitting of jumps on a graph, the dual
 //! of minimum-cost flow.
 
 mod cholesky;
 mod complex;
+mod compressed_rows;
+mod conjugate_gradient;
 mod dissection;
 mod error;
 mod flow;
@@ -27,6 +31,8 @@ mod symbolic;
 
 pub use cholesky::Cholesky;
 pub use complex::Complex;
+pub use compressed_rows::CompressedRows;
+pub use conjugate_gradient::ConjugateGradient;
 pub use error::NumericError;
 pub use flow::{
     Certificate, Contradiction, FlowError, JumpMethod, JumpOptions, JumpSolution, JumpStatistics, JumpTerm,

@@ -318,6 +318,10 @@ impl<'a, T: Scalar> Product<'a, T> {
         self.left.nrows() * self.left.ncols() * self.right.nrows()
     }
 
+    /// Runs on this thread only: `matmul` hands `Par::Seq` down to its kernels and never reads the
+    /// process-wide setting of the backend, which only its solvers, determinants and operators do
+    /// (`get_global_parallelism` in `linalg/{solvers,mat_ops}.rs`, `linalg/reductions` and
+    /// `sparse/solvers.rs` of faer 0.24).
     fn run(self, accumulate: Accum) {
         let Product { target, left, right, lower } = self;
         if lower {

@@ -2,10 +2,10 @@
 
 use crate::dissection::nested_dissection;
 use crate::error::NumericError;
-use crate::graph::{Adjacency, Graph};
+use crate::graph::Graph;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
+use faer::sparse::{FaerError, SymbolicSparseColMatRef};
 
 /// Choice of elimination order.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,7 +36,7 @@ pub fn nested_dissection_order(graph: &Graph, positions: &[[f64; 3]]) -> Result<
         return Err(NumericError::WrongLength { found: positions.len(), expected: graph.unknowns });
     }
     graph.check()?;
-    Ok(nested_dissection(&Adjacency::of(graph.unknowns, &graph.pairs), positions))
+    Ok(nested_dissection(&graph.adjacency(), positions))
 }
 
 impl Ordering<'_> {
@@ -56,28 +56,35 @@ impl Ordering<'_> {
                     false => Err(NumericError::WrongLength { found: order.len(), expected: graph.unknowns }),
                 }
             }
-            Ordering::MinimumDegree => {
-                minimum_degree(graph.unknowns, &Adjacency::of(graph.unknowns, &graph.pairs))
-            }
+            Ordering::MinimumDegree => minimum_degree(graph),
         }
     }
 }
 
-fn minimum_degree(unknowns: usize, adjacency: &Adjacency) -> Result<Vec<u32>, NumericError> {
-    let too_large = NumericError::TooLarge { unknowns };
+fn minimum_degree(graph: &Graph) -> Result<Vec<u32>, NumericError> {
+    let unknowns = graph.unknowns;
+    let adjacency = graph.adjacency();
     let mut forward = vec![0u32; unknowns];
     let mut inverse = vec![0u32; unknowns];
-    let entries = adjacency.neighbours().len();
     // AMD reads the pattern of A + A^T and accepts repeated entries, so both triangles are passed.
+    // It is sequential: `sparse/linalg/amd.rs` of faer 0.24 has no parallelism at all.
     let matrix = SymbolicSparseColMatRef::new_unsorted_checked(
         unknowns,
         unknowns,
         adjacency.starts(),
         None,
-        adjacency.neighbours(),
+        adjacency.items(),
     );
-    let scratch = amd::order_maybe_unsorted_scratch::<u32>(unknowns, entries);
-    let mut memory = MemBuffer::try_new(scratch).map_err(|_| too_large.clone())?;
+    let scratch = amd::order_maybe_unsorted_scratch::<u32>(unknowns, adjacency.items().len());
+    let failed = |fault: FaerError| match fault {
+        FaerError::OutOfMemory => NumericError::OutOfMemory {
+            what: "the elimination order",
+            unknowns,
+            needed_bytes: scratch.size_bytes(),
+        },
+        _ => NumericError::TooLarge { unknowns },
+    };
+    let mut memory = MemBuffer::try_new(scratch).map_err(|fault| failed(fault.into()))?;
     amd::order_maybe_unsorted(
         &mut forward,
         &mut inverse,
@@ -85,6 +92,6 @@ fn minimum_degree(unknowns: usize, adjacency: &Adjacency) -> Result<Vec<u32>, Nu
         amd::Control::default(),
         MemStack::new(&mut memory),
     )
-    .map_err(|_| too_large)?;
+    .map_err(failed)?;
     Ok(forward)
 }

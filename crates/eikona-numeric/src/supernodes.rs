@@ -1,5 +1,6 @@
 //! Structure of the factor: supernodes, their row indices, and the supernodal elimination tree.
 
+use crate::compressed_rows::CompressedRows;
 use std::ops::Range;
 
 const NONE: u32 = u32::MAX;
@@ -296,14 +297,14 @@ fn stack_entries(parent: &[u32], odd: &[bool], size: impl Fn(usize) -> usize) ->
     largest
 }
 
-/// Computes the elimination tree by Liu's algorithm with path compression. `columns` holds the
+/// Computes the elimination tree by Liu's algorithm with path compression. `rows` holds the
 /// columns left of the diagonal of each row. Roots have the parent `NONE`.
-pub(crate) fn elimination_tree(row_start: &[u32], columns: &[u32]) -> Vec<u32> {
-    let n = row_start.len() - 1;
+pub(crate) fn elimination_tree(rows: &CompressedRows<u32>) -> Vec<u32> {
+    let n = rows.starts().len() - 1;
     let mut parent = vec![NONE; n];
     let mut ancestor = vec![NONE; n];
     for i in 0..n {
-        for &column in &columns[row_start[i] as usize..row_start[i + 1] as usize] {
+        for &column in rows.row(i) {
             let mut k = column;
             while k < i as u32 {
                 let next = ancestor[k as usize];
@@ -395,10 +396,8 @@ mod tests {
             })
             .filter(|(a, b)| a != b)
             .collect();
-        let mut by_row = vec![Vec::new(); n];
-        pairs.iter().for_each(|&(a, b)| by_row[b].push(a as u32));
-        let start: Vec<u32> = (0..=n).map(|i| by_row[..i].iter().map(|r| r.len() as u32).sum()).collect();
-        let tree = elimination_tree(&start, &by_row.concat());
+        let rows = CompressedRows::new(n, pairs.iter().map(|&(a, b)| (b as u32, a as u32)));
+        let tree = elimination_tree(&rows);
         let position = postorder(&tree);
         let tree = renumbered(&tree, &position);
         let mut lower = vec![Vec::new(); n];

@@ -1,5 +1,6 @@
 //! Symbolic analysis: everything that depends on the sparsity pattern only.
 
+use crate::compressed_rows::CompressedRows;
 use crate::error::NumericError;
 use crate::graph::Graph;
 use crate::matrix::SymmetricMatrix;
@@ -34,8 +35,9 @@ impl Symbolic {
     /// Analyses the sparsity pattern of a system.
     ///
     /// # Errors
-    /// [`NumericError::TooLarge`] for 2^30 or more unknowns and contributions, or if minimum degree
-    /// runs out of memory; [`NumericError::NotAPair`]; [`NumericError::WrongLength`] and
+    /// [`NumericError::TooLarge`] for 2^30 or more unknowns and contributions;
+    /// [`NumericError::OutOfMemory`] if minimum degree runs out of memory;
+    /// [`NumericError::NotAPair`]; [`NumericError::WrongLength`] and
     /// [`NumericError::NotAnOrder`] if the order does not list every unknown once.
     pub fn new(graph: &Graph, ordering: Ordering<'_>) -> Result<Symbolic, NumericError> {
         let n = graph.unknowns;
@@ -45,9 +47,7 @@ impl Symbolic {
         graph.check()?;
         let given = ordering.order(graph)?;
         let given_position = inverse(&given);
-        let (row_start, columns) = rows_left_of_diagonal(graph, &given_position);
-        let tree = elimination_tree(&row_start, &columns);
-        drop((row_start, columns));
+        let tree = elimination_tree(&rows_left_of_diagonal(graph, &given_position));
         let moved = postorder(&tree);
         let tree = renumbered(&tree, &moved);
         let position: Vec<u32> = given_position.iter().map(|&p| moved[p as usize]).collect();
@@ -94,6 +94,7 @@ impl Symbolic {
     }
     pub(crate) fn out_of_memory<T: Scalar>(&self, threads: usize) -> NumericError {
         NumericError::OutOfMemory {
+            what: "the factor",
             unknowns: self.unknowns,
             needed_bytes: self.predicted_bytes::<T>(threads),
         }
@@ -146,10 +147,8 @@ fn below_diagonal(pair: [u32; 2], position: &[u32]) -> (u32, u32) {
 }
 
 /// Column indices left of the diagonal by rows, unsorted.
-fn rows_left_of_diagonal(graph: &Graph, position: &[u32]) -> (Vec<u32>, Vec<u32>) {
-    let entries = graph.pairs.iter().map(|&pair| below_diagonal(pair, position));
-    let (start, sorted) = bucket_sorted(graph.unknowns, entries, |(row, _)| row);
-    (start, sorted.into_iter().map(|(_, column)| column).collect())
+fn rows_left_of_diagonal(graph: &Graph, position: &[u32]) -> CompressedRows<u32> {
+    CompressedRows::new(graph.unknowns, graph.pairs.iter().map(|&pair| below_diagonal(pair, position)))
 }
 
 /// Lower triangle by columns with sorted rows, duplicates merged and the diagonal first; and the
@@ -157,17 +156,21 @@ fn rows_left_of_diagonal(graph: &Graph, position: &[u32]) -> (Vec<u32>, Vec<u32>
 fn permuted_lower_triangle(graph: &Graph, position: &[u32]) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
     let n = graph.unknowns;
     let pairs = &graph.pairs;
-    let entries = pairs.iter().enumerate().map(|(k, &pair)| (below_diagonal(pair, position), k as u32));
+    let entries = pairs.iter().enumerate().map(|(k, &pair)| {
+        let (row, column) = below_diagonal(pair, position);
+        (row, (column, (row, k as u32)))
+    });
     // Sorted by row first, then stably by column.
-    let (_, by_row) = bucket_sorted(n, entries, |((row, _), _)| row);
-    let (start, sorted) = bucket_sorted(n, by_row.into_iter(), |((_, column), _)| column);
+    let by_row = CompressedRows::new(n, entries);
+    let by_column = CompressedRows::new(n, by_row.items().iter().copied());
+    drop(by_row);
     let mut slots = vec![0; pairs.len()];
     let mut col_ptr = Vec::with_capacity(n + 1);
     let mut row_idx = Vec::with_capacity(n + pairs.len());
     col_ptr.push(0);
     for column in 0..n as u32 {
         row_idx.push(column);
-        for &((row, _), k) in &sorted[start[column as usize] as usize..start[column as usize + 1] as usize] {
+        for &(row, k) in by_column.row(column as usize) {
             if row_idx.last() != Some(&row) {
                 row_idx.push(row);
             }
@@ -177,28 +180,4 @@ fn permuted_lower_triangle(graph: &Graph, position: &[u32]) -> (Vec<u32>, Vec<u3
         col_ptr.push(row_idx.len() as u32);
     }
     (col_ptr, row_idx, slots)
-}
-
-/// Stable counting sort by a key below `buckets`. Returns where each key starts, and the sorted
-/// items.
-fn bucket_sorted<I: Copy + Default>(
-    buckets: usize,
-    items: impl ExactSizeIterator<Item = I> + Clone,
-    key: impl Fn(I) -> u32,
-) -> (Vec<u32>, Vec<I>) {
-    let mut start = vec![0u32; buckets + 1];
-    for item in items.clone() {
-        start[key(item) as usize + 1] += 1;
-    }
-    for i in 0..buckets {
-        start[i + 1] += start[i];
-    }
-    let mut next = start.clone();
-    let mut sorted = vec![I::default(); items.len()];
-    for item in items {
-        let slot = &mut next[key(item) as usize];
-        sorted[*slot as usize] = item;
-        *slot += 1;
-    }
-    (start, sorted)
 }

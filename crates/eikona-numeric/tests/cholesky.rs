@@ -361,6 +361,11 @@ fn same_digits_on_threads<T: Scalar>(value: impl Fn(usize) -> T) {
     for threads in [2, 3, 8, 100] {
         let factor = Cholesky::on_threads(symbolic.clone(), &matrix, threads).unwrap();
         assert!(factor.solve(&rhs).unwrap() == expected, "{threads} threads");
+        for count in [0, 1, 2, 5] {
+            let solutions = factor.solve_many(&vec![&rhs; count]).unwrap();
+            assert_eq!(solutions.len(), count);
+            assert!(solutions.iter().all(|x| *x == expected), "{count} columns, {threads} threads");
+        }
     }
     // Two unknowns that are not positive definite, in different subtrees: always the same one.
     let mut bad = matrix;
@@ -377,4 +382,21 @@ fn same_digits_on_threads<T: Scalar>(value: impl Fn(usize) -> T) {
 fn any_number_of_threads_gives_the_same_digits_and_the_same_failure() {
     same_digits_on_threads(noise);
     same_digits_on_threads(|i| Complex { re: noise(2 * i), im: noise(2 * i + 1) });
+}
+
+/// The backend also has functions that take their number of threads from a setting of the process;
+/// with the setting disabled, they panic.
+#[test]
+fn nothing_depends_on_the_global_parallelism_of_the_backend() {
+    let n = 200;
+    let (graph, matrix) = random_grid(n, noise);
+    let rhs: Vec<f64> = (0..n * n).map(noise).collect();
+    let solution = || {
+        let symbolic = Symbolic::new(&graph, Ordering::MinimumDegree).unwrap();
+        let factor = Cholesky::on_threads(symbolic.into(), &matrix, 2).unwrap();
+        (factor.symbolic().factor_entries(), factor.solve_many(&[&rhs, &rhs]).unwrap())
+    };
+    let expected = solution();
+    faer::disable_global_parallelism();
+    assert!(solution() == expected);
 }

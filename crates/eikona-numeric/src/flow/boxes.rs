@@ -1,7 +1,8 @@
 //! Feasibility of the limits of boxed terms.
 
 use super::error::{Contradiction, FlowError};
-use super::network::{Arc, Incidence, NONE, Network};
+use super::network::{Arc, NONE, Network, incidence};
+use crate::CompressedRows;
 
 /// Lowers potentials until every boxed jump lies within its limits, to a tolerance, and adds to
 /// `work`. Returns infeasible cycles of terms; none if all limits are satisfied.
@@ -28,7 +29,7 @@ pub(super) fn enforce_limits(
     if boxed().all(|(_, arc)| within(arc, arc.jump(potentials), tolerance)) {
         return Ok(Vec::new());
     }
-    let incidence = Incidence::of(network.nodes(), boxed());
+    let incidence = incidence(network.nodes(), boxed());
     let mut search = Search::new(network, &incidence);
     let mut found = Vec::new();
     let members = search.members.len();
@@ -42,8 +43,8 @@ pub(super) fn enforce_limits(
             if search.dropped[v as usize] {
                 continue;
             }
-            *work += incidence.at(v as usize).len() as u64;
-            for &a in incidence.at(v as usize) {
+            *work += incidence.row(v as usize).len() as u64;
+            for &a in incidence.row(v as usize) {
                 let arc = &arcs[a as usize];
                 let (w, bound) = bound(arc, v, potentials);
                 if potentials[w as usize] > bound + tolerance {
@@ -92,7 +93,7 @@ fn bound(arc: &Arc, v: u32, potentials: &[f64]) -> (u32, f64) {
 /// Predecessor graph of the shortest-path search, for finding negative cycles.
 struct Search<'a> {
     network: &'a Network,
-    incidence: &'a Incidence,
+    incidence: &'a CompressedRows<u32>,
     /// Nodes with boxed arcs.
     members: Vec<u32>,
     /// The arc that currently bounds a node's potential.
@@ -103,9 +104,9 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(network: &'a Network, incidence: &'a Incidence) -> Self {
+    fn new(network: &'a Network, incidence: &'a CompressedRows<u32>) -> Self {
         let n = network.nodes();
-        let members = (0..n as u32).filter(|&v| !incidence.at(v as usize).is_empty()).collect();
+        let members = (0..n as u32).filter(|&v| !incidence.row(v as usize).is_empty()).collect();
         let (predecessor, seen) = (vec![NONE; n], vec![NONE; n]);
         Search { network, incidence, members, predecessor, seen, dropped: vec![false; n] }
     }
@@ -136,7 +137,7 @@ impl<'a> Search<'a> {
         }
         while let Some(v) = on_cycles.pop() {
             if !std::mem::replace(&mut self.dropped[v as usize], true) {
-                on_cycles.extend(self.incidence.at(v as usize).iter().map(|&a| self.network.across(a, v)));
+                on_cycles.extend(self.incidence.row(v as usize).iter().map(|&a| self.network.across(a, v)));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Snaps jumps to exactly 0 or to their limit.
 
 use super::State;
-use super::network::{Incidence, NONE, Network};
+use super::network::{NONE, Network, incidence};
 
 /// Integrates the potentials along tight terms, those whose jump is 0 or at its limit within the
 /// tolerance, so that these jumps become exact.
@@ -24,7 +24,7 @@ pub(super) fn snap_jumps(network: &Network, state: &mut State, tolerance: f64) -
     };
     let targets: Vec<Option<f64>> = (0..network.arcs.len()).map(tight).collect();
     let joins = |a: usize| targets[a].is_some();
-    let incidence = Incidence::of(
+    let incidence = incidence(
         n,
         network.arcs.iter().enumerate().filter(|(a, _)| joins(*a)).map(|(a, arc)| (a as u32, arc)),
     );
@@ -41,7 +41,7 @@ pub(super) fn snap_jumps(network: &Network, state: &mut State, tolerance: f64) -
         new[root] = if all_whole { relative.round() } else { relative };
         queue.push(root as u32);
         while let Some(v) = queue.pop() {
-            for &a in incidence.at(v as usize) {
+            for &a in incidence.row(v as usize) {
                 let w = network.across(a, v);
                 if new[w as usize].is_nan() {
                     let arc = &network.arcs[a as usize];

@@ -10,7 +10,7 @@
 use super::State;
 use super::Statistics;
 use super::maximum_flow::{HalfArc, MaximumFlow, ResidualGraph};
-use super::network::{Incidence, Network};
+use super::network::{Network, incidence};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -203,8 +203,8 @@ impl<'a> Levels<'a> {
 /// Builds the residual graph. Also returns the index of each arc's forward half-arc.
 fn residual_graph(network: &Network) -> (ResidualGraph, Vec<u32>) {
     let arcs = &network.arcs;
-    let Incidence { start, arcs: order } =
-        Incidence::of(network.nodes(), arcs.iter().enumerate().map(|(a, arc)| (a as u32, arc)));
+    let all = arcs.iter().enumerate().map(|(a, arc)| (a as u32, arc));
+    let (start, order) = incidence(network.nodes(), all).into_parts();
     let mut places = vec![[0u32; 2]; arcs.len()];
     for v in 0..network.nodes() as u32 {
         for h in start[v as usize]..start[v as usize + 1] {

@@ -1,6 +1,7 @@
 //! Network on which both methods work: relevant terms only, nodes in preorder of a spanning forest.
 
 use super::JumpTerm;
+use crate::CompressedRows;
 
 /// Marks the absence of a node or an arc.
 pub(super) const NONE: u32 = u32::MAX;
@@ -80,7 +81,7 @@ impl Network {
         }
         // Sort arcs by their first node.
         let firsts = arcs.iter().enumerate().map(|(a, arc)| (arc.from.min(arc.to), a as u32));
-        let (_, order) = by_node(nodes, firsts);
+        let (_, order) = CompressedRows::new(nodes, firsts).into_parts();
         let sorted = order.iter().map(|&a| arcs[a as usize]).collect();
         let sorted_terms = order.iter().map(|&a| term_of[a as usize]).collect();
         let mut place = vec![0u32; arcs.len()];
@@ -135,40 +136,12 @@ impl Network {
     }
 }
 
-/// Stable counting sort of items by node. Returns where each node's items start, and the items.
-fn by_node(nodes: usize, items: impl Iterator<Item = (u32, u32)> + Clone) -> (Vec<u32>, Vec<u32>) {
-    let mut start = vec![0u32; nodes + 1];
-    for (v, _) in items.clone() {
-        start[v as usize + 1] += 1;
-    }
-    for v in 0..nodes {
-        start[v + 1] += start[v];
-    }
-    let mut next = start.clone();
-    let mut sorted = vec![0u32; start[nodes] as usize];
-    for (v, item) in items {
-        let slot = &mut next[v as usize];
-        sorted[*slot as usize] = item;
-        *slot += 1;
-    }
-    (start, sorted)
-}
-
-/// Arcs incident to each node.
-pub(super) struct Incidence {
-    pub(super) start: Vec<u32>,
-    pub(super) arcs: Vec<u32>,
-}
-
-impl Incidence {
-    pub(super) fn of<'a>(nodes: usize, arcs: impl Iterator<Item = (u32, &'a Arc)> + Clone) -> Incidence {
-        let (start, arcs) = by_node(nodes, arcs.flat_map(|(a, arc)| [(arc.from, a), (arc.to, a)]));
-        Incidence { start, arcs }
-    }
-    #[inline]
-    pub(super) fn at(&self, node: usize) -> &[u32] {
-        &self.arcs[self.start[node] as usize..self.start[node + 1] as usize]
-    }
+/// Returns the arcs incident to each node.
+pub(super) fn incidence<'a>(
+    nodes: usize,
+    arcs: impl Iterator<Item = (u32, &'a Arc)> + Clone,
+) -> CompressedRows<u32> {
+    CompressedRows::new(nodes, arcs.flat_map(|(a, arc)| [(arc.from, a), (arc.to, a)]))
 }
 
 /// Grows a spanning forest. Returns the nodes in the order reached, and the arc over which each was
@@ -179,7 +152,7 @@ impl Incidence {
 /// the distance between two of them, which for a broken curve is straight across the gap. The jumps
 /// of the starting potentials lie there.
 fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
-    let incidence = Incidence::of(nodes, arcs.iter().enumerate().map(|(a, arc)| (a as u32, arc)));
+    let incidence = incidence(nodes, arcs.iter().enumerate().map(|(a, arc)| (a as u32, arc)));
     let distance = distance_to_boxed(nodes, arcs, &incidence);
     let mut reached = vec![false; nodes];
     let mut order: Vec<u32> = Vec::with_capacity(nodes);
@@ -211,7 +184,7 @@ fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
             }
             order.push(v);
             forest.push(a);
-            for &a in incidence.at(v as usize) {
+            for &a in incidence.row(v as usize) {
                 let arc = &arcs[a as usize];
                 let w = arc.across(v);
                 if !reached[w as usize] {
@@ -253,7 +226,7 @@ fn in_preorder(arcs: &[Arc], order: &[u32], forest: &[u32]) -> (Vec<u32>, Vec<u3
 }
 
 /// Number of free terms between each node and the nearest boxed one; 0 if there is none.
-fn distance_to_boxed(nodes: usize, arcs: &[Arc], incidence: &Incidence) -> Vec<u32> {
+fn distance_to_boxed(nodes: usize, arcs: &[Arc], incidence: &CompressedRows<u32>) -> Vec<u32> {
     let mut distance = vec![NONE; nodes];
     let mut queue: Vec<u32> = Vec::new();
     for arc in arcs.iter().filter(|arc| arc.is_boxed()) {
@@ -266,7 +239,7 @@ fn distance_to_boxed(nodes: usize, arcs: &[Arc], incidence: &Incidence) -> Vec<u
     let mut at = 0;
     while let Some(&v) = queue.get(at) {
         at += 1;
-        for &a in incidence.at(v as usize) {
+        for &a in incidence.row(v as usize) {
             let w = arcs[a as usize].across(v);
             if distance[w as usize] == NONE {
                 distance[w as usize] = distance[v as usize] + 1;

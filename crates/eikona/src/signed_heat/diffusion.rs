@@ -9,7 +9,9 @@ use crate::signed_heat::report::KeptNormals;
 use crate::signed_heat::sheets::{Entrance, Sheets};
 use crate::signed_heat::source::{Deposit, Source};
 use eikona_mesh::{Edge, Face, TriangleMesh};
-use eikona_numeric::{Cholesky, Complex, Graph, NumericError, Ordering, Scalar, Symbolic, SymmetricMatrix};
+use eikona_numeric::{
+    Cholesky, Complex, CompressedRows, Graph, NumericError, Ordering, Scalar, Symbolic, SymmetricMatrix,
+};
 use std::sync::Arc;
 
 /// Factored operator `M + t L`, in the form that the mesh needs.
@@ -181,29 +183,20 @@ fn induced_order(mesh: &TriangleMesh, edge_of_unknown: &[Edge], vertex_order: &[
     for (p, &v) in vertex_order.iter().enumerate() {
         place[v as usize] = p as u32;
     }
-    let ends = |unknown: usize| {
-        let [a, b] = mesh.edge_vertices(edge_of_unknown[unknown]).map(|v| place[v.index()]);
+    let ends = |unknown: u32| {
+        let [a, b] = mesh.edge_vertices(edge_of_unknown[unknown as usize]).map(|v| place[v.index()]);
         (a.min(b), a.max(b))
     };
-    // Bucket sort by the earlier end; each bucket holds a few edges.
-    let mut start = vec![0u32; vertex_order.len() + 1];
-    for unknown in 0..edge_of_unknown.len() {
-        start[ends(unknown).0 as usize + 1] += 1;
-    }
-    for p in 0..vertex_order.len() {
-        start[p + 1] += start[p];
-    }
-    let mut next = start.clone();
-    let mut keys = vec![(0, 0); edge_of_unknown.len()];
-    for unknown in 0..edge_of_unknown.len() {
-        let (first, second) = ends(unknown);
-        keys[next[first as usize] as usize] = (second, unknown as u32);
-        next[first as usize] += 1;
-    }
-    for bucket in start.windows(2) {
-        keys[bucket[0] as usize..bucket[1] as usize].sort_unstable();
-    }
-    keys.into_iter().map(|(_, unknown)| unknown).collect()
+    // Sorted by the later end first, then stably by the earlier one.
+    let unknowns = 0..edge_of_unknown.len() as u32;
+    let by_later = CompressedRows::new(
+        place.len(),
+        unknowns.map(|unknown| {
+            let (earlier, later) = ends(unknown);
+            (later, (earlier, unknown))
+        }),
+    );
+    CompressedRows::new(place.len(), by_later.items().iter().copied()).into_parts().1
 }
 
 /// Computes `M + t L` in place.

@@ -23,7 +23,7 @@ use crate::signed_heat::options::LevelSets;
 use crate::signed_heat::refinement::refined;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{DisjointSets, Located, Segment, SegmentHost, TriangleMesh};
-use eikona_numeric::{Cholesky, NumericError, Ordering, Symbolic, SymmetricMatrix};
+use eikona_numeric::{Cholesky, ConjugateGradient, NumericError, Ordering, Symbolic, SymmetricMatrix};
 use std::cell::Cell;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -180,31 +180,21 @@ impl Integration {
             Ok(refined.values)
         };
         let mut x = solve(&rhs)?;
-        let mut violations = violations_of(&x);
         let target = CONSTRAINT_TOLERANCE * largest(&x);
-        let mut multipliers = vec![0.0; rows.len()];
-        let mut direction = violations.clone();
-        for _ in 0..CONSTRAINT_ITERATIONS {
-            if violations.iter().all(|m| m.abs() <= target) {
-                break;
-            }
-            let mut force = vec![0.0; x.len()];
-            rows.iter().zip(&direction).for_each(|(row, d)| row.add_to(&mut force, -d));
-            let x_change = solve(&force)?;
-            let change = violations_of(&x_change);
-            let norm = dot(&violations, &violations);
-            let step = -norm / dot(&direction, &change);
-            if !step.is_finite() || step <= 0.0 {
-                break; // due to rounding only: the residual is as good as zero
-            }
-            add_multiple(&mut multipliers, step, &direction);
-            add_multiple(&mut x, step, &x_change);
-            add_multiple(&mut violations, step, &change);
-            let growth = dot(&violations, &violations) / norm;
-            for (d, m) in direction.iter_mut().zip(&violations) {
-                *d = m + growth * *d;
-            }
+        let unconditioned = |r: &[f64]| Ok::<_, SignedHeatError>(r.to_vec());
+        let mut iteration = ConjugateGradient::new(violations_of(&x), unconditioned)?;
+        while iteration.iterations() < CONSTRAINT_ITERATIONS && largest(iteration.residual()) > target {
+            let mut change = Vec::new();
+            let step = iteration.step(|direction| {
+                let mut force = vec![0.0; x.len()];
+                rows.iter().zip(direction).for_each(|(row, d)| row.add_to(&mut force, *d));
+                change = solve(&force)?;
+                Ok(violations_of(&change))
+            })?;
+            let Some(step) = step else { break };
+            x.iter_mut().zip(&change).for_each(|(x, c)| *x -= step * c);
         }
+        let mut multipliers = iteration.into_solution();
         // Adds the force of the penalty to the multipliers, so that the residual includes it.
         for (m, row) in multipliers.iter_mut().zip(&rows) {
             *m += row.weight * row.violation(&x);
@@ -486,15 +476,6 @@ fn at_piece(mut fault: NumericError, rows: &[Row]) -> NumericError {
 
 fn largest_violation(rows: &[Row], unknowns: &[f64]) -> f64 {
     rows.iter().map(|row| row.violation(unknowns).abs()).fold(0.0, f64::max)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// `a <- a + factor b`
-fn add_multiple(a: &mut [f64], factor: f64, b: &[f64]) {
-    a.iter_mut().zip(b).for_each(|(a, b)| *a += factor * b);
 }
 
 /// Returns the length of the edge that contains a segment, or of the longest edge of its face.

@@ -9,7 +9,9 @@ use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::report::KeptNormals;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{CurveKind, Face, Halfedge, Segment, SegmentHost, TriangleMesh};
-use eikona_numeric::{Cholesky, Complex, NumericError, Ordering, Scalar, Symbolic, nested_dissection_order};
+use eikona_numeric::{
+    Cholesky, Complex, ConjugateGradient, NumericError, Ordering, Scalar, Symbolic, nested_dissection_order,
+};
 
 /// Tolerance on the tangential parts, relative to the vectors at the curves.
 const TOLERANCE: f64 = 1e-9;
@@ -35,42 +37,31 @@ impl<F: EdgeFrames> DiffusionOn<F> {
     ) -> Result<(Vec<F::Value>, KeptNormals), SignedHeatError> {
         let rows = TangentRows::new(mesh, triangles, source);
         let mut kept = KeptNormals { iterations: 0, residual: 0.0, tolerance: TOLERANCE };
-        let mut residual = rows.apply(mesh, &self.frames, &free);
+        let tangential = rows.apply(mesh, &self.frames, &free);
         let size = rows.size(mesh, &self.frames, &free);
-        if norm(&residual) <= TOLERANCE * size {
-            kept.residual = if size > 0.0 { norm(&residual) / size } else { 0.0 };
+        if norm(&tangential) <= TOLERANCE * size {
+            kept.residual = if size > 0.0 { norm(&tangential) / size } else { 0.0 };
             return Ok((free, kept));
         }
         // If faces are too thin for the strip to be factored, the iterations run without a
         // preconditioner: they take longer, with the same result.
         let strip = Strip::new(mesh, triangles, &rows, self.time).ok();
         let precondition = |residual: &[f64]| match &strip {
-            Some(strip) => strip.precondition(residual),
+            Some(strip) => strip.precondition(residual).map_err(SignedHeatError::from),
             None => Ok(residual.to_vec()),
         };
-        let mut multipliers = vec![0.0; residual.len()];
-        let mut scaled = precondition(&residual)?;
-        let mut direction = scaled.clone();
-        let mut product = dot(&residual, &scaled);
-        while kept.iterations < ITERATIONS && norm(&residual) > TOLERANCE * size {
-            kept.iterations += 1;
-            let force = rows.transpose(mesh, &self.frames, &direction);
-            let image = rows.apply(mesh, &self.frames, &self.solve(&force)?);
-            let step = product / dot(&direction, &image);
-            if !step.is_finite() || step <= 0.0 {
-                break; // due to rounding only: linearly dependent rows
+        let mut iteration = ConjugateGradient::new(tangential, precondition)?;
+        while iteration.iterations() < ITERATIONS && norm(iteration.residual()) > TOLERANCE * size {
+            let step = iteration.step(|direction| {
+                let force = rows.transpose(mesh, &self.frames, direction);
+                Ok(rows.apply(mesh, &self.frames, &self.solve(&force)?))
+            })?;
+            if step.is_none() {
+                break; // linearly dependent rows
             }
-            for i in 0..multipliers.len() {
-                multipliers[i] += step * direction[i];
-                residual[i] -= step * image[i];
-            }
-            scaled = precondition(&residual)?;
-            let next = dot(&residual, &scaled);
-            for i in 0..multipliers.len() {
-                direction[i] = scaled[i] + next / product * direction[i];
-            }
-            product = next;
         }
+        kept.iterations = iteration.iterations();
+        let multipliers = iteration.into_solution();
         let mut constrained = rows.transpose(mesh, &self.frames, &multipliers);
         constrained.iter_mut().zip(values).for_each(|(m, b)| *m = *b - *m);
         let x = self.solve(&constrained)?;
@@ -79,12 +70,8 @@ impl<F: EdgeFrames> DiffusionOn<F> {
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
+    a.iter().map(|a| a * a).sum::<f64>().sqrt()
 }
 
 /// One row per passage of a signed curve through a face or along an edge: the mean tangential part
