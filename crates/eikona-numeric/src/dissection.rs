@@ -12,6 +12,8 @@
 //! order instead.
 
 use crate::compressed_rows::CompressedRows;
+use crate::error::NumericError;
+use crate::observer::check_stopped;
 
 /// Largest piece that is not dissected further. Smaller leaves save too little fill-in to be worth
 /// their time: the factorisation merges small supernodes anyway.
@@ -30,7 +32,13 @@ struct Node {
 /// Returns the unknowns in elimination order.
 ///
 /// `positions` affect the quality of the order only, never its validity.
-pub(crate) fn nested_dissection(adjacency: &CompressedRows<u32>, positions: &[[f64; 3]]) -> Vec<u32> {
+///
+/// # Errors
+/// [`NumericError::Stopped`].
+pub(crate) fn nested_dissection(
+    adjacency: &CompressedRows<u32>,
+    positions: &[[f64; 3]],
+) -> Result<Vec<u32>, NumericError> {
     let n = positions.len();
     let mut dissection = Dissection::new(adjacency, positions);
     let mut nodes: Vec<Node> = (0..n as u32).map(|id| Node { position: [0.0; 3], reach: 0.0, id }).collect();
@@ -38,6 +46,7 @@ pub(crate) fn nested_dissection(adjacency: &CompressedRows<u32>, positions: &[[f
     // (first node, end, end of its range in the order): a piece fills its range from the end.
     let mut stack = vec![(0usize, n, n)];
     while let Some((begin, end, order_end)) = stack.pop() {
+        check_stopped()?;
         let piece = &mut nodes[begin..end];
         let split = if piece.len() > LEAF { dissection.dissect(piece) } else { None };
         // The piece is now first half, second half, separator. A piece that cannot be cut is all
@@ -55,7 +64,7 @@ pub(crate) fn nested_dissection(adjacency: &CompressedRows<u32>, positions: &[[f
             stack.push((begin + first, begin + first + second, second_end));
         }
     }
-    order
+    Ok(order)
 }
 
 /// Working state of the dissection.

@@ -63,4 +63,7 @@ pub enum NumericError {
         /// Number of unknowns.
         unknowns: usize,
     },
+    /// The observer stopped the computation.
+    #[error("the computation was stopped")]
+    Stopped,
 }

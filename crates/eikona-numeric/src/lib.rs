@@ -23,6 +23,7 @@ mod kernels;
 mod matrix;
 mod memory;
 mod multifrontal;
+mod observer;
 mod ordering;
 mod parallel;
 mod scalar;
@@ -40,6 +41,7 @@ pub use flow::{
 };
 pub use graph::Graph;
 pub use matrix::SymmetricMatrix;
+pub use observer::{Current as CurrentObserver, Observer, begin_phase, check_stopped, observed};
 pub use ordering::{Ordering, nested_dissection_order};
 pub use scalar::Scalar;
 pub use symbolic::Symbolic;

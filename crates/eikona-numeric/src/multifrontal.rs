@@ -11,6 +11,7 @@
 
 use crate::kernels;
 use crate::memory::Zeroed;
+use crate::observer::{Current as CurrentObserver, check_at, check_stopped};
 use crate::scalar::{Backend, Scalar};
 use crate::supernodes::Supernodes;
 use crate::symbolic::Symbolic;
@@ -19,6 +20,7 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatMut, MatRef, Par};
 use std::ops::Range;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Drop tolerance: fill-in below this multiple of the square root of the largest diagonal entry is
 /// set to zero, so that products of kept entries are never denormal. A solution that has decayed
@@ -40,6 +42,18 @@ pub(crate) struct Problem<'a, T> {
     /// The permuted lower triangle.
     entries: &'a [T],
     negligible: f64,
+    /// Multiplications in all fronts, and in those that are finished.
+    work: f64,
+    finished: AtomicU64,
+}
+
+/// Why a factorisation ended early.
+pub(crate) enum Stop {
+    /// The column at this place of the elimination order has no positive pivot.
+    NotPositive(usize),
+    NoMemory,
+    /// The observer stopped it.
+    Observer,
 }
 
 impl<'a, T: Scalar> Problem<'a, T> {
@@ -47,11 +61,18 @@ impl<'a, T: Scalar> Problem<'a, T> {
         let (col_ptr, _) = symbolic.lower_triangle();
         let diagonal = (0..symbolic.unknowns()).map(|j| entries[col_ptr[j] as usize].max_part());
         let negligible = NEGLIGIBLE * diagonal.fold(0.0, f64::max).sqrt();
-        Problem { symbolic, entries, negligible }
+        let supernodes = symbolic.supernodes();
+        let work = (0..supernodes.count()).map(|s| supernodes.work(s)).sum();
+        Problem { symbolic, entries, negligible, work, finished: AtomicU64::new(0) }
+    }
+
+    /// Lets the observer stop the factorisation.
+    fn check(&self) -> Result<(), Stop> {
+        check_at(|| self.finished.load(Relaxed) as f64 / self.work).map_err(|_| Stop::Observer)
     }
 
     /// Factors consecutive supernodes that contain all their descendants. `values` are their
-    /// panels. On failure, returns the place of the column in the elimination order.
+    /// panels.
     #[inline(always)]
     pub fn factor_range<S: pulp::Simd>(
         &self,
@@ -59,7 +80,7 @@ impl<'a, T: Scalar> Problem<'a, T> {
         range: Range<usize>,
         values: &mut [T],
         workspace: &mut Workspace<T>,
-    ) -> Result<(), usize> {
+    ) -> Result<(), Stop> {
         let supernodes = self.symbolic.supernodes();
         let begin = if range.is_empty() { 0 } else { supernodes.panel(range.start).start };
         let Workspace { even, odd, local } = workspace;
@@ -85,8 +106,7 @@ impl<'a, T: Scalar> Problem<'a, T> {
     }
 
     /// Factors one front: assembles the matrix and the update matrices of the children, eliminates
-    /// the columns of the supernode, and writes its own update matrix. On failure, returns the
-    /// place of the column in the elimination order.
+    /// the columns of the supernode, and writes its own update matrix.
     #[inline(always)]
     pub fn front<S: pulp::Simd>(
         &self,
@@ -97,7 +117,8 @@ impl<'a, T: Scalar> Problem<'a, T> {
         update: &mut [T],
         local: &mut [u32],
         threads: usize,
-    ) -> Result<(), usize> {
+    ) -> Result<(), Stop> {
+        self.check()?;
         let (col_ptr, row_idx) = self.symbolic.lower_triangle();
         let Range { start: first, end: last } = self.symbolic.supernodes().columns(s);
         let rows = self.symbolic.supernodes().rows(s);
@@ -123,18 +144,21 @@ impl<'a, T: Scalar> Problem<'a, T> {
                 extend_add(target, child.column(j), &child.rows[j..], local, 0);
             }
         }
-        eliminate(simd, panel, width, height, self.negligible, threads).map_err(|column| first + column)?;
-        if rows.is_empty() {
-            return Ok(());
-        }
-        minus_outer_product(simd, panel, width, height, update, threads);
-        let size = rows.len();
-        for child in children {
-            for (j, &column) in child.rows.iter().enumerate().skip(inside(child)) {
-                let target = &mut update[(local[column as usize] as usize - width) * size..][..size];
-                extend_add(target, child.column(j), &child.rows[j..], local, width as u32);
+        eliminate(simd, panel, width, height, self.negligible, threads).map_err(|stop| match stop {
+            Stop::NotPositive(column) => Stop::NotPositive(first + column),
+            stop => stop,
+        })?;
+        if !rows.is_empty() {
+            minus_outer_product(simd, panel, width, height, update, threads)?;
+            let size = rows.len();
+            for child in children {
+                for (j, &column) in child.rows.iter().enumerate().skip(inside(child)) {
+                    let target = &mut update[(local[column as usize] as usize - width) * size..][..size];
+                    extend_add(target, child.column(j), &child.rows[j..], local, width as u32);
+                }
             }
         }
+        self.finished.fetch_add(self.symbolic.supernodes().work(s) as u64, Relaxed);
         Ok(())
     }
 }
@@ -218,7 +242,7 @@ impl<T: Scalar> Stack<T> {
 }
 
 /// Dense Cholesky factorisation of the first `width` columns of a panel, including the rows below.
-/// On failure, returns the column.
+/// [`Stop::NotPositive`] holds the column of the panel.
 ///
 /// Each column is flushed as soon as it is done, so that no product is denormal.
 #[inline(always)]
@@ -229,11 +253,12 @@ fn eliminate<S: pulp::Simd, T: Scalar>(
     height: usize,
     negligible: f64,
     threads: usize,
-) -> Result<(), usize> {
+) -> Result<(), Stop> {
     let blocks = width.div_ceil(BLOCK);
     for block in 0..blocks {
         let columns = block * BLOCK..((block + 1) * BLOCK).min(width);
-        kernels::eliminate_columns(simd, panel, columns.clone(), height, negligible)?;
+        kernels::eliminate_columns(simd, panel, columns.clone(), height, negligible)
+            .map_err(Stop::NotPositive)?;
         // Recursive blocking without recursion: as soon as a left half is done, it updates the
         // right half, so that a few deep products do most of the work.
         let done = block + 1;
@@ -241,7 +266,7 @@ fn eliminate<S: pulp::Simd, T: Scalar>(
         let right = (done + depth).min(blocks);
         if done < blocks {
             let begin = (done - depth) * BLOCK;
-            update_columns(panel, begin..columns.end, (right * BLOCK).min(width), height, threads);
+            update_columns(panel, begin..columns.end, (right * BLOCK).min(width), height, threads)?;
         }
     }
     Ok(())
@@ -249,7 +274,13 @@ fn eliminate<S: pulp::Simd, T: Scalar>(
 
 /// Subtracts the contribution of columns `done` from the columns between them and `end`.
 #[inline(always)]
-fn update_columns<T: Scalar>(panel: &mut [T], done: Range<usize>, end: usize, height: usize, threads: usize) {
+fn update_columns<T: Scalar>(
+    panel: &mut [T],
+    done: Range<usize>,
+    end: usize,
+    height: usize,
+    threads: usize,
+) -> Result<(), Stop> {
     let count = end - done.end;
     let (left, right) = panel[..end * height].split_at_mut(done.end * height);
     let left = matrix(&left[done.start * height..], height, done.len());
@@ -259,7 +290,7 @@ fn update_columns<T: Scalar>(panel: &mut [T], done: Range<usize>, end: usize, he
     let (left_top, left_below) = left.split_at_row(count);
     let mut products = vec![Product::<T>::lower(top, left_top)];
     split_rows(below, left_below, left_top, &mut products);
-    run(products, Accum::Add, threads);
+    run(products, Accum::Add, threads)
 }
 
 /// Computes the lower triangle of `update <- -L L^H`, where `L` are the rows of the panel below its
@@ -272,10 +303,11 @@ fn minus_outer_product<S: pulp::Simd, T: Scalar>(
     height: usize,
     update: &mut [T],
     threads: usize,
-) {
+) -> Result<(), Stop> {
     let size = height - width;
     if width * size * size < SMALL_PRODUCT {
-        return kernels::minus_outer_product(simd, panel, width, height, update);
+        kernels::minus_outer_product(simd, panel, width, height, update);
+        return Ok(());
     }
     let mut rest = matrix_mut(update, size, size);
     let mut left = matrix(panel, height, width).split_at_row(width).1;
@@ -289,7 +321,7 @@ fn minus_outer_product<S: pulp::Simd, T: Scalar>(
         split_rows(below, left_below, left_top, &mut products);
         (rest, left) = (others.split_at_row_mut(columns).1, left_below);
     }
-    run(products, Accum::Replace, threads);
+    run(products, Accum::Replace, threads)
 }
 
 /// Large products are split into blocks of so many rows and columns, which threads share. The
@@ -368,25 +400,33 @@ fn split_rows<'a, T: Scalar>(
 }
 
 /// Runs products that write to different places.
-fn run<T: Scalar>(products: Vec<Product<T>>, accumulate: Accum, threads: usize) {
+fn run<T: Scalar>(products: Vec<Product<T>>, accumulate: Accum, threads: usize) -> Result<(), Stop> {
     let work: usize = products.iter().map(Product::work).sum();
-    if threads < 2 || products.len() < 2 || work < WORTH_A_THREAD {
-        return products.into_iter().for_each(|product| product.run(accumulate));
+    if work < WORTH_A_THREAD {
+        products.into_iter().for_each(|product| product.run(accumulate));
+        return Ok(());
     }
-    let workers = threads.min(products.len());
+    let workers = threads.clamp(1, products.len());
     let waiting = Mutex::new(products);
     let next = || waiting.lock().ok().and_then(|mut waiting| waiting.pop());
     let take_turns = || {
         while let Some(product) = next() {
+            check_stopped().map_err(|_| Stop::Observer)?;
             product.run(accumulate);
         }
+        Ok(())
     };
+    let observer = CurrentObserver::get();
     std::thread::scope(|scope| {
-        (1..workers).for_each(|_| {
-            scope.spawn(take_turns);
+        let start = |_| scope.spawn(|| observer.clone().install(take_turns));
+        let others: Vec<_> = (1..workers).map(start).collect();
+        let own = take_turns();
+        let joined = others.into_iter().map(|other| match other.join() {
+            Ok(result) => result,
+            Err(panic) => std::panic::resume_unwind(panic),
         });
-        take_turns();
-    });
+        [own].into_iter().chain(joined).collect()
+    })
 }
 
 #[cfg(test)]
@@ -416,7 +456,7 @@ mod tests {
         let all = 0..symbolic.supernodes().count();
         let mut workspace = Workspace::new(&symbolic).unwrap();
         let problem = Problem::new(&symbolic, &entries);
-        problem.factor_range(pulp::Scalar128b, all, &mut plain, &mut workspace).unwrap();
+        assert!(problem.factor_range(pulp::Scalar128b, all, &mut plain, &mut workspace).is_ok());
         for s in 0..symbolic.supernodes().count() {
             let (columns, rows) =
                 (symbolic.supernodes().columns(s).len(), symbolic.supernodes().rows(s).len());

@@ -3,6 +3,7 @@
 use crate::dissection::nested_dissection;
 use crate::error::NumericError;
 use crate::graph::Graph;
+use crate::observer::check_stopped;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::amd;
 use faer::sparse::{FaerError, SymbolicSparseColMatRef};
@@ -36,7 +37,7 @@ pub fn nested_dissection_order(graph: &Graph, positions: &[[f64; 3]]) -> Result<
         return Err(NumericError::WrongLength { found: positions.len(), expected: graph.unknowns });
     }
     graph.check()?;
-    Ok(nested_dissection(&graph.adjacency(), positions))
+    nested_dissection(&graph.adjacency(), positions)
 }
 
 impl Ordering<'_> {
@@ -64,6 +65,7 @@ impl Ordering<'_> {
 fn minimum_degree(graph: &Graph) -> Result<Vec<u32>, NumericError> {
     let unknowns = graph.unknowns;
     let adjacency = graph.adjacency();
+    check_stopped()?;
     let mut forward = vec![0u32; unknowns];
     let mut inverse = vec![0u32; unknowns];
     // AMD reads the pattern of A + A^T and accepts repeated entries, so both triangles are passed.

@@ -8,7 +8,8 @@
 use crate::error::NumericError;
 use crate::kernels::{Vectorized, dispatch};
 use crate::memory::Zeroed;
-use crate::multifrontal::{Child, Problem, Workspace};
+use crate::multifrontal::{Child, Problem, Stop, Workspace};
+use crate::observer::Current as CurrentObserver;
 use crate::scalar::Scalar;
 use crate::supernodes::Supernodes;
 use crate::symbolic::Symbolic;
@@ -32,8 +33,12 @@ pub(crate) fn factor<T: Scalar>(
 ) -> Result<(), NumericError> {
     let problem = Problem::new(symbolic, entries);
     let plan = Plan::of(symbolic.supernodes(), threads);
-    let failed = |place: usize| symbolic.not_positive(place);
     let no_memory = || symbolic.out_of_memory::<T>(threads);
+    let failed = |stop: Stop| match stop {
+        Stop::NotPositive(place) => symbolic.not_positive(place),
+        Stop::NoMemory => no_memory(),
+        Stop::Observer => NumericError::Stopped,
+    };
     if plan.subtrees.len() < 2 {
         let mut workspace = Workspace::new(symbolic).ok_or_else(no_memory)?;
         let range = 0..symbolic.supernodes().count();
@@ -53,14 +58,20 @@ pub(crate) fn factor<T: Scalar>(
             let work = Subtree { problem: &problem, range, values, workspace: &mut workspace };
             let update = match dispatch(work) {
                 Ok(()) => Ok(copied(workspace.last_update(symbolic.supernodes(), root))?),
-                Err(place) => Err(place),
+                Err(stop) => Err(stop),
             };
+            let stopped = matches!(update, Err(Stop::Observer));
             done.push(Done { root, update });
+            if stopped {
+                break;
+            }
         }
         Some(done)
     };
+    let observer = CurrentObserver::get();
     let done: Option<Vec<Vec<Done<T>>>> = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..workers).map(|_| scope.spawn(work)).collect();
+        let start = |_| scope.spawn(|| observer.clone().install(work));
+        let others: Vec<_> = (1..workers).map(start).collect();
         let own = work();
         let joined = others.into_iter().map(|other| match other.join() {
             Ok(done) => done,
@@ -74,17 +85,16 @@ pub(crate) fn factor<T: Scalar>(
     for Done { root, update } in done.ok_or_else(no_memory)?.into_iter().flatten() {
         match update {
             Ok(update) => _ = updates.insert(root, update),
-            Err(place) => failure = Some(failure.map_or(place, |first| first.min(place))),
+            Err(Stop::NotPositive(place)) => {
+                failure = Some(failure.map_or(place, |first| first.min(place)));
+            }
+            Err(stop) => return Err(failed(stop)),
         }
     }
     if let Some(place) = failure {
-        return Err(failed(place));
+        return Err(symbolic.not_positive(place));
     }
-    match dispatch(Top { problem: &problem, fronts: top, updates, threads }) {
-        Ok(()) => Ok(()),
-        Err(Stop::NotPositive(place)) => Err(failed(place)),
-        Err(Stop::NoMemory) => Err(no_memory()),
-    }
+    dispatch(Top { problem: &problem, fronts: top, updates, threads }).map_err(failed)
 }
 
 /// The part of the work that a thread does on its own: a subtree of the elimination tree.
@@ -96,17 +106,17 @@ struct Subtree<'a, 'p, T> {
 }
 
 impl<T: Scalar> Vectorized for Subtree<'_, '_, T> {
-    type Output = Result<(), usize>;
+    type Output = Result<(), Stop>;
     #[inline(always)]
     fn run<S: pulp::Simd>(self, simd: S) -> Self::Output {
         self.problem.factor_range(simd, self.range, self.values, self.workspace)
     }
 }
 
-/// A factored subtree: its update matrix, or the place of the column that is not positive.
+/// A factored subtree with its update matrix.
 struct Done<T> {
     root: usize,
-    update: Result<Zeroed<T>, usize>,
+    update: Result<Zeroed<T>, Stop>,
 }
 
 /// The fronts above all subtrees.
@@ -117,11 +127,6 @@ struct Top<'a, 'p, T> {
     /// Update matrices that wait, by supernode.
     updates: BTreeMap<usize, Zeroed<T>>,
     threads: usize,
-}
-
-enum Stop {
-    NotPositive(usize),
-    NoMemory,
 }
 
 impl<T: Scalar> Vectorized for Top<'_, '_, T> {
@@ -142,9 +147,7 @@ impl<T: Scalar> Vectorized for Top<'_, '_, T> {
                 .collect();
             let size = supernodes.rows(s).len();
             let mut update = Zeroed::new(size * size).ok_or(Stop::NoMemory)?;
-            problem
-                .front(simd, s, values, &children, &mut update, &mut local, threads)
-                .map_err(Stop::NotPositive)?;
+            problem.front(simd, s, values, &children, &mut update, &mut local, threads)?;
             updates.insert(s, update);
         }
         Ok(())
@@ -168,7 +171,7 @@ struct Plan {
 impl Plan {
     fn of(supernodes: &Supernodes, threads: usize) -> Plan {
         let count = supernodes.count();
-        let mut work: Vec<f64> = (0..count).map(|s| front_work(supernodes, s)).collect();
+        let mut work: Vec<f64> = (0..count).map(|s| supernodes.work(s)).collect();
         for s in 0..count {
             if let Some(parent) = supernodes.parent(s) {
                 work[parent] += work[s];
@@ -216,12 +219,6 @@ impl Plan {
         top.extend((s..supernodes.count()).map(|s| take(s..s + 1)));
         (subtrees, top)
     }
-}
-
-/// Multiplications in a front.
-fn front_work(supernodes: &Supernodes, s: usize) -> f64 {
-    let (width, below) = (supernodes.columns(s).len() as f64, supernodes.rows(s).len() as f64);
-    width * (below * below + width * below + width * width / 3.0)
 }
 
 fn copied<T: Scalar>(values: &[T]) -> Option<Zeroed<T>> {

@@ -1,6 +1,8 @@
 //! Structure of the factor: supernodes, their row indices, and the supernodal elimination tree.
 
 use crate::compressed_rows::CompressedRows;
+use crate::error::NumericError;
+use crate::observer::check_stopped;
 use std::ops::Range;
 
 const NONE: u32 = u32::MAX;
@@ -28,12 +30,21 @@ pub(crate) struct Supernodes {
     largest_height: usize,
 }
 
+/// Columns between two chances to stop.
+const CHECKED: usize = 4096;
+
 impl Supernodes {
     /// Builds the supernodes of a lower triangle by columns, with sorted rows and the diagonal
     /// first, in postorder of the elimination tree `parent`.
-    pub(crate) fn of(parent: &[u32], col_ptr: &[u32], row_idx: &[u32]) -> Supernodes {
+    ///
+    /// # Errors
+    /// [`NumericError::Stopped`].
+    pub(crate) fn of(parent: &[u32], col_ptr: &[u32], row_idx: &[u32]) -> Result<Supernodes, NumericError> {
         let mut builder = Builder::new(parent.len());
         for column in 0..parent.len() {
+            if column.is_multiple_of(CHECKED) {
+                check_stopped()?;
+            }
             let entries = &row_idx[col_ptr[column] as usize + 1..col_ptr[column + 1] as usize];
             let continues = column > 0 && parent[column - 1] == column as u32;
             if !(continues && builder.extend(column, entries)) {
@@ -42,7 +53,13 @@ impl Supernodes {
             }
         }
         builder.close(parent.len());
-        builder.finish()
+        Ok(builder.finish())
+    }
+
+    /// Multiplications in the front of a supernode.
+    pub(crate) fn work(&self, s: usize) -> f64 {
+        let (width, below) = (self.columns(s).len() as f64, self.rows(s).len() as f64);
+        width * (below * below + width * below + width * width / 3.0)
     }
 
     pub(crate) fn count(&self) -> usize {
@@ -411,7 +428,7 @@ mod tests {
             rows.dedup();
         }
         let col_ptr: Vec<u32> = (0..=n).map(|i| lower[..i].iter().map(|r| r.len() as u32).sum()).collect();
-        let factor = Supernodes::of(&tree, &col_ptr, &lower.concat());
+        let factor = Supernodes::of(&tree, &col_ptr, &lower.concat()).unwrap();
 
         let strictly: Vec<Vec<u32>> = lower.iter().map(|rows| rows[1..].to_vec()).collect();
         let exact = rows_of_columns(n, &strictly);

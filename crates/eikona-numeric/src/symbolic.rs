@@ -4,6 +4,7 @@ use crate::compressed_rows::CompressedRows;
 use crate::error::NumericError;
 use crate::graph::Graph;
 use crate::matrix::SymmetricMatrix;
+use crate::observer::check_stopped;
 use crate::ordering::Ordering;
 use crate::scalar::Scalar;
 use crate::supernodes::{Supernodes, elimination_tree, postorder, renumbered};
@@ -47,13 +48,17 @@ impl Symbolic {
         graph.check()?;
         let given = ordering.order(graph)?;
         let given_position = inverse(&given);
-        let tree = elimination_tree(&rows_left_of_diagonal(graph, &given_position));
+        check_stopped()?;
+        let rows = rows_left_of_diagonal(graph, &given_position);
+        check_stopped()?;
+        let tree = elimination_tree(&rows);
+        check_stopped()?;
         let moved = postorder(&tree);
         let tree = renumbered(&tree, &moved);
         let position: Vec<u32> = given_position.iter().map(|&p| moved[p as usize]).collect();
         let order = inverse(&position);
         let (col_ptr, row_idx, slots) = permuted_lower_triangle(graph, &position);
-        let supernodes = Supernodes::of(&tree, &col_ptr, &row_idx);
+        let supernodes = Supernodes::of(&tree, &col_ptr, &row_idx)?;
         Ok(Symbolic { unknowns: n, order, position, col_ptr, row_idx, slots, supernodes })
     }
 

@@ -13,7 +13,8 @@ use crate::signed_heat::slivers::Slivers;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{CurveKind, Located, TriangleMesh};
 use eikona_numeric::{
-    Cholesky, Complex, NumericError, Ordering, Symbolic, SymmetricMatrix, nested_dissection_order,
+    Cholesky, Complex, CurrentObserver, NumericError, Ordering, Symbolic, SymmetricMatrix,
+    nested_dissection_order,
 };
 use std::sync::Arc;
 
@@ -462,8 +463,9 @@ fn side_by_side<A: Send, B>(
     if threads < 2 {
         return (first(), second());
     }
+    let observer = CurrentObserver::get();
     std::thread::scope(|scope| {
-        let first = scope.spawn(first);
+        let first = scope.spawn(|| observer.install(first));
         let second = second();
         match first.join() {
             Ok(first) => (first, second),

@@ -70,7 +70,7 @@ impl Solver {
     /// # Cost
     /// Two sparse factorisations: O(n^1.5) time, O(n log n) memory.
     pub fn new(mesh: &TriangleMesh, options: &SolverOptions) -> Result<Solver, SignedHeatError> {
-        let mut phases = Phases::start();
+        let mut phases = Phases::begin("geometry")?;
         if mesh.face_count() == 0 {
             return Err(SignedHeatError::NoFaces);
         }
@@ -81,13 +81,13 @@ impl Solver {
         warnings.extend(degenerate_faces(&triangles));
         let time = choose_time(&mesh, &triangles, options.time)?;
         let components = Components::of(&mesh);
-        phases.end("geometry");
+        phases.next("analysis")?;
 
         let analyse_diffusion = |order: &[u32]| PreparedDiffusion::new(&mesh, &triangles, order);
         let (integration, diffusion) =
             PreparedIntegration::new(&mesh, &triangles, options.threads, analyse_diffusion)?;
         let diffusion = diffusion?;
-        phases.end("analysis");
+        phases.next("factorisation")?;
         let needed_bytes =
             diffusion.predicted_bytes(options.threads) + integration.predicted_bytes(options.threads);
         Memory { kept_bytes: 0, limit: options.memory_limit, threads: options.threads }
@@ -104,7 +104,6 @@ impl Solver {
         let diffusion = diffusion.factor(time.time, options.threads)?;
         let integration =
             integration.factor(&mesh, &triangles, component_of_vertex, components.count, memory)?;
-        phases.end("factorisation");
         let preparation = Preparation {
             phases: phases.finish(),
             factor_bytes,
@@ -144,7 +143,7 @@ impl Solver {
     ///   kept, for the first source with gaps. [`DiffusionTime::for_source`] chooses that time from
     ///   the start.
     pub fn solve(&self, source: &SurfaceCurves, options: &SolveOptions) -> Result<Solution, SignedHeatError> {
-        let mut phases = Phases::start();
+        let mut phases = Phases::begin("source")?;
         if let LevelSets::Soft(weight) = options.level_sets
             && !SOFT_WEIGHTS.contains(&weight)
         {
@@ -157,7 +156,7 @@ impl Solver {
         let AtTime { time, diffusion } = self.at_time_for(source, &mut phases)?;
         let curves = source.curves.len();
         let source = Source::new(&self.mesh, !diffusion.is_real(), source)?;
-        phases.end("source");
+        phases.next("diffusion")?;
 
         // Steps I and II: diffuse the normals, normalise per face.
         let mut field = diffusion.unit_field(&self.mesh, &self.triangles, &source, options)?;
@@ -170,7 +169,7 @@ impl Solver {
             }
             None => None,
         };
-        phases.end("diffusion");
+        phases.next("integration")?;
 
         // Step III: integrate.
         let weighted = with_hanging.as_ref().map(|fit| fit.weighted(&field.vectors));
@@ -183,12 +182,10 @@ impl Solver {
             &source,
             options.level_sets,
         )?;
-        phases.end("integration");
-
+        phases.next("confidence")?;
         let confidence = options
             .confidence
             .then(|| confidence(&self.mesh, &self.triangles, &source, &field, &integrated.values));
-        phases.end("confidence");
 
         let has_source = self.integration.has_source(&self.mesh, &source);
         let levels = source.means(&self.mesh, curves, &integrated.values);
@@ -241,11 +238,12 @@ impl Solver {
         if let Some(made) = for_gaps.get() {
             return Ok(made);
         }
+        phases.next("factorisation")?;
         let own = &self.diffusion.diffusion;
         self.memory.check(own.predicted_bytes(self.memory.threads))?;
         let time = choose_time(&self.mesh, &self.triangles, wanted)?;
         let diffusion = own.at(&self.mesh, &self.triangles, time.time, self.memory.threads)?;
-        phases.end("factorisation");
+        phases.next("source")?;
         Ok(for_gaps.get_or_init(|| AtTime { time, diffusion }))
     }
 

@@ -85,10 +85,9 @@ impl Solver {
     /// [`straighten_curve`](crate::curves::straighten_curve) for their pieces, a small part of the
     /// solve.
     pub fn solve(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<Winding, WindingError> {
-        let mut phases = Phases::start();
+        let phases = Phases::begin("check")?;
         self.check(curves, options)?;
         let segments = curves.segments(&self.surface.mesh)?;
-        phases.end("check");
         if segments.iter().all(|s| along_edge(s).is_some()) {
             let walks = walks(curves, &segments);
             if !options.split_short || parts_of_short_edges(&self.surface.mesh, &walks).is_empty() {
@@ -96,7 +95,7 @@ impl Solver {
                 let mut winding =
                     solve_along_edges(&self.surface, curves, &segments, walks, options, context, phases)?;
                 winding.parents = Parents { flipped: self.flipped.clone(), ..Parents::default() };
-                return Ok(finished(&self.surface, winding, options));
+                return finished(&self.surface, winding, options);
             }
         }
         self.solve_cut(curves, options, phases)
@@ -109,6 +108,7 @@ impl Solver {
         options: &WindingOptions,
         mut phases: Running,
     ) -> Result<Winding, WindingError> {
+        phases.next("cut")?;
         let mut embedded = embed_curves(&self.surface.mesh, curves)?;
         if options.split_short {
             embedded = embedded.split_short()?;
@@ -121,7 +121,6 @@ impl Solver {
             options.reference = Reference::Face(largest.ok_or(WindingError::no_such_reference(face))?);
         }
         let cut = Surface::new(embedded.mesh.clone());
-        phases.end("cut");
         let Embedded { mesh, face_parent, vertex_place, curves: walks, .. } = embedded;
         let curve = |w: &EmbeddedCurve| {
             let nodes = w.vertices.iter().map(|&v| v.into()).collect();
@@ -137,7 +136,7 @@ impl Solver {
             cut: Some((self.surface.mesh.clone(), vertex_place)),
             ..Parents::default()
         };
-        Ok(finished(&cut, winding, &options))
+        finished(&cut, winding, &options)
     }
 
     fn check(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<(), WindingError> {
@@ -162,11 +161,14 @@ impl Solver {
 }
 
 /// Straightens the completion if asked for, and measures the uncertain area.
-fn finished(surface: &Surface, mut winding: Winding, options: &WindingOptions) -> Winding {
+fn finished(
+    surface: &Surface,
+    mut winding: Winding,
+    options: &WindingOptions,
+) -> Result<Winding, WindingError> {
     if options.completion_shape == CompletionShape::Straight {
-        let mut phases = Phases::start();
+        let phases = Phases::begin("straightening")?;
         winding = winding.straightened(surface.consistent, options.completion, surface.unit);
-        phases.end("straightening");
         winding.report.phases.0.extend(phases.finish().0);
     }
     let triangles = lay_out_in(&winding.mesh, surface.unit);
@@ -176,7 +178,7 @@ fn finished(surface: &Surface, mut winding: Winding, options: &WindingOptions) -
         let (share, margin) = (report.uncertain_area, UNCERTAIN);
         report.warnings.push(Warning::UncertainLabels { share, margin });
     }
-    winding
+    Ok(winding)
 }
 
 /// Solves for curves along edges, and checks their orientation.
@@ -189,6 +191,7 @@ fn solve_along_edges(
     (names, mut warnings): (Names, Vec<Warning>),
     mut phases: Running,
 ) -> Result<Winding, WindingError> {
+    phases.next("chain")?;
     let mesh = &surface.mesh;
     let (chain, steps) = Chain::of(mesh, surface.consistent, curves, segments, &mut warnings)?;
     warnings.extend(cancelled_or_ignored(&chain));
@@ -197,6 +200,7 @@ fn solve_along_edges(
     warnings.extend(narrow_rings(&found.freed, mesh, names));
     warnings.extend(faces_without_value(&found.islands, names));
 
+    phases.next("orientation")?;
     let orientation = orientation(surface, &chain, &steps, &walks, &found, options, &mut warnings);
     let (orientation, orientation_unchecked) = match orientation {
         Ok(orientation) => (orientation, None),
@@ -205,7 +209,7 @@ fn solve_along_edges(
             (None, Some(reason))
         }
     };
-    phases.end("orientation");
+    phases.next("loops")?;
     let parts = by_curve(walks.len(), &steps, &parts_of(&steps, &chain.jump, &found.nonbounding));
     let label = &found.labels.label;
     let bounding_loops = loops_of(mesh, |e| {
@@ -213,7 +217,6 @@ fn solve_along_edges(
         f64::from(label[a] - label[b])
     });
     let nonbounding_loops = loops_of(mesh, |e| found.nonbounding[e.index()]);
-    phases.end("loops");
     let largest_nonbounding = found.nonbounding.iter().fold(0.0f64, |m, t| m.max(t.abs()));
     let farthest_from_whole = found.nonbounding.iter().fold(0.0f64, |m, t| m.max((t - t.round()).abs()));
     Ok(Winding {
@@ -276,7 +279,8 @@ fn orientation(
         Ok(mut orientation) => {
             if !orientation.reversed.is_empty() {
                 let jump = orientation.with_reversed(steps, &chain.jump);
-                let other = solve_chain(surface, &jump, options, &mut Phases::start()).ok();
+                let phases = Phases::begin("orientation").ok();
+                let other = phases.and_then(|mut p| solve_chain(surface, &jump, options, &mut p).ok());
                 let label = &found.labels.label;
                 orientation.changed_area =
                     other.map(|other| changed_area(&surface.triangles, label, &other.labels.label));

@@ -47,24 +47,23 @@ pub(super) fn solve_chain(
     let mut coordinates = Coordinates::of(mesh, &jump, 0.5);
     let mut excluded = vec![false; mesh.vertex_count()];
     coordinates.left_out().for_each(|v| excluded[v.index()] = true);
-    phases.end("chain");
+    phases.next("factorisation")?;
     let mut prepared = surface.prepared(&excluded, options.intrinsic_delaunay)?;
-    phases.end("factorisation");
+    phases.next("jump equation")?;
     let (mut values, derivative, mut residual) =
         jump_function(mesh, &prepared, &excluded, &coordinates.corner)?;
-    phases.end("jump equation");
 
     let harmonic = if surface.simply_connected {
         None
     } else {
-        let harmonic = harmonic_part(surface, &prepared, &excluded, &values, derivative)?;
-        phases.end("harmonic part");
-        harmonic
+        phases.next("harmonic part")?;
+        harmonic_part(surface, &prepared, &excluded, &values, derivative)?
     };
     let mut nonbounding = vec![0.0; mesh.edge_count()];
     let mut residual_function = vec![0.0; 3 * mesh.face_count()];
     let (mut program, mut freed) = (None, Vec::new());
     if let Some(harmonic) = harmonic {
+        phases.next("linear program")?;
         residual = residual.max(harmonic.residual);
         // Without endpoints the jumps are exactly those of the curve.
         let shift = if harmonic.is_whole { jump.clone() } else { jumps_of(mesh, &harmonic.in_faces) };
@@ -74,7 +73,7 @@ pub(super) fn solve_chain(
         }
         (nonbounding, freed) = (part.jump, part.freed);
         program = Some(part.report.in_unit(surface.unit));
-        phases.end("linear program");
+        phases.next("second jump equation")?;
 
         let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
         let corrected = corrected(mesh, &mut coordinates, &mut excluded, curve, &rest, options.completion);
@@ -86,13 +85,12 @@ pub(super) fn solve_chain(
         let second;
         (values, _, second) = jump_function(mesh, &prepared, &excluded, &corrected.corner)?;
         residual = residual.max(second);
-        phases.end("second jump equation");
     }
 
+    phases.next("labels")?;
     let islands = Islands::of(mesh, &prepared.on.triangulation, &excluded);
     let labels = labels(mesh, &surface.triangles, &islands, &values, curve, &nonbounding, options.reference);
     drop(prepared);
-    phases.end("labels");
     Ok(Found {
         coordinates,
         excluded,
