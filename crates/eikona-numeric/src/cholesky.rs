@@ -28,7 +28,19 @@ pub struct Cholesky<T> {
     /// Permuted lower triangle of A, for residuals.
     matrix: Vec<T>,
     values: Zeroed<T>,
+    /// Threads of the factorisation, on which several right-hand sides are solved too.
+    threads: usize,
 }
+
+/// Factors with fewer entries are swept on one thread: starting a thread takes some ten
+/// microseconds, as long as a sweep over this many entries.
+const WORTH_THREADS: usize = 1 << 15;
+
+/// Fewest right-hand sides per thread. Each thread reads the whole factor, which takes as long as
+/// the arithmetic of one or two right-hand sides. Measured on 5,000 and 20,000 unknowns, two
+/// threads are 1.0 and 1.1 times as fast as one with 2 right-hand sides, and 1.5 and 1.3 times
+/// with 8. If no second core is free, they take 1.5 and 1.2 times as long.
+const SHARE: usize = 4;
 
 impl<T: Scalar> Cholesky<T> {
     /// Factors a matrix on one thread.
@@ -41,7 +53,8 @@ impl<T: Scalar> Cholesky<T> {
         Cholesky::on_threads(symbolic, matrix, 1)
     }
 
-    /// Factors a matrix on several threads. The digits are the same for any number of threads.
+    /// Factors a matrix on several threads, which [`solve_many`](Self::solve_many) uses too. The
+    /// digits are the same for any number of threads.
     ///
     /// # Errors
     /// As for [`new`](Self::new).
@@ -57,7 +70,7 @@ impl<T: Scalar> Cholesky<T> {
         let mut values =
             Zeroed::new(symbolic.factor_entries()).ok_or(symbolic.out_of_memory::<T>(threads))?;
         parallel::factor(&symbolic, &entries, &mut values, threads)?;
-        Ok(Cholesky { symbolic, matrix: entries, values })
+        Ok(Cholesky { symbolic, matrix: entries, values, threads })
     }
 
     /// Returns the symbolic analysis of the factor.
@@ -81,11 +94,15 @@ impl<T: Scalar> Cholesky<T> {
         self.sweep(&[rhs], None).map(|mut solutions| solutions.remove(0))
     }
 
-    /// Solves for several right-hand sides, with the same digits as one by one. The factor is read
-    /// from memory once for all, which takes most of the time of a single solve.
+    /// Solves for several right-hand sides, with the same digits as one by one.
     ///
     /// # Errors
     /// As for [`solve`](Self::solve).
+    ///
+    /// # Cost
+    /// The threads of the factorisation share the right-hand sides, at least four each. A thread
+    /// reads the factor from memory once for all of its own, which takes most of the time of a
+    /// single solve.
     pub fn solve_many(&self, rhs: &[impl AsRef<[T]>]) -> Result<Vec<Vec<T>>, NumericError> {
         let rhs: Vec<&[T]> = rhs.iter().map(AsRef::as_ref).collect();
         self.sweep(&rhs, None)
@@ -113,7 +130,6 @@ impl<T: Scalar> Cholesky<T> {
     /// only.
     fn sweep(&self, rhs: &[&[T]], needed: Option<&[bool]>) -> Result<Vec<Vec<T>>, NumericError> {
         let s = &*self.symbolic;
-        let mut columns = Vec::with_capacity(rhs.len());
         for rhs in rhs {
             if rhs.len() != s.unknowns() {
                 return Err(NumericError::WrongLength { found: rhs.len(), expected: s.unknowns() });
@@ -121,16 +137,34 @@ impl<T: Scalar> Cholesky<T> {
             if let Some(unknown) = rhs.iter().position(|x| !x.finite()) {
                 return Err(NumericError::NonFinite { what: "the right-hand side", unknown });
             }
-            columns.push(s.order().iter().map(|&i| rhs[i as usize]).collect());
         }
-        dispatch(Sweeps { factor: self, columns: &mut columns, needed });
-        for x in &mut columns {
-            *x = s.position().iter().map(|&p| x[p as usize]).collect();
-            if let Some(unknown) = x.iter().position(|x| !x.finite()) {
-                return Err(NumericError::NonFinite { what: "the solution", unknown });
+        let solve = |rhs: &[&[T]], solutions: &mut [Vec<T>]| {
+            for (x, rhs) in solutions.iter_mut().zip(rhs) {
+                *x = s.order().iter().map(|&i| rhs[i as usize]).collect();
             }
+            dispatch(Sweeps { factor: self, columns: solutions, needed });
+            for x in solutions {
+                *x = s.position().iter().map(|&p| x[p as usize]).collect();
+            }
+        };
+        let most = if s.factor_entries() < WORTH_THREADS { 1 } else { self.threads };
+        let threads = most.min(rhs.len() / SHARE).max(1);
+        let share = rhs.len().div_ceil(threads).max(1);
+        let mut solutions = vec![Vec::new(); rhs.len()];
+        std::thread::scope(|scope| {
+            let mut shares = rhs.chunks(share).zip(solutions.chunks_mut(share));
+            let own = shares.next();
+            for (rhs, solutions) in shares {
+                scope.spawn(move || solve(rhs, solutions));
+            }
+            if let Some((rhs, solutions)) = own {
+                solve(rhs, solutions);
+            }
+        });
+        match solutions.iter().find_map(|x| x.iter().position(|x| !x.finite())) {
+            Some(unknown) => Err(NumericError::NonFinite { what: "the solution", unknown }),
+            None => Ok(solutions),
         }
-        Ok(columns)
     }
 
     /// Returns the largest entry of `A x - b`, relative to the largest entry of `b` (absolute if
