@@ -4,9 +4,11 @@ use crate::error::NumericError;
 use crate::kernels::{self, Vectorized, dispatch};
 use crate::matrix::SymmetricMatrix;
 use crate::memory::Zeroed;
+use crate::observer::check_stopped;
 use crate::parallel;
 use crate::scalar::Scalar;
 use crate::symbolic::Symbolic;
+use crate::threads::together;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -138,29 +140,23 @@ impl<T: Scalar> Cholesky<T> {
                 return Err(NumericError::NonFinite { what: "the right-hand side", unknown });
             }
         }
-        let solve = |rhs: &[&[T]], solutions: &mut [Vec<T>]| {
+        let solve = &|rhs: &[&[T]], solutions: &mut [Vec<T>]| {
             for (x, rhs) in solutions.iter_mut().zip(rhs) {
                 *x = s.order().iter().map(|&i| rhs[i as usize]).collect();
             }
-            dispatch(Sweeps { factor: self, columns: solutions, needed });
+            dispatch(Sweeps { factor: self, columns: solutions, needed })?;
             for x in solutions {
                 *x = s.position().iter().map(|&p| x[p as usize]).collect();
             }
+            check_stopped()
         };
         let most = if s.factor_entries() < WORTH_THREADS { 1 } else { self.threads };
         let threads = most.min(rhs.len() / SHARE).max(1);
         let share = rhs.len().div_ceil(threads).max(1);
         let mut solutions = vec![Vec::new(); rhs.len()];
-        std::thread::scope(|scope| {
-            let mut shares = rhs.chunks(share).zip(solutions.chunks_mut(share));
-            let own = shares.next();
-            for (rhs, solutions) in shares {
-                scope.spawn(move || solve(rhs, solutions));
-            }
-            if let Some((rhs, solutions)) = own {
-                solve(rhs, solutions);
-            }
-        });
+        let shares = rhs.chunks(share).zip(solutions.chunks_mut(share));
+        let tasks = shares.map(|(rhs, solutions)| move || solve(rhs, solutions));
+        together(tasks).into_iter().collect::<Result<(), _>>()?;
         match solutions.iter().find_map(|x| x.iter().position(|x| !x.finite())) {
             Some(unknown) => Err(NumericError::NonFinite { what: "the solution", unknown }),
             None => Ok(solutions),
@@ -201,8 +197,16 @@ impl<T: Scalar> Cholesky<T> {
 
     /// `x <- L^-1 x`
     #[inline(always)]
-    fn forward<S: pulp::Simd>(&self, simd: S, xs: &mut [Vec<T>], gathered: &mut [T]) {
+    fn forward<S: pulp::Simd>(
+        &self,
+        simd: S,
+        xs: &mut [Vec<T>],
+        gathered: &mut [T],
+    ) -> Result<(), NumericError> {
         for s in 0..self.symbolic.supernodes().count() {
+            if s.is_multiple_of(CHECKED) {
+                check_stopped()?;
+            }
             let (columns, rows, panel) = self.supernode(s);
             let width = columns.len();
             let gathered = &mut gathered[..width + rows.len()];
@@ -221,6 +225,7 @@ impl<T: Scalar> Cholesky<T> {
                 }
             }
         }
+        Ok(())
     }
 
     /// `x <- L^-H x`; unknowns of supernodes that are not needed are set to zero.
@@ -231,8 +236,11 @@ impl<T: Scalar> Cholesky<T> {
         xs: &mut [Vec<T>],
         gathered: &mut [T],
         needed: Option<&[bool]>,
-    ) {
+    ) -> Result<(), NumericError> {
         for s in (0..self.symbolic.supernodes().count()).rev() {
+            if s.is_multiple_of(CHECKED) {
+                check_stopped()?;
+            }
             let (columns, rows, panel) = self.supernode(s);
             let width = columns.len();
             let gathered = &mut gathered[..width + rows.len()];
@@ -250,8 +258,12 @@ impl<T: Scalar> Cholesky<T> {
                 x[columns.clone()].copy_from_slice(&gathered[..width]);
             }
         }
+        Ok(())
     }
 }
+
+/// Supernodes between two chances to stop a sweep.
+const CHECKED: usize = 256;
 
 /// Forward and backward sweep of a solve.
 struct Sweeps<'a, T> {
@@ -261,12 +273,12 @@ struct Sweeps<'a, T> {
 }
 
 impl<T: Scalar> Vectorized for Sweeps<'_, T> {
-    type Output = ();
+    type Output = Result<(), NumericError>;
     #[inline(always)]
-    fn run<S: pulp::Simd>(self, simd: S) {
+    fn run<S: pulp::Simd>(self, simd: S) -> Self::Output {
         let mut gathered = vec![T::ZERO; self.factor.symbolic.supernodes().largest_height()];
-        self.factor.forward(simd, self.columns, &mut gathered);
-        self.factor.backward(simd, self.columns, &mut gathered, self.needed);
+        self.factor.forward(simd, self.columns, &mut gathered)?;
+        self.factor.backward(simd, self.columns, &mut gathered, self.needed)
     }
 }
 
@@ -300,8 +312,8 @@ mod tests {
         let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
         let mut columns = vec![(0..n as usize).map(value).collect::<Vec<Complex>>()];
         let mut plain = columns.clone();
-        dispatch(Sweeps { factor: &factor, columns: &mut columns, needed: None });
-        Sweeps { factor: &factor, columns: &mut plain, needed: None }.run(pulp::Scalar128b);
+        dispatch(Sweeps { factor: &factor, columns: &mut columns, needed: None }).unwrap();
+        Sweeps { factor: &factor, columns: &mut plain, needed: None }.run(pulp::Scalar128b).unwrap();
         for (a, b) in columns[0].iter().zip(&plain[0]) {
             assert!((*a - *b).abs_sq().sqrt() < 1e-14, "{a} {b}");
         }

@@ -29,6 +29,7 @@ mod parallel;
 mod scalar;
 mod supernodes;
 mod symbolic;
+mod threads;
 
 pub use cholesky::Cholesky;
 pub use complex::Complex;
@@ -41,7 +42,8 @@ pub use flow::{
 };
 pub use graph::Graph;
 pub use matrix::SymmetricMatrix;
-pub use observer::{Current as CurrentObserver, Observer, begin_phase, check_stopped, observed};
+pub use observer::{Observer, begin_phase, check_stopped, observed};
 pub use ordering::{Ordering, nested_dissection_order};
 pub use scalar::Scalar;
 pub use symbolic::Symbolic;
+pub use threads::side_by_side;

@@ -18,10 +18,11 @@
 
 use crate::kernels;
 use crate::memory::Zeroed;
-use crate::observer::{Current as CurrentObserver, check_at, check_stopped};
+use crate::observer::{check_at, check_stopped};
 use crate::scalar::{Backend, Scalar};
 use crate::supernodes::Supernodes;
 use crate::symbolic::Symbolic;
+use crate::threads::together;
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatMut, MatRef, Par};
@@ -423,17 +424,7 @@ fn run<T: Scalar>(products: Vec<Product<T>>, accumulate: Accum, threads: usize) 
         }
         Ok(())
     };
-    let observer = CurrentObserver::get();
-    std::thread::scope(|scope| {
-        let start = |_| scope.spawn(|| observer.clone().install(take_turns));
-        let others: Vec<_> = (1..workers).map(start).collect();
-        let own = take_turns();
-        let joined = others.into_iter().map(|other| match other.join() {
-            Ok(result) => result,
-            Err(panic) => std::panic::resume_unwind(panic),
-        });
-        [own].into_iter().chain(joined).collect()
-    })
+    together((0..workers).map(|_| take_turns)).into_iter().collect()
 }
 
 #[cfg(test)]

@@ -48,7 +48,7 @@ pub fn observed<R>(observer: impl Observer + 'static, work: impl FnOnce() -> R) 
         start: now,
         next: AtomicU64::new(0),
     };
-    Current(Some(Arc::new(watch))).install(work)
+    CurrentObserver(Some(Arc::new(watch))).install(work)
 }
 
 /// Begins a phase. Fails if the observer stops the computation.
@@ -56,7 +56,7 @@ pub fn observed<R>(observer: impl Observer + 'static, work: impl FnOnce() -> R) 
 /// # Errors
 /// [`NumericError::Stopped`].
 pub fn begin_phase(name: &'static str) -> Result<(), NumericError> {
-    Current::get().0.map_or(Ok(()), |watch| watch.report(|phase| *phase = (name, None)))
+    CurrentObserver::get().0.map_or(Ok(()), |watch| watch.report(|phase| *phase = (name, None)))
 }
 
 /// Lets the observer stop the computation. Costs some nanoseconds; to be called at least every few
@@ -83,23 +83,23 @@ fn due_watch() -> Result<Option<Arc<Watch>>, NumericError> {
 }
 
 thread_local! {
-    static CURRENT: RefCell<Current> = const { RefCell::new(Current(None)) };
+    static CURRENT: RefCell<CurrentObserver> = const { RefCell::new(CurrentObserver(None)) };
 }
 
 /// The observer of a thread, to be installed in the threads that it starts.
 #[derive(Clone, Default)]
-pub struct Current(Option<Arc<Watch>>);
+pub(crate) struct CurrentObserver(Option<Arc<Watch>>);
 
-impl Current {
+impl CurrentObserver {
     /// Returns the observer of this thread.
-    pub fn get() -> Current {
-        CURRENT.with_borrow(Current::clone)
+    pub fn get() -> CurrentObserver {
+        CURRENT.with_borrow(CurrentObserver::clone)
     }
 
     /// Runs some work with this observer.
     pub fn install<R>(self, work: impl FnOnce() -> R) -> R {
         /// Restores the previous observer, also after a panic.
-        struct Restore(Current);
+        struct Restore(CurrentObserver);
         impl Drop for Restore {
             fn drop(&mut self) {
                 CURRENT.set(std::mem::take(&mut self.0));
@@ -166,7 +166,7 @@ mod tests {
             check_at(|| panic!("not due yet")).unwrap();
             pause();
             std::thread::scope(|scope| {
-                let current = Current::get();
+                let current = CurrentObserver::get();
                 let other = scope.spawn(|| current.install(|| check_at(|| 0.5)));
                 assert_eq!(other.join().unwrap(), Err(NumericError::Stopped));
             });

@@ -9,10 +9,10 @@ use crate::error::NumericError;
 use crate::kernels::{Vectorized, dispatch};
 use crate::memory::Zeroed;
 use crate::multifrontal::{Child, Problem, Stop, Workspace};
-use crate::observer::Current as CurrentObserver;
 use crate::scalar::Scalar;
 use crate::supernodes::Supernodes;
 use crate::symbolic::Symbolic;
+use crate::threads::together;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Mutex;
@@ -68,17 +68,7 @@ pub(crate) fn factor<T: Scalar>(
         }
         Some(done)
     };
-    let observer = CurrentObserver::get();
-    let done: Option<Vec<Vec<Done<T>>>> = std::thread::scope(|scope| {
-        let start = |_| scope.spawn(|| observer.clone().install(work));
-        let others: Vec<_> = (1..workers).map(start).collect();
-        let own = work();
-        let joined = others.into_iter().map(|other| match other.join() {
-            Ok(done) => done,
-            Err(panic) => std::panic::resume_unwind(panic),
-        });
-        [own].into_iter().chain(joined).collect()
-    });
+    let done: Option<Vec<Vec<Done<T>>>> = together((0..workers).map(|_| work)).into_iter().collect();
     let mut updates = BTreeMap::new();
     // The first failure in the order of elimination, as on one thread.
     let mut failure: Option<usize> = None;

@@ -13,8 +13,8 @@ use crate::signed_heat::slivers::Slivers;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{CurveKind, Located, TriangleMesh};
 use eikona_numeric::{
-    Cholesky, Complex, CurrentObserver, NumericError, Ordering, Symbolic, SymmetricMatrix,
-    nested_dissection_order,
+    Cholesky, Complex, NumericError, Ordering, Symbolic, SymmetricMatrix, nested_dissection_order,
+    side_by_side,
 };
 use std::sync::Arc;
 
@@ -452,24 +452,4 @@ pub(super) fn relative_residual(left: &[f64], right: &[f64]) -> f64 {
 /// Largest absolute value.
 pub(super) fn largest(a: &[f64]) -> f64 {
     a.iter().fold(0.0, |m, x| m.max(x.abs()))
-}
-
-/// Runs two tasks, on two threads if there are as many.
-fn side_by_side<A: Send, B>(
-    threads: usize,
-    first: impl FnOnce() -> A + Send,
-    second: impl FnOnce() -> B,
-) -> (A, B) {
-    if threads < 2 {
-        return (first(), second());
-    }
-    let observer = CurrentObserver::get();
-    std::thread::scope(|scope| {
-        let first = scope.spawn(|| observer.install(first));
-        let second = second();
-        match first.join() {
-            Ok(first) => (first, second),
-            Err(panic) => std::panic::resume_unwind(panic),
-        }
-    })
 }
