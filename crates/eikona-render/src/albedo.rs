@@ -172,8 +172,8 @@ fn automatic_range(occurring: Option<[f64; 2]>, map: &ColorMap) -> [f64; 2] {
         [low, high]
     } else {
         // A constant field: centre the range on its value.
-        let reach = if low == 0.0 { 1.0 } else { low.abs() / 2.0 };
-        [low - reach, high + reach]
+        let reach = if low == 0.0 { 1.0 } else { (low.abs() / 2.0).max(f64::MIN_POSITIVE) };
+        [(low - reach).max(f64::MIN), (high + reach).min(f64::MAX)]
     }
 }
 
@@ -201,6 +201,13 @@ mod tests {
         let explicit = mapped(&[-0.1, 0.3, 0.9], Some([-2.0, 1.0]));
         assert_eq!((explicit.bar, explicit.bar_color(0.0)), ([-2.0, 1.0], map.color(0.0)));
         assert_eq!(mapped(&[2.0; 3], None).bar, [1.0, 3.0], "a constant lies in the middle");
+        for constant in [f64::MAX, f64::MIN, 5e-324, -1e-310] {
+            let values = [constant; 3];
+            let field = MappedField::new(&scene, &ScalarField::new(Values::PerVertex(&values)));
+            let [low, high] = field.bar;
+            assert!(low.is_finite() && high.is_finite() && low < high, "{low} {high}");
+            assert!((0.0..=1.0).contains(&field.fraction(constant)), "{constant}");
+        }
     }
 
     #[test]

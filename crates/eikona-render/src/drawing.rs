@@ -6,7 +6,7 @@ use eikona_mesh::{SurfaceCurves, TriangleMesh};
 use std::borrow::Cow;
 
 /// What can be drawn over a surface. All but isolines lie in space, and are hidden where the
-/// surface is in front of them. Widths and radii are in pixels.
+/// surface is in front of them. Widths and radii are in pixels, 0 to 200.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Drawing<'a> {
     /// Isolines of the scalar field that colours the surface. They are part of the surface and lie
@@ -97,7 +97,8 @@ impl Drawing<'_> {
                 return Err(RenderError::NonFinite { what, index, value });
             }
         }
-        let pixels = |name, w| in_range(name, w, |x| (0.0..=1000.0).contains(&x), "0 to 1000 pixels");
+        // The cost of a stroke is its number of segments times the square of its width.
+        let pixels = |name, w| in_range(name, w, |x| (0.0..=200.0).contains(&x), "0 to 200 pixels");
         let outline_width =
             |outline: &Option<Outline>| pixels("outline.width", outline.map_or(0.0, |o| o.width));
         match self {
@@ -192,8 +193,8 @@ pub struct CurveStyle {
     pub width: f64,
     /// Outline.
     pub outline: Option<Outline>,
-    /// Spacing of arrowheads in the direction of the curve; each curve has at least one unless its
-    /// position is hidden.
+    /// Spacing of arrowheads in the direction of the curve, at least their length; each curve has
+    /// at least one unless its position is hidden.
     pub arrow_spacing: Option<f64>,
 }
 

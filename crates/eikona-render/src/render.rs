@@ -40,8 +40,8 @@ use rayon::prelude::*;
 /// As for [`RenderOptions::validate`] and [`Scene::validate`].
 ///
 /// # Cost
-/// O(V + F + samples); a million faces at 1600 x 1200 with 2 x 2 samples take a few seconds and
-/// about 0.5 GB.
+/// O(V + F + samples), and O(segments x width^2) per drawing. A million faces at 1600 x 1200 with 2
+/// x 2 samples take a few seconds and about 0.5 GB.
 pub fn render(scene: &Scene, options: &RenderOptions) -> Result<Image, RenderError> {
     options.validate()?;
     scene.validate()?;

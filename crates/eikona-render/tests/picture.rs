@@ -357,8 +357,11 @@ fn files_are_written_atomically() {
     assert_eq!(left, ["one.png"]);
     std::fs::remove_dir_all(&folder).unwrap();
     assert!(matches!(image.write_png(folder.join("one.png")), Err(RenderError::Write { .. })));
-    let broken = Image { width: 2, height: 1, rgba: vec![0; 4] };
-    assert!(matches!(broken.to_png_bytes(), Err(RenderError::Encoding { .. })));
+    for side in [2, u32::MAX] {
+        let broken = Image { width: side, height: side, rgba: vec![0; 4] };
+        assert!(matches!(broken.to_png_bytes(), Err(RenderError::Encoding { .. })));
+        assert_eq!(broken.pixel(side - 1, side - 1), None);
+    }
 }
 
 #[test]
@@ -427,6 +430,38 @@ fn extreme_cameras_and_degenerate_faces_render() {
 }
 
 #[test]
+fn images_of_one_pixel_and_the_widest_strokes_render() {
+    let mesh = bowl();
+    let height: Vec<f64> = mesh.positions().iter().map(|p| p[2]).collect();
+    let corners: Vec<[f64; 3]> = mesh.positions().iter().step_by(40).copied().collect();
+    let wide = CurveStyle { width: 200.0, arrow_spacing: Some(1.0), ..CurveStyle::default() };
+    let scene = field(&mesh, Values::PerVertex(&height))
+        .with(Drawing::Isolines(Isolines { width: 200.0, ..Isolines::default() }))
+        .with(curve(corners.clone(), wide.clone()))
+        .with(curve(corners.clone(), wide))
+        .with(curve(vec![], CurveStyle::default()))
+        .with(curve(vec![[0.0; 3]], CurveStyle::default()))
+        .with(glyphs(corners.windows(2).map(|w| [w[0], w[1]]).collect(), GlyphStyle::default()))
+        .with(points(corners, PointStyle { radius: 200.0, ..PointStyle::default() }));
+    for (width, height) in [(1, 1), (1, 300), (300, 1)] {
+        let options = RenderOptions { width, height, ..RenderOptions::default() };
+        assert_eq!(render(&scene, &options).unwrap().rgba.len(), 4 * (width * height) as usize);
+    }
+}
+
+#[test]
+fn arrowheads_do_not_cover_one_another() {
+    let mesh = square(1, 0.0);
+    let spaced = |spacing: f64| {
+        let style = CurveStyle { width: 5.0, arrow_spacing: Some(spacing), ..CurveStyle::default() };
+        render(&clay(&mesh).with(curve(vec![[0.1, 0.5, 0.0], [0.9, 0.5, 0.0]], style)), &plain(300)).unwrap()
+    };
+    // The heads are 23 pixels long.
+    assert!(spaced(1.0) == spaced(23.0));
+    assert!(spaced(23.0) != spaced(50.0));
+}
+
+#[test]
 fn a_ball_without_radius_is_not_black() {
     let mesh = square(1, 0.0);
     let ball = PointStyle { color: [255; 3], radius: 0.0 };
@@ -474,6 +509,9 @@ fn invalid_input_is_reported() {
             .with(glyphs(vec![[[0.0; 3]; 2], [[0.0; 3], [0.0, f64::NAN, 0.0]]], GlyphStyle::default())),
     );
     assert!(error.to_string().starts_with("an end of drawing 0, glyph 1 is NaN"), "{error}");
+    let too_wide = CurveStyle { width: 200.5, ..CurveStyle::default() };
+    let error = fault(clay(&mesh).with(curve(vec![[0.0; 3]; 2], too_wide)));
+    assert!(matches!(error, RenderError::Option { name: "curve width", .. }));
     let no_range = ScalarField { range: Some([1.0; 2]), ..ScalarField::new(Values::PerVertex(&[0.0; 4])) };
     assert!(matches!(fault(Scene::new(&mesh, Coloring::Field(no_range))), RenderError::Range { .. }));
     for scene in [clay(&mesh), labelled(&mesh, &[0, 1]), field(&mesh, Values::PerFace(&[0.0, 1.0]))] {

@@ -2,7 +2,7 @@
 
 use super::Canvas;
 use super::path::{Path, Segment};
-use super::stroke::layers;
+use super::stroke::{HEAD_LENGTH, layers};
 use crate::camera::Projected;
 use crate::drawing::CurveStyle;
 use eikona_mesh::vector::Vec3;
@@ -22,7 +22,9 @@ impl Canvas<'_> {
         // removed.
         let shortest = (2.0 * (width + 2.0 * outline)).ceil() as usize;
         let path = Path::new(segments, shortest, |position, key| self.is_centre_visible(position, key));
-        let heads = style.arrow_spacing.map_or(Vec::new(), |s| path.arrowheads(s * self.samples, width));
+        // Heads closer together than their length would only cover one another.
+        let spacing = style.arrow_spacing.map(|s| s.max(HEAD_LENGTH * style.width) * self.samples);
+        let heads = spacing.map_or(Vec::new(), |spacing| path.arrowheads(spacing, width));
         for (color, extra) in layers(style.color, style.outline) {
             let (extra, radius) = (extra * self.samples, width / 2.0 + extra * self.samples);
             for (segment, start) in path.segments.iter().zip(&path.start) {

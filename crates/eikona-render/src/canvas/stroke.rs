@@ -61,6 +61,10 @@ impl Canvas<'_> {
                 continue;
             };
             for i in columns {
+                let sample = j * self.visibility.width + i;
+                if self.coverage[sample] == 1.0 {
+                    continue; // as most samples of a wide stroke with short segments
+                }
                 let x = i as f64 + 0.5;
                 let t = if length_sq > 0.0 {
                     (((x - ax) * dx + (y - ay) * dy) / length_sq).clamp(0.0, 1.0)
@@ -70,7 +74,7 @@ impl Canvas<'_> {
                 let foot = [ax + t * dx, ay + t * dy];
                 let cover = (border - (x - foot[0]).hypot(y - foot[1])).clamp(0.0, 1.0);
                 if cover > 0.0 && is_drawn(t * length) {
-                    self.cover(j * self.visibility.width + i, cover, segment.at(t).1, reach);
+                    self.cover(sample, cover, segment.at(t).1, reach);
                 }
             }
         }
