@@ -1,12 +1,12 @@
-//! Pictures: camera and style options, and the drawing shared by all commands.
+//! Pictures: camera and style options, and the styles shared by all commands.
 
 use crate::exit::Failure;
 use crate::number::finite;
 use clap::Args;
 use eikona_mesh::{SurfaceCurves, TriangleMesh};
 use eikona_render::{
-    Background, Camera, ColorMap, CurveStyle, Isolines, Levels, PointStyle, Projection, RenderOptions, Scene,
-    UpAxis, Wireframe, render,
+    Background, Camera, ColorMap, Coloring, CurveStyle, Drawing, Isolines, Levels, Outline, PointStyle,
+    Projection, RenderError, RenderOptions, Scene, UpAxis, Wireframe, render,
 };
 use std::path::Path;
 
@@ -70,6 +70,28 @@ impl PictureArguments {
     pub fn about_values(&self) -> Option<&'static str> {
         self.map.as_ref().map(|_| "--map").or(self.range.map(|_| "--range"))
     }
+
+    fn options(&self) -> RenderOptions {
+        let defaults = RenderOptions::default();
+        let (width, height) = self.size.unwrap_or((defaults.width, defaults.height));
+        let camera = Camera {
+            up: self.up.unwrap_or_default(),
+            azimuth: self.azimuth.map(f64::to_radians),
+            elevation: self.elevation.map(f64::to_radians),
+            zoom: self.zoom.unwrap_or(1.0),
+            projection: if self.ortho { Projection::Orthographic } else { defaults.camera.projection },
+            ..defaults.camera
+        };
+        RenderOptions {
+            width,
+            height,
+            camera,
+            background: if self.transparent { Background::Transparent } else { defaults.background },
+            wireframe: self.wireframe.then(Wireframe::default),
+            color_bar: !self.no_bar,
+            ..defaults
+        }
+    }
 }
 
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
@@ -118,103 +140,78 @@ fn parse_range(text: &str) -> Result<(f64, f64), String> {
         .ok_or_else(|| "expected two finite numbers such as -1,1, the smaller first".into())
 }
 
-/// Fields and curves to draw on the mesh.
-#[derive(Clone, Default)]
-pub struct Drawing<'a> {
-    /// Values per vertex, and the title of the colour bar.
-    pub field: Option<(&'a [f64], &'a str)>,
-    /// Values per face and their title; drawn if there are none per vertex.
-    pub face_field: Option<(&'a [f64], &'a str)>,
-    /// Numerators and denominators per corner, and the title of the quotient; drawn if there are no
-    /// values per vertex or face.
-    pub quotient: Option<([&'a [f64]; 2], &'a str)>,
-    /// Integers per face, drawn as regions; drawn if there are no other values.
-    pub labels: Option<&'a [i64]>,
-    /// Isolines of the field.
-    pub levels: Option<Levels>,
-    /// Curves and points on the mesh.
-    pub curves: Option<&'a SurfaceCurves>,
-    /// The mesh that the curves lie on, if it is not the one drawn.
-    pub curves_of: Option<&'a TriangleMesh>,
-    /// Borders of regions, drawn thinner and below the curves.
-    pub borders: Option<&'a SurfaceCurves>,
-    /// Default colour map. `None` chooses one by the signs of the values.
-    pub map: Option<ColorMap>,
+const WHITE: [u8; 3] = [255; 3];
+
+/// Style of the curves that a command reads, in a picture 900 pixels high.
+const CURVE: CurveStyle = CurveStyle {
+    color: [30, 30, 36],
+    width: 4.6,
+    outline: Some(Outline { color: WHITE, width: 1.5 }),
+    arrow_spacing: None,
+};
+
+/// Style of the borders of regions, in a picture 900 pixels high.
+const BORDER: CurveStyle = CurveStyle {
+    color: [176, 24, 62],
+    width: 2.4,
+    outline: Some(Outline { color: WHITE, width: 1.0 }),
+    arrow_spacing: None,
+};
+
+/// Drawings of curves and points, whose nodes refer to `mesh`.
+pub fn curves(mesh: &TriangleMesh, curves: &SurfaceCurves) -> Result<Vec<Drawing<'static>>, RenderError> {
+    Drawing::surface_curves(mesh, curves, &CURVE, PointStyle::default())
 }
 
-const CURVE: CurveStyle =
-    CurveStyle { color: [30, 30, 36], width: 4.6, rim: Some(([255, 255, 255], 1.5)), arrow_spacing: None };
-
-const BORDER: CurveStyle =
-    CurveStyle { color: [176, 24, 62], width: 2.4, rim: Some(([255, 255, 255], 1.0)), arrow_spacing: None };
-
-/// Scales the widths of a style.
-fn scaled(style: &CurveStyle, scale: f64) -> CurveStyle {
-    let rim = style.rim.map(|(color, width)| (color, width * scale));
-    CurveStyle { width: style.width * scale, rim, ..style.clone() }
+/// Drawings of borders of regions.
+pub fn borders(mesh: &TriangleMesh, borders: &SurfaceCurves) -> Result<Vec<Drawing<'static>>, RenderError> {
+    Drawing::surface_curves(mesh, borders, &BORDER, PointStyle::default())
 }
 
-/// Draws a PNG file.
-pub fn draw(
-    mesh: &TriangleMesh,
-    drawing: &Drawing,
-    arguments: &PictureArguments,
-) -> Result<Vec<u8>, Failure> {
-    let mut options = RenderOptions { color_bar: !arguments.no_bar, ..RenderOptions::default() };
-    if let Some((width, height)) = arguments.size {
-        (options.width, options.height) = (width, height);
+/// Isolines in the default style.
+pub fn isolines(levels: Levels) -> Drawing<'static> {
+    Drawing::Isolines(Isolines { levels, ..Isolines::default() })
+}
+
+/// Draws a PNG file. The arguments replace the colour map and range of the scene; widths are scaled
+/// with the height of the picture.
+pub fn draw(mut scene: Scene, arguments: &PictureArguments) -> Result<Vec<u8>, Failure> {
+    let options = arguments.options();
+    if let Coloring::Field(field) = &mut scene.coloring {
+        if let Some(name) = &arguments.map {
+            field.color_map = Some(ColorMap::by_name(name)?);
+        }
+        if let Some((min, max)) = arguments.range {
+            field.range = Some([min, max]);
+        }
     }
-    options.camera = Camera {
-        up: arguments.up.unwrap_or_default(),
-        azimuth: arguments.azimuth.map(f64::to_radians),
-        elevation: arguments.elevation.map(f64::to_radians),
-        zoom: arguments.zoom.unwrap_or(1.0),
-        ..Camera::default()
-    };
-    if arguments.ortho {
-        options.camera.projection = Projection::Orthographic;
-    }
-    if arguments.transparent {
-        options.background = Background::Transparent;
-    }
-    if arguments.wireframe {
-        options.wireframe = Some(Wireframe::default());
-    }
-    // Widths are in pixels: scale those of curves with the picture.
     let scale = f64::from(options.height) / 900.0;
-    let mut scene = Scene::new(mesh);
-    if let Some((values, title)) = drawing.field {
-        scene = scene.vertex_scalar(values).title(title);
-    } else if let Some((values, title)) = drawing.face_field {
-        scene = scene.face_scalar(values).title(title);
-    } else if let Some(([numerator, denominator], title)) = drawing.quotient {
-        scene = scene.corner_quotient(numerator, denominator).title(title);
-    } else if let Some(labels) = drawing.labels {
-        scene = scene.face_labels(labels).title("winding number");
-    }
-    if let Some(levels) = drawing.levels.clone() {
-        let lines = Isolines::default();
-        let (width, zero_width) = (lines.width * scale.max(0.5), lines.zero_width * scale.max(0.5));
-        scene = scene.isolines(Isolines { levels, width, zero_width, ..lines });
-    }
-    if let Some(name) = &arguments.map {
-        scene = scene.color_map(ColorMap::by_name(name)?);
-    } else if let Some(map) = &drawing.map {
-        scene = scene.color_map(map.clone());
-    }
-    if let Some((min, max)) = arguments.range {
-        scene = scene.range(min, max);
-    }
-    let points = PointStyle::default();
-    let points = PointStyle { radius: points.radius * scale, ..points };
-    if let Some(borders) = drawing.borders {
-        scene = scene.surface_curves(borders, &scaled(&BORDER, scale), points)?;
-    }
-    if let Some(curves) = drawing.curves {
-        let of = drawing.curves_of.unwrap_or(mesh);
-        scene = scene.surface_curves_of(of, curves, &scaled(&CURVE, scale), points)?;
-    }
+    scene.drawings.iter_mut().for_each(|drawing| scale_widths(drawing, scale));
     Ok(render(&scene, &options)?.to_png_bytes()?)
+}
+
+fn scale_widths(drawing: &mut Drawing, scale: f64) {
+    let scale_outline = |outline: &mut Option<Outline>| {
+        if let Some(outline) = outline {
+            outline.width *= scale;
+        }
+    };
+    match drawing {
+        Drawing::Isolines(isolines) => {
+            // Thinner isolines would fade out.
+            isolines.width *= scale.max(0.5);
+            isolines.zero_width *= scale.max(0.5);
+        }
+        Drawing::Curve { style, .. } => {
+            style.width *= scale;
+            scale_outline(&mut style.outline);
+        }
+        Drawing::Glyphs { style, .. } => {
+            style.width *= scale;
+            scale_outline(&mut style.outline);
+        }
+        Drawing::Points { style, .. } => style.radius *= scale,
+    }
 }
 
 /// Colour-maps values, for formats that show colours only.

@@ -3,13 +3,13 @@
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::number::above_zero;
-use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
+use crate::picture::{PictureArguments, check_picture_path, curves, draw, isolines};
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source_if_any};
 use crate::warned::Warned;
 use clap::Args;
 use eikona_mesh::SurfaceCurves;
-use eikona_render::{ColorMap, Levels};
+use eikona_render::{ColorMap, Coloring, Levels, ScalarField, Scene, Values};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `eikona render`.
@@ -51,7 +51,7 @@ pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure
     input.require_faces()?;
     let shown = choose_field(&input, arguments.field.as_deref())?;
     warn_of_idle(arguments, &shown, &mut session);
-    let curves = read_curves(arguments, &input, &mut session)?;
+    let source = read_curves(arguments, &input, &mut session)?;
     // Rounding would cover regions of constant value with isolines.
     let default = if matches!(shown, Shown::Quotient(_)) { 0 } else { 18 };
     let levels = match (arguments.spacing, arguments.isolines.or(Some(default))) {
@@ -60,26 +60,14 @@ pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure
         (None, Some(count)) => Some(Levels::About(count)),
         (None, None) => None,
     };
-    let drawing = match &shown {
-        Shown::Vertex(name, values) => Drawing {
-            field: Some((values.as_slice(), *name)),
-            levels,
-            curves: curves.as_ref(),
-            ..Drawing::default()
-        },
-        Shown::Face(name, values) => {
-            Drawing { face_field: Some((*values, *name)), curves: curves.as_ref(), ..Drawing::default() }
-        }
-        Shown::Quotient([u, v]) => Drawing {
-            quotient: Some(([u, v], UV_QUOTIENT)),
-            levels,
-            curves: curves.as_ref(),
-            map: Some(ColorMap::signed()),
-            ..Drawing::default()
-        },
-        Shown::Nothing => Drawing { curves: curves.as_ref(), ..Drawing::default() },
-    };
-    let png = session.phase("render", || draw(&input.mesh, &drawing, &arguments.picture))?;
+    let mut scene = Scene::new(&input.mesh, shown.coloring());
+    if matches!(shown, Shown::Vertex(..) | Shown::Quotient(_)) {
+        scene.drawings.extend(levels.map(isolines));
+    }
+    if let Some(source) = &source {
+        scene.drawings.extend(curves(&input.mesh, source)?);
+    }
+    let png = session.phase("render", || draw(scene, &arguments.picture))?;
     session.output("picture", &arguments.output, png)?;
     session.finish()
 }
@@ -149,6 +137,26 @@ enum Shown<'a> {
     /// Numerators and denominators per corner.
     Quotient([Vec<f64>; 2]),
     Nothing,
+}
+
+impl Shown<'_> {
+    fn coloring(&self) -> Coloring<'_> {
+        let field = match self {
+            Shown::Vertex(name, values) => {
+                ScalarField { title: Some(name), ..ScalarField::new(Values::PerVertex(values)) }
+            }
+            Shown::Face(name, values) => {
+                ScalarField { title: Some(name), ..ScalarField::new(Values::PerFace(values)) }
+            }
+            Shown::Quotient([numerator, denominator]) => ScalarField {
+                title: Some(UV_QUOTIENT),
+                color_map: Some(ColorMap::signed()),
+                ..ScalarField::new(Values::Quotient { numerator, denominator })
+            },
+            Shown::Nothing => return Coloring::default(),
+        };
+        Coloring::Field(field)
+    }
 }
 
 const UV_QUOTIENT: &str = "uv-quotient";

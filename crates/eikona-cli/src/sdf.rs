@@ -5,7 +5,7 @@ use crate::field_file::{FieldFormat, field_format, output_fields};
 use crate::input::{MeshArguments, MeshInput};
 use crate::isoline_file::{IsolineArguments, check_flat_for_svg, check_isoline_path, output_isolines};
 use crate::number::{brief, named, rounded};
-use crate::picture::{Drawing, PictureArguments, check_picture_path, draw};
+use crate::picture::{PictureArguments, check_picture_path, curves, draw, isolines};
 use crate::seams::warn_of_seams;
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source, warn_of_sides};
@@ -15,7 +15,7 @@ use eikona::signed_heat::{
     DiffusionTime, LevelSets, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
 };
 use eikona_mesh::{CurveKind, SurfaceCurves};
-use eikona_render::{ColorMap, Levels};
+use eikona_render::{ColorMap, Coloring, Levels, ScalarField, Scene, Values};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -351,15 +351,15 @@ fn write_outputs(
     if let Some(path) = &outputs.render {
         let levels = levels.map_or(Levels::About(18), Levels::Values);
         let signed = source.curves.iter().any(|c| c.kind == CurveKind::Signed);
-        let drawing = Drawing {
-            field: Some((distance, if signed { "signed distance" } else { "distance" })),
-            levels: Some(levels),
-            curves: Some(source),
+        let field = ScalarField {
+            title: Some(if signed { "signed distance" } else { "distance" }),
             // The map is fixed: an unsigned distance may be negative by rounding.
-            map: (!signed).then(ColorMap::viridis),
-            ..Drawing::default()
+            color_map: (!signed).then(ColorMap::viridis),
+            ..ScalarField::new(Values::PerVertex(distance))
         };
-        let png = session.phase("render", || draw(&input.mesh, &drawing, &arguments.picture))?;
+        let mut scene = Scene::new(&input.mesh, Coloring::Field(field)).with(isolines(levels));
+        scene.drawings.extend(curves(&input.mesh, source)?);
+        let png = session.phase("render", || draw(scene, &arguments.picture))?;
         session.output("picture", path, png)?;
     }
     Ok(())

@@ -4,7 +4,7 @@ use crate::exit::Failure;
 use crate::field_file::npy_of_labels;
 use crate::input::MeshInput;
 use crate::make::output_curves;
-use crate::picture::{Drawing, draw};
+use crate::picture::{self, draw};
 use crate::session::Session;
 use crate::warned::Warned;
 use crate::winding::{OutputArguments, WindingArguments};
@@ -12,7 +12,7 @@ use eikona::contour::{obj_lines, polylines};
 use eikona::winding::{JumpLoop, Winding};
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
 use eikona_mesh::{Curve, CurveFile, ElementId, Face, FileError, SurfaceCurves, TriangleMesh};
-use eikona_render::{ColorMap, Levels, label_color};
+use eikona_render::{ColorMap, Coloring, Levels, ScalarField, Scene, Values, label_color};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -175,25 +175,30 @@ pub fn write_outputs(
         let file = CurveFile { curves: orientation.suggested(curves), ..CurveFile::default() };
         output_curves(path, &file, &input.mesh, session)?;
     }
-    // The winding number lives on a mesh that may be cut; the curves name points of the input mesh.
-    let curves = Drawing { curves: Some(curves), curves_of: Some(&input.mesh), ..Drawing::default() };
     if let Some(path) = &outputs.render {
         let labels: Vec<i64> = winding.labels.as_slice().iter().map(|&l| i64::from(l)).collect();
+        let coloring = Coloring::Labels { labels: &labels, title: Some("winding number") };
+        let mut scene = Scene::new(&winding.mesh, coloring);
         let borders = curves_of(&winding.bounding_loops);
-        let drawing = Drawing { labels: Some(&labels), borders: Some(&borders), ..curves.clone() };
-        let png = session.phase("render", || draw(&winding.mesh, &drawing, &arguments.picture))?;
+        scene.drawings.extend(picture::borders(&winding.mesh, &borders)?);
+        // The winding number lives on a mesh that may be cut; the curves name points of the input
+        // mesh.
+        scene.drawings.extend(picture::curves(&input.mesh, curves)?);
+        let png = session.phase("render", || draw(scene, &arguments.picture))?;
         session.output("picture", path, png)?;
     }
     if let Some(path) = &outputs.render_values {
         let [numerator, denominator] = homogeneous(winding);
-        let drawing = Drawing {
-            quotient: Some(([&numerator, &denominator], "winding number")),
-            levels: levels_between_integers(&numerator),
+        let field = ScalarField {
+            title: Some("winding number"),
             // A fixed map keeps 0 white, and gives +1 and -1 the colours of regions.
-            map: Some(ColorMap::signed()),
-            ..curves
+            color_map: Some(ColorMap::signed()),
+            ..ScalarField::new(Values::Quotient { numerator: &numerator, denominator: &denominator })
         };
-        let png = session.phase("render", || draw(&winding.mesh, &drawing, &arguments.picture))?;
+        let mut scene = Scene::new(&winding.mesh, Coloring::Field(field));
+        scene.drawings.extend(levels_between_integers(&numerator).map(picture::isolines));
+        scene.drawings.extend(picture::curves(&input.mesh, curves)?);
+        let png = session.phase("render", || draw(scene, &arguments.picture))?;
         session.output("picture", path, png)?;
     }
     Ok(())

@@ -6,8 +6,8 @@
 
 use eikona_mesh::TriangleMesh;
 use eikona_render::{
-    Background, CurveStyle, Isolines, PointStyle, Projection, RenderError, RenderOptions, Scene, UpAxis,
-    Wireframe, render,
+    Background, Coloring, CurveStyle, Drawing, GlyphStyle, Isolines, Outline, PointStyle, Projection,
+    RenderError, RenderOptions, ScalarField, Scene, UpAxis, Values, Wireframe, render,
 };
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,7 @@ fn main() -> Result<(), Failure> {
     flat_disk_with_a_jump(&folder)?;
     labels_on_a_cube(&folder)?;
     clay_with_edges(&folder)?;
+    glyphs_and_streamlines(&folder)?;
     many_faces(&folder)
 }
 
@@ -35,6 +36,11 @@ fn save(scene: &Scene, options: &RenderOptions, folder: &Path, name: &str) -> Re
     let image = render(scene, options)?;
     println!("{name}: {:.2} s", start.elapsed().as_secs_f64());
     image.write_png(folder.join(name))
+}
+
+fn field_with_isolines<'a>(mesh: &'a TriangleMesh, values: Values<'a>, title: &'a str) -> Scene<'a> {
+    let field = ScalarField { title: Some(title), ..ScalarField::new(values) };
+    Scene::new(mesh, Coloring::Field(field)).with(Drawing::Isolines(Isolines::default()))
 }
 
 /// Grid of `n` by `m` cells wrapped over a surface parametrised by two angles.
@@ -96,14 +102,11 @@ fn torus_with_a_knot(folder: &Path) -> Result<(), Failure> {
     let style = CurveStyle {
         color: [30, 30, 36],
         width: 4.5,
-        rim: Some(([255, 255, 255], 1.4)),
+        outline: Some(Outline { color: [255; 3], width: 1.4 }),
         arrow_spacing: Some(160.0),
     };
-    let scene = Scene::new(&mesh)
-        .vertex_scalar(&values)
-        .isolines(Isolines::default())
-        .curve(knot, style)
-        .title("signed distance");
+    let scene = field_with_isolines(&mesh, Values::PerVertex(&values), "signed distance")
+        .with(Drawing::Curve { points: knot.into(), style });
     save(&scene, &RenderOptions::default(), folder, "torus.png")?;
     Ok(())
 }
@@ -116,11 +119,9 @@ fn sphere_with_a_signed_distance(folder: &Path) -> Result<(), Failure> {
         .iter()
         .map(|p| (0..3).map(|k| p[k] * pole[k]).sum::<f64>().clamp(-1.0, 1.0).acos() - 0.7)
         .collect();
-    let scene = Scene::new(&mesh)
-        .vertex_scalar(&values)
-        .isolines(Isolines::default())
-        .points(vec![pole, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]], PointStyle::default())
-        .title("distance");
+    let positions = vec![pole, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].into();
+    let scene = field_with_isolines(&mesh, Values::PerVertex(&values), "distance")
+        .with(Drawing::Points { positions, style: PointStyle::default() });
     let options = RenderOptions { background: Background::Transparent, ..Default::default() };
     save(&scene, &options, folder, "sphere.png")?;
     Ok(())
@@ -154,8 +155,7 @@ fn flat_disk_with_a_jump(folder: &Path) -> Result<(), Failure> {
             t.map(|v| if f % (2 * sides) < 8 && f / (2 * sides) < 9 { f64::NAN } else { angle[v as usize] })
         })
         .collect();
-    let scene =
-        Scene::new(&mesh).corner_scalar(&corners).isolines(Isolines::default()).title("winding number");
+    let scene = field_with_isolines(&mesh, Values::PerCorner(&corners), "winding number");
     save(&scene, &RenderOptions { width: 900, ..Default::default() }, folder, "disk.png")?;
     Ok(())
 }
@@ -169,14 +169,53 @@ fn labels_on_a_cube(folder: &Path) -> Result<(), Failure> {
     let mut options = RenderOptions { wireframe: Some(Wireframe::default()), ..Default::default() };
     options.camera.up = UpAxis::Z;
     options.camera.projection = Projection::Orthographic;
-    save(&Scene::new(&mesh).face_labels(&labels).title("component"), &options, folder, "cube.png")?;
+    let coloring = Coloring::Labels { labels: &labels, title: Some("component") };
+    save(&Scene::new(&mesh, coloring), &options, folder, "cube.png")?;
     Ok(())
 }
 
 fn clay_with_edges(folder: &Path) -> Result<(), Failure> {
     let mesh = wrapped(64, 32, torus_point)?;
     let options = RenderOptions { wireframe: Some(Wireframe::default()), ..Default::default() };
-    save(&Scene::new(&mesh), &options, folder, "clay.png")?;
+    save(&Scene::new(&mesh, Coloring::default()), &options, folder, "clay.png")?;
+    Ok(())
+}
+
+/// Direction field on a torus that turns with the angle, as arrows, with some of its streamlines.
+fn glyphs_and_streamlines(folder: &Path) -> Result<(), Failure> {
+    let mesh = wrapped(240, 120, torus_point)?;
+    let ends: Vec<[[f64; 3]; 2]> = (0..72 * 28)
+        .map(|i| (TAU * (i / 28) as f64 / 72.0, TAU * (i % 28) as f64 / 28.0))
+        .map(|(u, v)| {
+            // Tangents along both angles, combined at the angle 2 u.
+            let (a, b) = (2.0 * u).sin_cos();
+            let along_u = [-u.sin(), u.cos(), 0.0];
+            let along_v = [-v.sin() * u.cos(), -v.sin() * u.sin(), v.cos()];
+            let p = torus_point(u, v);
+            [-0.035, 0.035].map(|t| [0, 1, 2].map(|k| p[k] + t * (b * along_u[k] + a * along_v[k])))
+        })
+        .collect();
+    let mut scene = Scene::new(&mesh, Coloring::Plain([222, 228, 234]))
+        .with(Drawing::Glyphs { ends: ends.into(), style: GlyphStyle::default() });
+    for start in 0..5 {
+        // Each step goes along the field at unit speed.
+        let (mut u, mut v) = (4.2 + 0.3 * start as f64, 0.6);
+        let mut line = Vec::new();
+        for _ in 0..400 {
+            line.push(torus_point(u, v));
+            let (a, b) = (2.0 * u).sin_cos();
+            u += 0.004 * b / (1.0 + 0.42 * v.cos());
+            v += 0.004 * a / 0.42;
+        }
+        let style = CurveStyle {
+            color: [196, 46, 46],
+            width: 3.0,
+            outline: Some(Outline { color: [255; 3], width: 1.2 }),
+            arrow_spacing: Some(120.0),
+        };
+        scene = scene.with(Drawing::Curve { points: line.into(), style });
+    }
+    save(&scene, &RenderOptions::default(), folder, "directions.png")?;
     Ok(())
 }
 
@@ -184,12 +223,7 @@ fn many_faces(folder: &Path) -> Result<(), Failure> {
     let mesh = wrapped(1000, 500, torus_point)?;
     let height: Vec<f64> = mesh.positions().iter().map(|p| p[0] + p[2]).collect();
     let options = RenderOptions { width: 1600, height: 1200, ..Default::default() };
-    save(
-        &Scene::new(&mesh).vertex_scalar(&height).isolines(Isolines::default()),
-        &options,
-        folder,
-        "million.png",
-    )?;
+    save(&field_with_isolines(&mesh, Values::PerVertex(&height), ""), &options, folder, "million.png")?;
     Ok(())
 }
 
@@ -215,13 +249,14 @@ fn from_file(folder: &Path, file: &Path) -> Result<(), Failure> {
     }
     let mesh = TriangleMesh::new(positions, faces)?;
     let name = file.file_stem().and_then(|s| s.to_str()).unwrap_or("mesh");
-    save(&Scene::new(&mesh), &RenderOptions::default(), folder, &format!("{name}-clay.png"))?;
+    let clay = Scene::new(&mesh, Coloring::default());
+    save(&clay, &RenderOptions::default(), folder, &format!("{name}-clay.png"))?;
     let (low, high) = mesh
         .positions()
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |r, p| (r.0.min(p[1]), r.1.max(p[1])));
     let values: Vec<f64> = mesh.positions().iter().map(|p| p[1] - 0.5 * (low + high)).collect();
-    let scene = Scene::new(&mesh).vertex_scalar(&values).isolines(Isolines::default()).title("height");
+    let scene = field_with_isolines(&mesh, Values::PerVertex(&values), "height");
     save(&scene, &RenderOptions::default(), folder, &format!("{name}.png"))?;
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! Normalises the scene to unit size, chooses the view, and projects.
 
+use crate::drawing::Drawing;
 use crate::options::{Projection, RenderOptions, UpAxis};
 use crate::scene::Scene;
 use eikona_mesh::vector::{Vec3, add, cross, dot, norm, scale, sub, unit};
@@ -20,10 +21,9 @@ pub(crate) struct Normalization {
 
 impl Normalization {
     pub(crate) fn of(scene: &Scene) -> Normalization {
-        let curves = scene.curves.iter().flat_map(|c| c.0.iter());
-        let points = scene.points.iter().flat_map(|p| p.0.iter());
+        let drawn = scene.drawings.iter().flat_map(Drawing::positions);
         let vertices = scene.mesh.triangles().iter().flatten().map(|&v| &scene.mesh.positions()[v as usize]);
-        let all = || vertices.clone().chain(curves.clone()).chain(points.clone());
+        let all = || vertices.clone().chain(drawn.clone());
         let largest = all().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
         // Divide by the largest coordinate first: differences of huge numbers would overflow,
         // squares of tiny ones underflow.

@@ -120,6 +120,12 @@ impl ColorMap {
     }
 
     /// Returns the diverging map from blue through white to orange.
+    ///
+    /// ```
+    /// let map = eikona_render::ColorMap::signed();
+    /// assert!(map.is_diverging());
+    /// assert_eq!(map.color(0.5), [248, 246, 241]);
+    /// ```
     pub fn signed() -> ColorMap {
         const STOPS: [u32; 9] =
             [0x21497f, 0x3672b5, 0x67a8db, 0xb0d4ec, 0xf8f6f1, 0xfcd3a6, 0xf2a154, 0xd97420, 0xa24f12];

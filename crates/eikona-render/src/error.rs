@@ -47,7 +47,7 @@ pub enum RenderError {
     /// infinities are not.
     #[error("{what} {index} is {value}; it must be finite (fields may use NaN for \"no value\")")]
     NonFinite {
-        /// Owner of the value ("value of vertex", "point of curve 3,").
+        /// Owner of the value ("value of vertex", "a coordinate of drawing 3, point").
         what: String,
         /// 0-based index.
         index: usize,
@@ -62,6 +62,9 @@ pub enum RenderError {
         /// Upper end.
         max: f64,
     },
+    /// There are isolines, but the surface is not coloured by a field that has any.
+    #[error("isolines need a scalar field per vertex or per corner as the colouring of the surface")]
+    NoIsolines,
     /// There is no colour map of this name.
     #[error("there is no colour map \"{name}\"; choose one of {choices}")]
     UnknownColorMap {

@@ -19,21 +19,33 @@ pub struct Image {
 impl Image {
     /// Returns the colour of the pixel in column `x` and row `y` (row 0 is the top), or `None`
     /// outside the image.
+    ///
+    /// ```
+    /// let rgba = vec![1, 2, 3, 255, 4, 5, 6, 255];
+    /// let image = eikona_render::Image { width: 2, height: 1, rgba };
+    /// assert_eq!(image.pixel(1, 0), Some([4, 5, 6, 255]));
+    /// assert_eq!(image.pixel(0, 1), None);
+    /// ```
     pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 4]> {
         if x >= self.width || y >= self.height {
             return None;
         }
-        let start = 4 * (y as usize * self.width as usize + x as usize);
-        self.rgba.get(start..start + 4)?.try_into().ok()
+        self.rgba.as_chunks().0.get(y as usize * self.width as usize + x as usize).copied()
     }
 
     /// Encodes the image as PNG: RGB if it is opaque, RGBA otherwise.
     ///
+    /// ```
+    /// let image = eikona_render::Image { width: 1, height: 1, rgba: vec![1, 2, 3, 255] };
+    /// assert!(image.to_png_bytes()?.starts_with(b"\x89PNG"));
+    /// # Ok::<(), eikona_render::RenderError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`RenderError::Encoding`] if `rgba` does not have `4 * width * height` bytes or a side is 0.
     pub fn to_png_bytes(&self) -> Result<Vec<u8>, RenderError> {
-        let expected = 4 * self.width as usize * self.height as usize;
-        if self.rgba.len() != expected {
+        let expected = 4 * u128::from(self.width) * u128::from(self.height);
+        if self.rgba.len() as u128 != expected {
             let reason = format!("the pixels are {} bytes, but {expected} are needed", self.rgba.len());
             return Err(RenderError::Encoding { reason });
         }

@@ -1,19 +1,21 @@
 //! Colour bar with ticks at round numbers, or a legend with one swatch per label.
 
+use crate::albedo::{Albedo, MappedField};
 use crate::color::label_color;
-use crate::coloring::{Coloring, round_step};
 use crate::font::{stroke_radius, text_segments, text_width};
 use crate::image::Image;
+use crate::isolines::round_step;
 use crate::options::{Background, RenderOptions};
-use crate::scene::{Scene, SceneField};
+use crate::scene::Coloring;
+use std::collections::BTreeSet;
 
 /// Largest number of labels with a legend: the colours of more would be hard to tell apart.
 const MAX_LABELS: usize = 16;
 
 /// Contents and layout of the legend, in pixels.
-pub(crate) struct Legend {
-    entries: Entries,
-    title: Option<String>,
+pub(crate) struct Legend<'a> {
+    entries: Entries<'a>,
+    title: Option<&'a str>,
     /// Height of capitals.
     text: f64,
     left: f64,
@@ -22,29 +24,34 @@ pub(crate) struct Legend {
     ink: [u8; 3],
 }
 
-enum Entries {
-    /// Fraction of the bar from its lower end, and text.
-    Ticks(Vec<(f64, String)>),
+enum Entries<'a> {
+    /// The field of a colour bar, and its ticks: fraction of the bar from its lower end, and text.
+    Bar(&'a MappedField<'a>, Vec<(f64, String)>),
     /// Labels from top to bottom, the largest first, as in a bar.
     Swatches(Vec<i64>),
 }
 
-impl Legend {
+impl<'a> Legend<'a> {
     /// Lays out the legend; `None` if there is nothing to explain or too little space.
-    pub(crate) fn new(scene: &Scene, coloring: &Coloring, options: &RenderOptions) -> Option<Legend> {
-        if !options.color_bar || matches!(scene.field, SceneField::None) {
+    pub(crate) fn new(
+        coloring: &Coloring<'a>,
+        albedo: &'a Albedo,
+        options: &RenderOptions,
+    ) -> Option<Legend<'a>> {
+        if !options.color_bar {
             return None;
         }
+        let (entries, title) = match (coloring, albedo) {
+            (Coloring::Field(field), Albedo::Field(mapped)) => {
+                (Entries::Bar(mapped, ticks(mapped)), field.title)
+            }
+            (Coloring::Labels { labels, title }, _) => (Entries::Swatches(few_labels(labels)?), *title),
+            _ => return None,
+        };
         let (width, height) = (options.width as f64, options.height as f64);
         let text = (0.0145 * height).max(7.0);
-        let entries = match scene.field {
-            SceneField::Labels(_) => {
-                Entries::Swatches(coloring.labels(MAX_LABELS)?.into_iter().rev().collect())
-            }
-            _ => Entries::Ticks(ticks(coloring)),
-        };
         let widest = match &entries {
-            Entries::Ticks(t) => t.iter().map(|(_, s)| text_width(s, text)).fold(0.0, f64::max),
+            Entries::Bar(_, t) => t.iter().map(|(_, s)| text_width(s, text)).fold(0.0, f64::max),
             Entries::Swatches(l) => l.iter().map(|l| text_width(&l.to_string(), text)).fold(0.0, f64::max),
         };
         let bar_width = 1.5 * text;
@@ -59,7 +66,7 @@ impl Legend {
         let ink = if dark_background { [226, 228, 232] } else { [44, 47, 56] };
         let left = width - strip;
         let right = width - 2.6 * text;
-        Some(Legend { entries, title: scene.title.clone(), text, left, bar_width, right, ink })
+        Some(Legend { entries, title, text, left, bar_width, right, ink })
     }
 
     /// Width in pixels, from the left, available to the scene.
@@ -69,17 +76,17 @@ impl Legend {
 
     /// Left end of the title.
     fn title_left(&self) -> f64 {
-        let width = self.title.as_ref().map_or(0.0, |title| text_width(title, self.text));
+        let width = self.title.map_or(0.0, |title| text_width(title, self.text));
         (self.right - width).max(self.text).min(self.left)
     }
 
-    pub(crate) fn draw(&self, image: &mut Image, coloring: &Coloring) {
+    pub(crate) fn draw(&self, image: &mut Image) {
         let height = image.height as f64;
         let (bar_right, text) = (self.left + self.bar_width, self.text);
         let text_left = bar_right + 1.3 * text;
         let mut top = 0.21 * height;
         match &self.entries {
-            Entries::Ticks(ticks) => {
+            Entries::Bar(field, ticks) => {
                 let bottom = height - top;
                 let line = (text / 10.0).max(0.9);
                 fill(
@@ -93,7 +100,7 @@ impl Legend {
                     image,
                     [self.left, top],
                     [bar_right, bottom],
-                    |y| coloring.bar_color((bottom - y) / (bottom - top)),
+                    |y| field.bar_color((bottom - y) / (bottom - top)),
                     1.0,
                 );
                 for (fraction, label) in ticks {
@@ -115,7 +122,7 @@ impl Legend {
                 }
             }
         }
-        if let Some(title) = &self.title {
+        if let Some(title) = self.title {
             self.write(image, title, self.title_left(), top - 1.8 * text);
         }
     }
@@ -147,6 +154,18 @@ impl Legend {
             over(image, x0 + (at % columns) as u32, y0 + (at / columns) as u32, self.ink, cover);
         }
     }
+}
+
+/// Returns the labels that occur, in decreasing order; `None` if there are too many for a legend.
+fn few_labels(labels: &[i64]) -> Option<Vec<i64>> {
+    let mut found = BTreeSet::new();
+    for &label in labels {
+        found.insert(label);
+        if found.len() > MAX_LABELS {
+            return None;
+        }
+    }
+    Some(found.into_iter().rev().collect())
 }
 
 fn distance(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -187,19 +206,19 @@ fn over(image: &mut Image, x: u32, y: u32, color: [u8; 3], alpha: f64) {
 }
 
 /// Returns round numbers in the range, with their positions on the bar.
-fn ticks(coloring: &Coloring) -> Vec<(f64, String)> {
-    let [low, high] = coloring.bar;
+fn ticks(field: &MappedField) -> Vec<(f64, String)> {
+    let [low, high] = field.bar;
     let step = round_step((high / 2.0 - low / 2.0) * 2.0, 6.0);
     let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
     if (last - first).is_nan() || last - first > 20.0 || step < 1e-290 {
         // The range is too narrow for round numbers to resolve.
-        return [low, high].map(|v| (coloring.bar_fraction(v), format!("{v:.3e}"))).to_vec();
+        return [low, high].map(|v| (field.bar_fraction(v), format!("{v:.3e}"))).to_vec();
     }
     let most = low.abs().max(high.abs());
     (0..=(last - first) as usize)
         .map(|i| {
             let value = (first + i as f64) * step;
-            (coloring.bar_fraction(value), number(value, step, most))
+            (field.bar_fraction(value), number(value, step, most))
         })
         .collect()
 }

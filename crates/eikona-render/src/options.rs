@@ -172,6 +172,13 @@ pub(crate) fn in_range(
 impl RenderOptions {
     /// Checks every option.
     ///
+    /// ```
+    /// use eikona_render::RenderOptions;
+    /// assert!(RenderOptions::default().validate().is_ok());
+    /// let none = RenderOptions { width: 0, ..RenderOptions::default() };
+    /// assert!(none.validate().unwrap_err().to_string().contains("1 to 16384"));
+    /// ```
+    ///
     /// # Errors
     /// [`RenderError`] for the first option out of range, with the allowed range.
     pub fn validate(&self) -> Result<(), RenderError> {

@@ -138,26 +138,28 @@ impl Visibility {
         let dkey_dy = key_step(edge.map(|e| e.2));
         let key0 =
             a.key + key_step([0, 1, 2].map(|k| cross(corners[(k + 1) % 3], corners[(k + 2) % 3], start)));
-        let mut row_value = edge.map(|e| e.0);
         for y in y0..=y1 {
-            let mut value = row_value;
-            let row = y as usize * self.width;
-            let row_key = key0 + (y - y0) as f64 * dkey_dy;
-            for x in x0..=x1 {
-                if (value[0] | value[1] | value[2]) >= 0 {
-                    let key = (row_key + (x - x0) as f64 * dkey_dx) as f32;
-                    let sample = row + x as usize;
-                    if key > self.key[sample] {
-                        self.key[sample] = key;
-                        self.face[sample] = face;
-                    }
-                }
-                for k in 0..3 {
-                    value[k] += edge[k].1;
+            // Columns at which all edge functions are nonnegative: thin faces fill little of their
+            // box.
+            let (mut low, mut high) = (0, x1 - x0);
+            for (start, dx, dy) in edge {
+                let value = start + (y - y0) * dy;
+                match dx.signum() {
+                    1 => low = low.max(-value.div_euclid(dx)),
+                    -1 => high = high.min(value.div_euclid(-dx)),
+                    _ if value < 0 => high = -1,
+                    _ => {}
                 }
             }
-            for k in 0..3 {
-                row_value[k] += edge[k].2;
+            let row = y as usize * self.width + x0 as usize;
+            let row_key = key0 + (y - y0) as f64 * dkey_dy;
+            for i in low..=high {
+                let key = (row_key + i as f64 * dkey_dx) as f32;
+                let sample = row + i as usize;
+                if key > self.key[sample] {
+                    self.key[sample] = key;
+                    self.face[sample] = face;
+                }
             }
         }
     }
@@ -223,5 +225,51 @@ impl FacePoint {
             return None;
         }
         Some(FacePoint { weights: clamped.map(|v| v / total), e, dx, dy })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Samples inside a triangle by the definition: all edge functions are positive, or zero on an
+    /// edge that owns its border.
+    fn samples_inside(corners: [[i64; 2]; 3], width: usize, height: usize) -> Vec<bool> {
+        let mut corners = corners.map(|[x, y]| Corner { x, y, key: 1.0 });
+        let area = cross(corners[0], corners[1], corners[2]);
+        if area < 0 {
+            corners.swap(1, 2);
+        }
+        let centre = |i: usize| i as i64 * 256 + 128;
+        let inside = |x: usize, y: usize| {
+            (0..3).all(|k| {
+                let (p, q) = (corners[k], corners[(k + 1) % 3]);
+                let value = cross(p, q, Corner { x: centre(x), y: centre(y), key: 0.0 });
+                value > 0 || value == 0 && (q.y < p.y || q.y == p.y && q.x > p.x)
+            })
+        };
+        (0..width * height).map(|i| area != 0 && inside(i % width, i / width)).collect()
+    }
+
+    #[test]
+    fn faces_cover_the_samples_inside_them() {
+        let (width, height) = (23, 17);
+        let mut random = 1u64;
+        let mut coordinate = |snap: i64| {
+            random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            ((random >> 33) % 8192) as i64 / snap * snap - 1024
+        };
+        for round in 0..2000 {
+            // Corners at centres of samples and thin faces are frequent.
+            let snap = [1, 128, 256][round % 3];
+            let mut corners = [0; 3].map(|_| [0; 2].map(|_| coordinate(snap)));
+            if round % 5 == 0 {
+                corners[2] = [corners[1][0] + 1, corners[1][1] - 2];
+            }
+            let mut visibility = Visibility::new(width, height);
+            visibility.fill(corners.map(|[x, y]| Corner { x, y, key: 1.0 }), 0);
+            let covered: Vec<bool> = visibility.face.iter().map(|f| *f == 0).collect();
+            assert_eq!(covered, samples_inside(corners, width, height), "{corners:?}");
+        }
     }
 }

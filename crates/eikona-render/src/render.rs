@@ -1,8 +1,9 @@
 //! Rendering pipeline.
 
+use crate::albedo::Albedo;
 use crate::camera::{Normalization, Projected, View};
+use crate::canvas::Canvas;
 use crate::color::linear_to_srgb;
-use crate::coloring::Coloring;
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::legend::Legend;
@@ -13,7 +14,6 @@ use crate::raster::Visibility;
 use crate::scene::Scene;
 use crate::shade::{Surface, shade};
 use crate::shadow::GroundShadow;
-use crate::stroke::Canvas;
 use eikona_mesh::vector::Vec3;
 use rayon::prelude::*;
 
@@ -25,9 +25,9 @@ use rayon::prelude::*;
 ///
 /// ```
 /// use eikona_mesh::TriangleMesh;
-/// use eikona_render::{Lighting, RenderOptions, Scene, render};
+/// use eikona_render::{Coloring, Lighting, RenderOptions, Scene, render};
 /// let mesh = TriangleMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0.5, 1., 0.]], vec![[0, 1, 2]])?;
-/// let scene = Scene::new(&mesh).surface_color([200, 100, 50]);
+/// let scene = Scene::new(&mesh, Coloring::Plain([200, 100, 50]));
 /// let unlit = RenderOptions { lighting: Lighting::Unlit, ..Default::default() };
 /// let options = RenderOptions { width: 64, height: 64, ..unlit };
 /// let image = render(&scene, &options)?;
@@ -40,26 +40,21 @@ use rayon::prelude::*;
 /// As for [`RenderOptions::validate`] and [`Scene::validate`].
 ///
 /// # Cost
-/// O(V + F + samples); a million faces at 1600 x 1200 with 2 x 2 samples take a few seconds and
-/// about 0.5 GB.
+/// O(V + F + samples), and O(segments x width^2) per drawing. A million faces at 1600 x 1200 with 2
+/// x 2 samples take a few seconds and about 0.5 GB.
 pub fn render(scene: &Scene, options: &RenderOptions) -> Result<Image, RenderError> {
     options.validate()?;
     scene.validate()?;
     let samples = options.supersampling as usize;
-    let coloring = Coloring::new(scene);
-    let legend = Legend::new(scene, &coloring, options);
+    let albedo = Albedo::new(scene);
+    let legend = Legend::new(&scene.coloring, &albedo, options);
 
     let normalization = Normalization::of(scene);
-    let positions: Vec<Vec3> = scene.mesh.positions().iter().map(|&p| normalization.apply(p)).collect();
+    let normalized = |points: &[Vec3]| points.iter().map(|&p| normalization.apply(p)).collect::<Vec<_>>();
+    let positions = normalized(scene.mesh.positions());
     let triangles = scene.mesh.triangles();
-    let curves: Vec<Vec<Vec3>> =
-        scene.curves.iter().map(|c| c.0.iter().map(|&p| normalization.apply(p)).collect()).collect();
-    let balls: Vec<_> = scene
-        .points
-        .iter()
-        .flat_map(|(points, style)| points.iter().map(|&p| (normalization.apply(p), *style)))
-        .collect();
-    let fitted = points_to_fit(&positions, triangles, &curves, balls.iter().map(|b| b.0));
+    let mut fitted = used_positions(&positions, triangles);
+    fitted.extend(scene.drawings.iter().flat_map(|drawing| normalized(drawing.positions())));
     let free_width = legend.as_ref().map_or(options.width as f64, Legend::free_width);
     let view = View::fit(&fitted, triangles, &positions, &normalization, options, free_width);
 
@@ -84,36 +79,26 @@ pub fn render(scene: &Scene, options: &RenderOptions) -> Result<Image, RenderErr
     let occlusion = (lit && options.ambient_occlusion > 0.0).then(|| Occlusion::compute(&surface, samples));
     let shadow =
         if lit { GroundShadow::new(&view, &positions, triangles, options.ground_shadow) } else { None };
-    let mut colors = shade(&surface, &coloring, occlusion.as_ref(), shadow.as_ref(), options);
+    let mut colors = shade(&surface, &albedo, occlusion.as_ref(), shadow.as_ref(), options);
 
-    if !curves.is_empty() || !balls.is_empty() {
-        let mut canvas = Canvas::new(&view, &visibility, &mut colors, samples as f64);
-        for (points, (_, style)) in curves.iter().zip(&scene.curves) {
-            canvas.curve(points, style);
-        }
-        canvas.points(&balls, options.lighting);
+    let mut canvas = Canvas::new(&normalization, &view, &visibility, &mut colors, options);
+    for drawing in &scene.drawings {
+        canvas.draw(drawing);
     }
-
     let mut image = resolve(&colors, options);
     if let Some(legend) = legend {
-        legend.draw(&mut image, &coloring);
+        legend.draw(&mut image);
     }
     Ok(image)
 }
 
-/// Returns all points to fit into the image: corners of faces, curves, points.
-fn points_to_fit(
-    positions: &[Vec3],
-    triangles: &[[u32; 3]],
-    curves: &[Vec<Vec3>],
-    points: impl Iterator<Item = Vec3>,
-) -> Vec<Vec3> {
+/// Returns the positions of all corners of faces.
+fn used_positions(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut used = vec![false; positions.len()];
     for &v in triangles.iter().flatten() {
         used[v as usize] = true;
     }
-    let vertices = positions.iter().zip(&used).filter(|(_, used)| **used).map(|(p, _)| *p);
-    vertices.chain(curves.iter().flatten().copied()).chain(points).collect()
+    positions.iter().zip(&used).filter(|(_, used)| **used).map(|(p, _)| *p).collect()
 }
 
 /// Half width of the tent filter, in pixels.

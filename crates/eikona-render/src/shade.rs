@@ -1,8 +1,8 @@
 //! Colours and lights every sample of the visibility buffer.
 
+use crate::albedo::Albedo;
 use crate::camera::{Projected, View};
 use crate::color::{Linear, MISSING, mix, to_linear};
-use crate::coloring::{Coloring, Shown};
 use crate::occlusion::Occlusion;
 use crate::options::{Background, Lighting, RenderOptions};
 use crate::raster::{FacePoint, NONE, Visibility};
@@ -99,7 +99,7 @@ pub(crate) fn studio(albedo: Linear, n: Vec3, open: f64) -> Linear {
 /// Computes the colours of all samples, in linear light with premultiplied alpha.
 pub(crate) fn shade(
     surface: &Surface,
-    coloring: &Coloring,
+    albedo: &Albedo,
     occlusion: Option<&Occlusion>,
     shadow: Option<&GroundShadow>,
     options: &RenderOptions,
@@ -126,15 +126,12 @@ pub(crate) fn shade(
                 };
                 continue;
             };
-            let mut color = match coloring.at(hit.face, hit.point.as_ref(), samples) {
-                Shown::Color(c) => c,
-                Shown::Missing => {
-                    // Diagonal stripes, 9 pixels apart along each axis.
-                    let along = (x as f64 + y as f64) / samples / 9.0;
-                    let stripe = along - along.floor();
-                    if stripe < 0.28 { missing.map(|c| 0.62 * c) } else { missing }
-                }
-            };
+            let mut color = albedo.at(hit.face, hit.point.as_ref(), samples).unwrap_or_else(|| {
+                // Diagonal stripes, 9 pixels apart along each axis.
+                let along = (x as f64 + y as f64) / samples / 9.0;
+                let stripe = along - along.floor();
+                if stripe < 0.28 { missing.map(|c| 0.62 * c) } else { missing }
+            });
             if let Some((wire, wire_color)) = &wire {
                 let distance = hit.point.as_ref().map_or(f64::INFINITY, edge_distance);
                 let cover = ((wire.width / 2.0 - distance / samples) * samples + 0.5).clamp(0.0, 1.0);
