@@ -3,6 +3,7 @@
 use super::error::{Contradiction, FlowError};
 use super::network::{Arc, NONE, Network, incidence};
 use crate::CompressedRows;
+use crate::observer::check_stopped;
 
 /// Lowers potentials until every boxed jump lies within its limits, to a tolerance, and adds to
 /// `work`. Returns infeasible cycles of terms; none if all limits are satisfied.
@@ -68,6 +69,7 @@ pub(super) fn enforce_limits(
             *work += members as u64;
             search.contradictions(&mut found);
         }
+        check_stopped()?;
         if *work > work_limit {
             return Err(FlowError::WorkLimit { work: work_limit });
         }

@@ -1,5 +1,6 @@
 //! Errors of jump minimisation.
 
+use crate::NumericError;
 use thiserror::Error;
 
 /// Cycle of boxed terms whose jumps cannot all lie within their limits.
@@ -82,6 +83,9 @@ pub enum FlowError {
         /// Largest of the gap and the other residuals of the certificate.
         worst: f64,
     },
+    /// The observer stopped the computation.
+    #[error(transparent)]
+    Stopped(#[from] NumericError),
     /// There are more nodes or terms than 32-bit indices allow.
     #[error("{nodes} nodes and {terms} terms are too many for 32-bit indices; split the mesh")]
     TooLarge {

@@ -11,6 +11,8 @@ use super::State;
 use super::Statistics;
 use super::maximum_flow::{HalfArc, MaximumFlow, ResidualGraph};
 use super::network::{Network, incidence};
+use crate::error::NumericError;
+use crate::observer::check_stopped;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -54,7 +56,7 @@ pub(super) fn solve(
     tolerance: f64,
     work_limit: u64,
     statistics: &mut Statistics,
-) -> Option<State> {
+) -> Result<Option<State>, NumericError> {
     let largest = network.arcs.iter().map(|arc| arc.weight).fold(0.0, f64::max);
     let negligible = 1e-14 * largest;
     let mut levels = Levels::new(network, start, tolerance);
@@ -66,17 +68,18 @@ pub(super) fn solve(
         flow.run(&mut levels.residual, &mut levels.surplus, negligible, left);
         statistics.work += flow.work - before + 4 * network.arcs.len() as u64;
         statistics.levels += 1;
+        check_stopped()?;
         levels.close_level();
         if !levels.update_potentials(negligible) {
             break;
         }
         if statistics.work > work_limit {
-            return None;
+            return Ok(None);
         }
     }
     let mut flow = levels.flow;
     network.balance(&mut flow);
-    Some(State { potentials: levels.potentials, flow })
+    Ok(Some(State { potentials: levels.potentials, flow }))
 }
 
 impl<'a> Levels<'a> {

@@ -6,6 +6,8 @@
 //! exact from time to time (Cherkassky and Goldberg 1997); surplus that cannot reach a deficit
 //! stays where it is. The number of steps is O(n^2 sqrt(m)) for any capacities.
 
+use crate::observer::check_stopped;
+
 /// One direction of an arc, stored at the node where it starts.
 #[derive(Clone, Copy)]
 pub(super) struct HalfArc {
@@ -68,7 +70,8 @@ impl MaximumFlow {
     }
 
     /// Sends as much flow as possible from nodes of positive to nodes of negative surplus. Amounts
-    /// up to `negligible` count as zero. Stops early after `work_limit` steps.
+    /// up to `negligible` count as zero. Stops early after `work_limit` steps, or if the observer
+    /// wants it.
     pub(super) fn run(
         &mut self,
         residual: &mut ResidualGraph,
@@ -97,7 +100,7 @@ impl MaximumFlow {
                     break;
                 }
             }
-            if self.work >= end {
+            if self.work >= end || check_stopped().is_err() {
                 return;
             }
         }

@@ -23,6 +23,7 @@ mod tree;
 pub use certificate::Certificate;
 pub use error::{Contradiction, FlowError};
 
+use crate::observer::check_stopped;
 use network::Network;
 
 /// Term of the objective: `weight * |jump|` with the jump `shift + p[from] - p[to]`.
@@ -196,9 +197,11 @@ pub fn minimise_jumps(
     options: &JumpOptions,
 ) -> Result<JumpSolution, FlowError> {
     check(nodes, terms, options)?;
+    check_stopped()?;
     let perturb = |term: &JumpTerm| term.weight * (1.0 + options.perturbation * fraction(term.key));
     let weights: Vec<f64> = terms.iter().map(perturb).collect();
     let network = Network::new(nodes, terms, &weights);
+    check_stopped()?;
     let mut start = network.forest_potentials();
     let tolerance = tolerance(&network, &start);
     let mut work = 0;
@@ -224,13 +227,14 @@ pub fn minimise_jumps(
         let patience = PATIENCE * (nodes + terms.len()) as u64;
         let limit =
             if options.method.is_none() { patience.min(options.work_limit) } else { options.work_limit };
-        found = levels::solve(&network, start, tolerance, limit, &mut statistics);
+        found = levels::solve(&network, start, tolerance, limit, &mut statistics)?;
     }
     if found.is_none() && options.method != Some(JumpMethod::PrimalDual) {
         statistics.method = JumpMethod::NetworkSimplex;
         found = simplex::solve(&network, tolerance, options.work_limit, &mut statistics)?;
     }
     let mut state = found.ok_or(FlowError::WorkLimit { work: options.work_limit })?;
+    check_stopped()?;
     let arc_jumps = exact::snap_jumps(&network, &mut state, tolerance);
 
     let mut potentials = vec![0.0; nodes];
@@ -248,6 +252,7 @@ pub fn minimise_jumps(
         jumps[e as usize] = arc_jumps[a];
         flow[e as usize] = state.flow[a];
     }
+    check_stopped()?;
     let certificate = certificate::certify(nodes, terms, &weights, &potentials, &flow);
     let c = &certificate;
     let worst = [c.conservation, c.overflow, c.violation].into_iter().fold(c.gap.abs(), f64::max);

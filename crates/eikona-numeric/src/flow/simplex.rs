@@ -10,6 +10,7 @@ use super::error::{Contradiction, FlowError};
 use super::network::{NONE, Network};
 use super::tree::Tree;
 use super::{State, Statistics};
+use crate::observer::check_stopped;
 
 /// Arc data for pricing and cycle traversal, in one cache line.
 #[derive(Clone, Copy)]
@@ -117,6 +118,7 @@ impl<'a> Simplex<'a> {
                 return Err(FlowError::Infeasible { cycles: vec![contradiction], work });
             }
             statistics.pivots += 1;
+            check_stopped()?;
             if statistics.work + *work > work_limit {
                 return Ok(false);
             }

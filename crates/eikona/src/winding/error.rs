@@ -78,6 +78,7 @@ impl WindingError {
     pub(crate) fn of_program(fault: FlowError, mesh: &TriangleMesh, edges: &[Edge]) -> WindingError {
         const REMESH: &str = "if edges differ in length by many orders of magnitude, remesh first";
         let (terms, reason) = match fault {
+            FlowError::Stopped(fault) => return fault.into(),
             FlowError::NonFinite { term, what } => {
                 let what = if what == "shift" { "jump" } else { "length" };
                 (vec![term], format!("the {what} is not finite at the edge from EDGES; {REMESH}"))
