@@ -6,8 +6,15 @@
 //!
 //! The backend's supernodal factorisation is not used because the fill-in of a diffusion operator
 //! decays exponentially with distance and becomes denormal on meshes of some hundred edges across.
-//! Denormal arithmetic made that phase five times slower at 500,000 faces (and slower without bound
-//! on larger meshes). Here negligible entries are set to zero front by front.
+//! Denormal arithmetic made that phase five times slower at 500,000 faces (and slower without
+//! bound on larger meshes). Here negligible entries are set to zero front by front.
+//!
+//! Measured on the vertex Laplacian of a torus with 249,218 vertices, on one thread with the same
+//! order (`examples/cholesky.rs`): for diffusion times of 10,000, 1 and 0.01 squared edge lengths,
+//! factoring takes 0.45, 0.48 and 0.32 s, and with the backend 0.65, 0.73 and 3.3 s. The backend's
+//! factor has 4 % more entries, and it solves in 0.09 to 0.11 s instead of 0.03 to 0.07 s. Its
+//! analysis is faster, 0.06 to 0.11 s instead of 0.15 to 0.17 s, but starts from a sorted matrix
+//! instead of contributions in any order.
 
 use crate::kernels;
 use crate::memory::Zeroed;
