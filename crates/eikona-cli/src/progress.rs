@@ -1,7 +1,9 @@
 //! A progress line on the terminal that names the current phase after the first second.
 
+use eikona::numeric::Observer;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};
+use std::ops::ControlFlow;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -43,10 +45,16 @@ impl Progress {
 
     /// Sets the name of the current phase.
     pub fn phase(&self, name: &str) {
-        let mut state = self.shared.0.lock().unwrap_or_else(PoisonError::into_inner);
-        state.phase = name.to_string();
-        if let Some(bar) = &state.bar {
-            bar.set_message(name.to_string());
+        show(&self.shared, name.to_string());
+    }
+
+    /// Returns an observer that shows the phases of a solver, after the name of the step.
+    pub fn observer(&self, step: &str) -> impl Observer + 'static {
+        let (shared, step) = (Arc::clone(&self.shared), step.to_string());
+        move |phase: &'static str, fraction: Option<f64>| {
+            let percent = fraction.map_or(String::new(), |f| format!(" {:.0} %", 100.0 * f));
+            show(&shared, format!("{step}: {phase}{percent}"));
+            ControlFlow::Continue(())
         }
     }
 
@@ -58,6 +66,14 @@ impl Progress {
             None => say(text),
         }
     }
+}
+
+fn show(shared: &(Mutex<State>, Condvar), phase: String) {
+    let mut state = shared.0.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(bar) = &state.bar {
+        bar.set_message(phase.clone());
+    }
+    state.phase = phase;
 }
 
 fn show_later(shared: &(Mutex<State>, Condvar)) {

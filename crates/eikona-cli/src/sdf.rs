@@ -218,8 +218,8 @@ fn solve(
         confidence: method.confidence,
     };
     record_options(&solver_options, &solve_options, arguments, session);
-    let solver = session.unmeasured("factor the systems", || Solver::new(&input.mesh, &solver_options))?;
-    let solution = session.unmeasured("solve", || solver.solve(source, &solve_options))?;
+    let solver = session.solver("prepare", || Solver::new(&input.mesh, &solver_options))?;
+    let solution = session.solver("solve", || solver.solve(source, &solve_options))?;
     let report = &solution.report;
     session.report.phases_of("prepare", &report.preparation.phases);
     session.report.phases_of("solve", &report.phases);

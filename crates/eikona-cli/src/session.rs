@@ -6,6 +6,7 @@ use crate::progress::Progress;
 use crate::report::{Output, Report, peak_memory_bytes};
 use crate::warned::Warned;
 use clap::Args;
+use eikona::numeric::observed;
 use eikona_mesh::io::{StagedFile, publish_files, stage_file};
 use std::collections::{BTreeMap, HashSet};
 use std::io::Write;
@@ -84,10 +85,10 @@ impl Session {
         result
     }
 
-    /// Like [`Session::phase`], for work that measures its own phases.
-    pub fn unmeasured<T>(&mut self, name: &str, work: impl FnOnce() -> T) -> T {
-        self.progress.phase(name);
-        work()
+    /// Runs a solver, which measures its own phases, and shows its progress.
+    pub fn solver<T>(&mut self, step: &str, work: impl FnOnce() -> T) -> T {
+        self.progress.phase(step);
+        observed(self.progress.observer(step), work)
     }
 
     /// Prints a note, unless quiet.

@@ -226,7 +226,7 @@ fn solve(
             other => other,
         },
     };
-    let winding = session.unmeasured("solve", || surface_winding_number(&input.mesh, curves, &options))?;
+    let winding = session.solver("solve", || surface_winding_number(&input.mesh, curves, &options))?;
     let report = &winding.report;
     if let (Some(path), None) = (&arguments.outputs.suggested, &report.orientation) {
         let reason = report.orientation_unchecked.as_ref();
