@@ -1,6 +1,6 @@
 //! Times our Cholesky factorisation beside the backend's supernodal one, on Laplacians of a torus:
 //! `cargo run -p eikona-numeric --example cholesky [--features faer/rayon] [vertices ...]`. With
-//! the feature, which adds packages to `Cargo.lock`, the backend also runs on all cores.
+//! the feature, the backend also runs on all cores.
 //!
 //! Both use the same elimination order. The matrix is `M + t L`, with the mass `M` and the
 //! cotangent Laplacian `L`; its factor decays with distance over lengths of about the square root
