@@ -94,7 +94,7 @@ pub fn write_outputs(
 ) -> Result<(), Failure> {
     let outputs = &arguments.outputs;
     if let (Some(path), Some(format)) = (&outputs.output, formats.output) {
-        let same_faces = !winding.is_cut() && input.has_faces_of_file();
+        let same_faces = !winding.is_cut() && input.provenance.keeps_faces();
         if let (MainFormat::Table(_), None, false) = (format, &outputs.split, same_faces) {
             session.warn(format!(
                 "{}: this table indexes the {} faces of a mesh that is not being written: your mesh with {} \
@@ -229,15 +229,17 @@ const NO_LABEL: i32 = i32::MIN;
 /// tie. `None` if the face was dropped.
 fn labels_of_file(winding: &Winding, input: &MeshInput) -> Vec<Option<i32>> {
     let of_triangles = winding.input_labels();
-    if input.has_faces_of_file() {
+    if input.provenance.keeps_faces() {
         return of_triangles.as_slice().iter().copied().map(Some).collect();
     }
-    winding.labels_of_groups(input.file.mesh.face_count(), |triangle| input.face_of_file(triangle).index())
+    winding.labels_of_groups(input.file.mesh.face_count(), |triangle| {
+        input.provenance.face_parent(triangle).index()
+    })
 }
 
 /// The face of the file that contains each face.
 fn parents(winding: &Winding, input: &MeshInput) -> impl Iterator<Item = Face> {
-    winding.face_parent.iter().map(|&triangle| input.face_of_file(triangle))
+    winding.face_parent.iter().map(|&triangle| input.provenance.face_parent(triangle))
 }
 
 /// Labels and parents per face.
