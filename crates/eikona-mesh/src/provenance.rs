@@ -199,12 +199,22 @@ impl Provenance {
         itself.into_iter().chain(terms.into_iter().flatten().copied())
     }
 
+    /// Returns the weights of three original vertices in the place of a new one: its barycentric
+    /// coordinates if they are the corners of a face that contains it.
+    pub fn weights_in(&self, new: Vertex, corners: [Vertex; 3]) -> [f64; 3] {
+        corners.map(|c| self.vertex_weights(new).find(|term| term.0 == c).map_or(0.0, |term| term.1))
+    }
+
     /// Returns the place of a new vertex on the original mesh. The vertices that it names were
     /// joined by an edge or face when the new vertex was inserted.
     ///
     /// `None` for a vertex that is the mean of more than three original ones: it was inserted
-    /// between vertices of an earlier cut that were welded or stitched together.
+    /// between vertices of an earlier cut that were welded or stitched together. `None` also if
+    /// there is no such vertex.
     pub fn vertex_place(&self, new: Vertex) -> Option<SurfacePoint> {
+        if new.index() >= self.vertex_counts[1] {
+            return None;
+        }
         let Some(maps) = &self.vertices else { return Some(new.into()) };
         match *maps.terms(new) {
             [(a, _)] => Some(a.into()),
@@ -212,6 +222,14 @@ impl Provenance {
             [(a, x), (b, y), (c, z)] => {
                 Some(SurfacePoint::Face { vertices: [a.0, b.0, c.0], bary: [x, y, z] })
             }
+            _ => None,
+        }
+    }
+
+    /// Returns the original vertex at which a new one lies; `None` inside edges and faces.
+    pub fn vertex_parent(&self, new: Vertex) -> Option<Vertex> {
+        match self.vertex_place(new)? {
+            SurfacePoint::Vertex { vertex } => Some(Vertex(vertex)),
             _ => None,
         }
     }
@@ -263,7 +281,7 @@ impl Provenance {
     ///
     /// # Cost
     /// O(log F).
-    pub fn face_parts(&self, original: Face) -> impl ExactSizeIterator<Item = Face> + use<> {
+    pub fn face_parts(&self, original: Face) -> impl ExactSizeIterator<Item = Face> + Clone + use<> {
         let (first, count) = match &self.parents {
             None => (original.index(), usize::from(original.index() < self.face_counts[0])),
             Some(parents) => {
@@ -334,7 +352,8 @@ impl Provenance {
     ///
     /// ```
     /// use eikona_mesh::{FaceField, PolygonMesh};
-    /// let mut square = PolygonMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]]);
+    /// let corners = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
+    /// let mut square = PolygonMesh::new(corners.to_vec());
     /// square.push_face(0..4);
     /// let (_, provenance) = square.triangulate()?;
     /// let areas = FaceField::from(vec![0.5, 0.5]);

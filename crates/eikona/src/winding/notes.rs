@@ -4,16 +4,16 @@ use crate::winding::chain::Chain;
 use crate::winding::coordinates::Coordinates;
 use crate::winding::islands::Islands;
 use crate::wording::counted;
-use eikona_mesh::{Edge, Face, SurfacePoint, TriangleMesh, Vertex};
+use eikona_mesh::{Edge, Face, Provenance, SurfacePoint, TriangleMesh, Vertex};
 
 /// Names of elements in warnings. The user knows only elements of the input: on a cut mesh a vertex
 /// is named by its place, a face by the face it was cut from.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Names<'a>(pub Option<(&'a [SurfacePoint], &'a [Face])>);
+pub(super) struct Names<'a>(pub Option<&'a Provenance>);
 
 impl Names<'_> {
     fn vertex(self, v: Vertex) -> String {
-        match self.0.map(|(places, _)| places[v.index()]) {
+        match self.0.and_then(|cut| cut.vertex_place(v)) {
             None => format!("vertex {}", v.index()),
             Some(SurfacePoint::Vertex { vertex }) => format!("vertex {vertex}"),
             Some(SurfacePoint::Edge { vertices: [a, b], .. }) => {
@@ -28,7 +28,7 @@ impl Names<'_> {
     fn face(self, f: Face) -> String {
         match self.0 {
             None => f.to_string(),
-            Some((_, parents)) => format!("a part of {}", parents[f.index()]),
+            Some(cut) => format!("a part of {}", cut.face_parent(f)),
         }
     }
 }
