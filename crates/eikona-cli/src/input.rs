@@ -7,8 +7,8 @@ use crate::warned::Warned;
 use clap::Args;
 use eikona_mesh::io::{MeshFile, MeshFormat, MeshOut, read_mesh_as, read_mesh_bytes, without_gzip};
 use eikona_mesh::{
-    Face, Fault, IndexMaps, MeshError, PolygonMesh, PolygonQuality, RepairedPolygons, Stitched, SurfacePoint,
-    TriangleMesh, Vertex, drop_broken_polygons, drop_degenerate_faces, weld_polygons,
+    Face, Fault, MeshError, PolygonMesh, PolygonQuality, Provenance, RepairedPolygons, Stitched,
+    SurfacePoint, TriangleMesh, Vertex, drop_broken_polygons, drop_degenerate_faces, weld_polygons,
 };
 use serde_json::{Value, json};
 use std::io::Read;
@@ -89,14 +89,13 @@ pub struct MeshInput {
     pub polygon_quality: Option<PolygonQuality>,
     /// Faces of output files.
     surface: Surface,
-    /// The face of the file that contains each triangle, ascending. `None` if triangles and faces
-    /// have the same numbers.
-    parts_of: Option<Vec<Face>>,
+    /// Where the vertices and triangles of `mesh` come from in the file.
+    pub provenance: Provenance,
     /// The mesh before repairs, whose numbers curve files use. `None` if it equals `mesh`.
     of_file: Option<MeshOfFile>,
-    /// Maps the vertices of that mesh to the welded mesh, if vertices were merged.
-    joined: Option<IndexMaps>,
-    /// Maps the welded mesh to `mesh`, if boundaries were stitched.
+    /// Maps the vertices of that mesh to those before stitching.
+    renamed: Provenance,
+    /// Maps the points before stitching to `mesh`, if boundaries were stitched.
     stitched: Option<Stitched>,
 }
 
@@ -112,15 +111,15 @@ struct MeshOfFile {
 
 impl MeshOfFile {
     fn new(polygons: &PolygonMesh) -> Result<MeshOfFile, MeshError> {
-        let RepairedPolygons { mesh: kept, maps } = drop_broken_polygons(polygons);
-        let broken = maps.dropped_faces();
+        let RepairedPolygons { mesh: kept, provenance } = drop_broken_polygons(polygons);
+        let broken = provenance.dropped_faces();
         let (whole, _) = kept.triangulate()?;
         if broken.is_empty() {
             return Ok(MeshOfFile { whole, placeholders: None });
         }
         let mut all = PolygonMesh::new(polygons.positions.clone());
-        for new in maps.faces.as_slice() {
-            if let Some(f) = new {
+        for face in (0..polygons.face_count() as u32).map(Face) {
+            if let Some(f) = provenance.face_parts(face).next() {
                 all.push_face(kept.face(f.index()).iter().copied());
             } else {
                 let first = all.vertex_count() as u32;
@@ -151,12 +150,10 @@ impl MeshInput {
         let mut repairs: Vec<Value> = Vec::new();
 
         let mut polygons = None;
-        let mut parts_of: Vec<Face> = (0..file.mesh.face_count() as u32).map(Face).collect();
-        // Whether the numbers of the file differ from those of the mesh.
-        let mut renumbered = false;
+        let mut repaired = Provenance::identity(file.mesh.vertex_count(), file.mesh.face_count());
         if arguments.drop_degenerate {
             let dropped = drop_broken_polygons(&file.mesh);
-            let faces = dropped.maps.dropped_faces();
+            let faces = dropped.provenance.dropped_faces();
             let corners = |polygons: &PolygonMesh| polygons.faces().map(<[u32]>::len).sum::<usize>();
             let lost: usize = faces.iter().map(|f| file.mesh.face(f.index()).len()).sum();
             let doubled = corners(&file.mesh) - lost - corners(&dropped.mesh);
@@ -175,16 +172,13 @@ impl MeshInput {
                 repairs.push(
                     json!({"repair": "drop broken faces", "dropped_faces": ids(faces.iter().map(|f| f.0))}),
                 );
-                keep(&mut parts_of, &dropped.maps);
-                renumbered = true;
             }
+            repaired = dropped.provenance;
             if doubled > 0 || !faces.is_empty() {
                 polygons = Some(dropped.mesh);
             }
         }
         let triangulate = |polygons: &PolygonMesh| polygons.triangulate().map_err(|e| invalid(&path, e, all));
-        let mut joined = None;
-        let mut joined_stl = None;
         if let Some(tolerance) = weld {
             let before = polygons.as_ref().unwrap_or(&file.mesh);
             let welded = session.phase("weld", || weld_polygons(before, tolerance)).map_err(|e| match e {
@@ -192,32 +186,24 @@ impl MeshInput {
                 e => invalid(&path, e, all),
             })?;
             let (from, to) = (before.vertex_count(), welded.mesh.vertex_count());
-            let lost = welded.maps.dropped_faces().len();
+            let dropped = welded.provenance.dropped_faces();
+            let lost = dropped.len();
             if from != to || lost > 0 {
                 session.note(&weld_note(is_stl && arguments.weld.is_none(), from, to, lost));
             }
-            let vertex_map: Vec<Option<u32>> =
-                welded.maps.vertices.as_slice().iter().map(|v| v.map(|v| v.0)).collect();
             repairs.push(json!({
                 "repair": "weld", "tolerance": tolerance, "vertices_before": from, "vertices_after": to,
-                "dropped_faces": ids(welded.maps.dropped_faces().iter().map(|f| f.0)),
-                "vertex_map": if from == to { Value::Null } else { json!(vertex_map) },
+                "dropped_faces": ids(dropped.iter().map(|f| f.0)),
+                "vertex_map": vertex_map(&welded.provenance, from),
             }));
-            keep(&mut parts_of, &welded.maps);
-            if !is_stl {
-                renumbered |= from != to || lost > 0;
-                joined = Some(welded.maps);
-            } else if lost > 0 || arguments.drop_degenerate || arguments.stitch.is_some() {
-                // Curves can name the faces of an STL file, but not its vertices: the format has no
-                // shared ones.
-                joined_stl = Some(with_vertices(&file.mesh, &welded));
-                renumbered |= lost > 0;
-            }
+            repaired = repaired.then(&welded.provenance);
             polygons = Some(welded.mesh);
         }
         let surface = polygons.as_ref().unwrap_or(&file.mesh);
-        let (mut mesh, polygon_of) = session.phase("triangulate", || triangulate(surface))?;
-        parts_of = polygon_of.iter().map(|f| parts_of[f.index()]).collect();
+        let (mut mesh, triangulated) = session.phase("triangulate", || triangulate(surface))?;
+        let mut provenance = repaired.then(&triangulated);
+        // Whether triangles were dropped or stitched.
+        let mut changed = false;
         let mut polygon_quality = None;
         if !surface.is_triangular() {
             session.note(&format!(
@@ -237,17 +223,15 @@ impl MeshInput {
             }
             polygon_quality = Some(quality);
         }
-        let mut kept_polygons = true;
         if arguments.drop_degenerate {
             let dropped = drop_degenerate_faces(&mesh);
-            let faces = dropped.maps.dropped_faces();
+            let faces = dropped.provenance.dropped_faces();
             if !faces.is_empty() {
                 session.note(&format!("dropped {} triangles of zero area", faces.len()));
                 repairs.push(json!({"repair": "drop degenerate faces", "dropped_faces": ids(faces.iter().map(|f| f.0))}));
-                keep(&mut parts_of, &dropped.maps);
+                provenance = provenance.then(&dropped.provenance);
                 mesh = dropped.mesh;
-                kept_polygons = false;
-                renumbered = true;
+                changed = true;
             }
         }
         let mut stitched = None;
@@ -255,11 +239,10 @@ impl MeshInput {
             && let Some((found, facts)) = stitch_mesh(&mesh, how, session)?
         {
             repairs.push(facts);
-            parts_of = found.parent.as_slice().iter().map(|f| parts_of[f.index()]).collect();
+            provenance = provenance.then(&found.provenance);
             mesh = found.mesh.clone();
             stitched = Some(found);
-            kept_polygons = false;
-            renumbered = true;
+            changed = true;
         }
         if weld.is_none() && arguments.stitch.is_none() && looks_loose(&mesh) {
             let sentence = "no two faces share a vertex, so the surface is disconnected; add --weld to merge \
@@ -268,17 +251,22 @@ impl MeshInput {
         }
         session.report.input.insert("mesh".into(), facts(&path, format, &file, &mesh));
         session.report.input.insert("repairs".into(), Value::Array(repairs));
-        let surface = if kept_polygons {
-            polygons.map_or(Surface::File, Surface::Polygons)
-        } else {
-            Surface::Triangles
+        // Curves can name the faces of an STL file, but not its vertices: the format has no shared
+        // ones.
+        let same_vertices = is_stl || repaired.keeps_vertices();
+        let of_file = match &polygons {
+            _ if same_vertices && repaired.keeps_faces() && !changed => None,
+            Some(welded) if is_stl => Some(MeshOfFile::new(&with_vertices(&file.mesh, welded, &repaired))),
+            _ => Some(MeshOfFile::new(&file.mesh)),
         };
-        let of_file = renumbered.then(|| MeshOfFile::new(joined_stl.as_ref().unwrap_or(&file.mesh)));
         let of_file = of_file.transpose().map_err(|e| invalid(&path, e, all))?;
-        let same = parts_of.len() == file.mesh.face_count()
-            && parts_of.iter().enumerate().all(|(triangle, f)| f.index() == triangle);
-        let parts_of = (!same).then_some(parts_of);
-        Ok(MeshInput { path, file, mesh, polygon_quality, surface, parts_of, of_file, joined, stitched })
+        let renamed = match &polygons {
+            Some(welded) if is_stl => Provenance::identity(welded.vertex_count(), 0),
+            _ => repaired,
+        };
+        let surface =
+            if changed { Surface::Triangles } else { polygons.map_or(Surface::File, Surface::Polygons) };
+        Ok(MeshInput { path, file, mesh, polygon_quality, surface, provenance, of_file, renamed, stitched })
     }
 
     /// Fails if the mesh has no faces.
@@ -311,16 +299,6 @@ impl MeshInput {
         matches!(self.surface, Surface::File)
     }
 
-    /// Whether the triangles are the faces of the file, with equal numbers.
-    pub fn has_faces_of_file(&self) -> bool {
-        self.parts_of.is_none()
-    }
-
-    /// The face of the file that contains a triangle.
-    pub fn face_of_file(&self, triangle: Face) -> Face {
-        self.parts_of.as_ref().map_or(triangle, |parts_of| parts_of[triangle.index()])
-    }
-
     /// The first triangle of a face of the file.
     pub fn triangle_of(&self, face: Face) -> Result<Face, String> {
         let faces = self.file.mesh.face_count();
@@ -331,30 +309,19 @@ impl MeshInput {
                 faces.saturating_sub(1)
             ));
         }
-        let Some(parts_of) = &self.parts_of else { return Ok(face) };
-        let first = parts_of.partition_point(|f| f.0 < face.0);
-        if parts_of.get(first) == Some(&face) {
-            return Ok(Face(first as u32));
-        }
-        Err(format!(
-            "{face} was dropped: it has zero area, repeats a vertex, or has too few corners; name \
-         another face"
-        ))
+        self.provenance.face_parts(face).next().ok_or_else(|| {
+            format!(
+                "{face} was dropped: it has zero area, repeats a vertex, or has too few corners; name \
+                 another face"
+            )
+        })
     }
 
     /// Transfers values from the vertices of the file to those of the mesh. Merged vertices take
     /// the value of the first one.
     pub fn vertex_values(&self, values: &[f64]) -> Vec<f64> {
-        if self.joined.is_none() && self.stitched.is_none() {
-            return values.to_vec();
-        }
-        let mut result = vec![f64::NAN; self.mesh.vertex_count()];
-        for (v, &value) in values.iter().enumerate().rev() {
-            if let Some(place) = result.get_mut(self.new_vertex(v as u32) as usize) {
-                *place = value;
-            }
-        }
-        result
+        let pulled = self.provenance.pull_vertices(&values.to_vec().into());
+        pulled.expect("readers give one value per vertex").into_vec()
     }
 
     /// The mesh whose vertices curve files name.
@@ -400,51 +367,28 @@ impl MeshInput {
 
     /// The `l` lines of the file as vertices of the mesh.
     pub fn lines(&self) -> Vec<Vec<u32>> {
-        self.file.lines.iter().map(|line| line.iter().map(|&v| self.new_vertex(v)).collect()).collect()
-    }
-
-    /// The vertex of the mesh that a vertex of the file was merged into.
-    fn new_vertex(&self, vertex: u32) -> u32 {
-        let new = self.joined.as_ref().and_then(|maps| *maps.vertices.get(Vertex(vertex))?);
-        let welded = new.map_or(vertex, |v| v.0);
-        let stitched = self.stitched.as_ref().and_then(|s| s.vertices.get(Vertex(welded)));
-        stitched.map_or(welded, |v| v.0)
+        let new = |v: &u32| self.provenance.new_vertex(Vertex(*v)).map_or(*v, |v| v.0);
+        self.file.lines.iter().map(|line| line.iter().map(new).collect()).collect()
     }
 
     /// Converts a point from vertices of the file to vertices of the mesh. The result is invalid if
     /// its face or edge was dropped.
     pub fn renumber(&self, point: SurfacePoint) -> SurfacePoint {
-        let welded = match &self.joined {
-            Some(maps) => renumbered(point, maps),
-            None => point,
-        };
-        self.stitched.as_ref().map_or(welded, |stitched| stitched.point(welded))
+        let renamed = self.renamed.rename(point);
+        self.stitched.as_ref().map_or(renamed, |stitched| stitched.point(renamed))
     }
 }
 
-/// Replaces the vertices of a point by those that they were merged into.
-fn renumbered(point: SurfacePoint, maps: &IndexMaps) -> SurfacePoint {
-    let new = |v: u32| maps.vertices.get(Vertex(v)).copied().flatten().map_or(v, |v| v.0);
-    match point {
-        SurfacePoint::Vertex { vertex } => SurfacePoint::Vertex { vertex: new(vertex) },
-        SurfacePoint::Edge { vertices: [a, b], t } => match [new(a), new(b)] {
-            [a, b] if a == b => SurfacePoint::Vertex { vertex: a },
-            vertices => SurfacePoint::Edge { vertices, t },
-        },
-        SurfacePoint::Face { vertices, bary } => SurfacePoint::Face { vertices: vertices.map(new), bary },
-    }
-}
-
-/// Removes the entries of faces that a repair dropped.
-fn keep<T>(of_faces: &mut Vec<T>, maps: &IndexMaps) {
-    let mut new = maps.faces.as_slice().iter();
-    of_faces.retain(|_| new.next().is_some_and(Option::is_some));
+/// The new number of each vertex for the report; null if all keep their numbers.
+pub fn vertex_map(provenance: &Provenance, vertices: usize) -> Value {
+    let new = |v: u32| provenance.new_vertex(Vertex(v)).map(|v| v.0);
+    if provenance.keeps_vertices() { Value::Null } else { (0..vertices as u32).map(new).collect() }
 }
 
 /// The polygons, including broken ones, on the welded vertices.
-fn with_vertices(polygons: &PolygonMesh, welded: &RepairedPolygons) -> PolygonMesh {
-    let new = |v: &u32| welded.maps.vertices.get(Vertex(*v)).copied().flatten().map_or(*v, |v| v.0);
-    let mut joined = PolygonMesh::new(welded.mesh.positions.clone());
+fn with_vertices(polygons: &PolygonMesh, welded: &PolygonMesh, provenance: &Provenance) -> PolygonMesh {
+    let new = |v: &u32| provenance.new_vertex(Vertex(*v)).map_or(*v, |v| v.0);
+    let mut joined = PolygonMesh::new(welded.positions.clone());
     polygons.faces().for_each(|corners| joined.push_face(corners.iter().map(new)));
     joined
 }

@@ -1,6 +1,7 @@
 //! Boundaries that touch without sharing vertices: warnings and the repair.
 
 use crate::exit::Failure;
+use crate::input::vertex_map;
 use crate::session::Session;
 use crate::warned::Warned;
 use eikona_mesh::{Components, MeshError, Seams, Stitched, SurfaceCurves, TriangleMesh, stitch};
@@ -54,12 +55,11 @@ pub fn stitch_mesh(
          {:.1e}{results}",
         stitched.joined_vertices, stitched.inserted_vertices, stitched.divided_faces, stitched.largest_gap
     ));
-    let vertex_map: Vec<u32> = stitched.vertices.as_slice().iter().map(|v| v.0).collect();
     let facts = json!({
         "repair": "stitch", "tolerance": tolerance, "joined_vertices": stitched.joined_vertices,
         "inserted_vertices": stitched.inserted_vertices, "divided_faces": stitched.divided_faces,
         "largest_gap": stitched.largest_gap,
-        "vertex_map": if stitched.joined_vertices == 0 { Value::Null } else { json!(vertex_map) },
+        "vertex_map": vertex_map(&stitched.provenance, mesh.vertex_count()),
     });
     Ok(Some((stitched, facts)))
 }

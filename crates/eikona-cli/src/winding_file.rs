@@ -11,7 +11,7 @@ use crate::winding::{OutputArguments, WindingArguments};
 use eikona::contour::{obj_lines, polylines};
 use eikona::winding::{JumpLoop, Winding};
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
-use eikona_mesh::{Curve, CurveFile, ElementId, Face, FileError, SurfaceCurves, TriangleMesh};
+use eikona_mesh::{Curve, CurveFile, ElementId, Face, FileError, Provenance, SurfaceCurves, TriangleMesh};
 use eikona_render::{ColorMap, Coloring, Levels, ScalarField, Scene, Values, label_color};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -94,8 +94,9 @@ pub fn write_outputs(
     session: &mut Session,
 ) -> Result<(), Failure> {
     let outputs = &arguments.outputs;
+    let of_file = input.provenance.then(&winding.provenance);
     if let (Some(path), Some(format)) = (&outputs.output, formats.output) {
-        let same_faces = !winding.is_cut() && input.has_faces_of_file();
+        let same_faces = !winding.is_cut() && input.provenance.keeps_faces();
         if let (MainFormat::Table(_), None, false) = (format, &outputs.split, same_faces) {
             let sentence = format!(
                 "this table indexes the {} faces of a mesh that is not being written: your mesh with {} \
@@ -108,22 +109,22 @@ pub fn write_outputs(
             session.warn(Warned::new("table_of_other_faces", sentence).about(path.display()));
         }
         match format {
-            MainFormat::Faces => write_faces(path, winding, input, session)?,
+            MainFormat::Faces => write_faces(path, winding, &of_file, session)?,
             MainFormat::Corners => write_corners(path, winding, session)?,
-            MainFormat::Split(format) => write_split("regions", path, format, (winding, input), session)?,
+            MainFormat::Split(format) => write_split("regions", path, format, (winding, &of_file), session)?,
             MainFormat::Table(TableFormat::Npy) => {
                 session.output("regions", path, npy_of_labels(winding.labels.as_slice()))?;
             }
             MainFormat::Table(TableFormat::Csv) => {
-                session.output("regions", path, csv_of_regions(winding, input).into_bytes())?;
+                session.output("regions", path, csv_of_regions(winding, &of_file).into_bytes())?;
             }
         }
     }
     if let (Some(path), Some(format)) = (&outputs.split, formats.split) {
-        write_split("split mesh", path, format, (winding, input), session)?;
+        write_split("split mesh", path, format, (winding, &of_file), session)?;
     }
     if let (Some(path), Some(format)) = (&outputs.input_labels, formats.input_labels) {
-        let labels = labels_of_file(winding, input);
+        let labels = winding.original_labels(&input.provenance).into_vec();
         if let Some(first) = labels.iter().position(Option::is_none) {
             let faces = match labels.iter().filter(|label| label.is_none()).count() {
                 1 => "1 dropped face has".to_string(),
@@ -236,31 +237,16 @@ fn levels_between_integers(values: &[f64]) -> Option<Levels> {
 /// Label of a dropped face in integer files: the smallest int32, which is far from any label.
 const NO_LABEL: i32 = i32::MIN;
 
-/// The label of each face of the file: the one that covers most of its area, and the smallest in a
-/// tie. `None` if the face was dropped.
-fn labels_of_file(winding: &Winding, input: &MeshInput) -> Vec<Option<i32>> {
-    let of_triangles = winding.input_labels();
-    if input.has_faces_of_file() {
-        return of_triangles.as_slice().iter().copied().map(Some).collect();
-    }
-    winding.labels_of_groups(input.file.mesh.face_count(), |triangle| input.face_of_file(triangle).index())
-}
-
-/// The face of the file that contains each face.
-fn parents(winding: &Winding, input: &MeshInput) -> impl Iterator<Item = Face> {
-    winding.face_parent.iter().map(|&triangle| input.face_of_file(triangle))
-}
-
-/// Labels and parents per face.
-fn as_numbers(winding: &Winding, input: &MeshInput) -> [Vec<f64>; 2] {
+/// Labels and faces of the file per face.
+fn as_numbers(winding: &Winding, of_file: &Provenance) -> [Vec<f64>; 2] {
     let labels = winding.labels.as_slice().iter().map(|&l| f64::from(l)).collect();
-    [labels, parents(winding, input).map(|f| f.index() as f64).collect()]
+    [labels, of_file.face_parents().map(|f| f.index() as f64).collect()]
 }
 
-fn csv_of_regions(winding: &Winding, input: &MeshInput) -> String {
+fn csv_of_regions(winding: &Winding, of_file: &Provenance) -> String {
     let mut text = String::from("label,margin,parent\n");
     for ((label, margin), parent) in
-        winding.labels.as_slice().iter().zip(winding.margin.as_slice()).zip(parents(winding, input))
+        winding.labels.as_slice().iter().zip(winding.margin.as_slice()).zip(of_file.face_parents())
     {
         let _ = writeln!(text, "{label},{margin},{}", parent.index());
     }
@@ -270,10 +256,10 @@ fn csv_of_regions(winding: &Winding, input: &MeshInput) -> String {
 fn write_faces(
     path: &Path,
     winding: &Winding,
-    input: &MeshInput,
+    of_file: &Provenance,
     session: &mut Session,
 ) -> Result<(), Failure> {
-    let [labels, parents] = as_numbers(winding, input);
+    let [labels, parents] = as_numbers(winding, of_file);
     let margin = winding.margin.as_slice();
     let mut out = MeshOut::from(&winding.mesh);
     out.face_scalars = vec![("label", &labels), ("margin", margin), ("parent", &parents)];
@@ -293,11 +279,11 @@ fn write_split(
     kind: &'static str,
     path: &Path,
     format: MeshFormat,
-    (winding, input): (&Winding, &MeshInput),
+    (winding, of_file): (&Winding, &Provenance),
     session: &mut Session,
 ) -> Result<(), Failure> {
     let split = winding.split().map_err(|e| Failure::Failed(format!("{}: {e}", path.display())))?;
-    let [labels, parents] = as_numbers(winding, input);
+    let [labels, parents] = as_numbers(winding, of_file);
     let at_vertices = labels_at_vertices(&split.mesh, winding);
     let colours: Vec<[u8; 3]> = at_vertices.iter().map(|&label| label_color(i64::from(label))).collect();
     let at_vertices: Vec<f64> = at_vertices.into_iter().map(f64::from).collect();

@@ -3,8 +3,8 @@
 //! shapes, and file formats. This crate knows no matrices.
 //!
 //! Indices are 0-based everywhere but in OBJ files. Faces are counter-clockwise. Vertices and faces
-//! keep the order and count of the input; every repair is an explicit function that returns index
-//! maps.
+//! keep the order and count of the input; every repair is an explicit function that returns the
+//! [`Provenance`] of its result.
 
 mod curve;
 mod curve_io;
@@ -20,6 +20,7 @@ mod near;
 mod orientation;
 mod point;
 mod polygon;
+mod provenance;
 mod quality;
 pub mod random;
 mod repair;
@@ -46,9 +47,10 @@ pub use mesh::{Neighbour, TriangleMesh};
 pub use orientation::{Orientation, Patch};
 pub use point::{BARYCENTRIC_TOLERANCE, Located, SNAP_TOLERANCE, SurfacePoint};
 pub use polygon::{NONPLANAR, PolygonMesh, PolygonQuality};
+pub use provenance::Provenance;
 pub use quality::{Quality, Range, ZERO_AREA};
 pub use repair::{
-    IndexMaps, Repaired, RepairedPolygons, drop_broken_polygons, drop_degenerate_faces, drop_duplicate_faces,
+    Repaired, RepairedPolygons, drop_broken_polygons, drop_degenerate_faces, drop_duplicate_faces,
     drop_unreferenced_vertices, orient, split_nonmanifold_vertices, weld, weld_polygons,
 };
 pub use seams::{HangingVertex, Joint, SEAM_TOLERANCE, Seams};

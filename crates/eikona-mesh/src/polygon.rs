@@ -3,6 +3,7 @@
 use crate::error::{Fault, MeshError};
 use crate::id::Face;
 use crate::mesh::TriangleMesh;
+use crate::provenance::Provenance;
 
 mod box_tree;
 mod crossing;
@@ -68,8 +69,7 @@ impl PolygonMesh {
         self.faces().all(|f| f.len() == 3)
     }
 
-    /// Triangulates the polygons. Returns the triangle mesh with the same vertices, and the polygon
-    /// of each triangle.
+    /// Triangulates the polygons. The vertices stay; the parent of a triangle is its polygon.
     ///
     /// A polygon of `n` corners gives `n - 2` triangles with the polygon's orientation:
     /// - a fan from its first corner, if that covers the polygon without folding over, as in every
@@ -86,13 +86,13 @@ impl PolygonMesh {
     /// [`PolygonQuality`] reports them.
     ///
     /// ```
-    /// use eikona_mesh::{PolygonMesh, Quality};
+    /// use eikona_mesh::{Face, PolygonMesh, Quality};
     /// // An L: the fan from its first corner would fold over.
     /// let corners = [[2., 0.], [2., 1.], [1., 1.], [1., 2.], [0., 2.], [0., 0.]];
     /// let mut mesh = PolygonMesh::new(corners.map(|[x, y]| [x, y, 0.]).to_vec());
     /// mesh.push_face(0..6);
-    /// let (triangles, parents) = mesh.triangulate()?;
-    /// assert_eq!(parents.len(), 4);
+    /// let (triangles, provenance) = mesh.triangulate()?;
+    /// assert_eq!(provenance.face_parts(Face(0)).len(), 4);
     /// assert_eq!(Quality::of(&triangles).area, 3.0);
     /// # Ok::<(), eikona_mesh::MeshError>(())
     /// ```
@@ -104,7 +104,7 @@ impl PolygonMesh {
     ///
     /// # Cost
     /// O(n) for polygons triangulated as fans, about O(n log n) for others.
-    pub fn triangulate(&self) -> Result<(TriangleMesh, Vec<Face>), MeshError> {
+    pub fn triangulate(&self) -> Result<(TriangleMesh, Provenance), MeshError> {
         let mut triangles = Vec::with_capacity(self.face_count());
         let mut parent = Vec::with_capacity(self.face_count());
         let mut faults = Vec::new();
@@ -129,7 +129,9 @@ impl PolygonMesh {
         if !faults.is_empty() {
             return Err(MeshError::Invalid(faults));
         }
-        Ok((TriangleMesh::new(self.positions.clone(), triangles)?, parent))
+        let provenance =
+            Provenance::identity(self.vertex_count(), self.face_count()).with_face_parents(parent);
+        Ok((TriangleMesh::new(self.positions.clone(), triangles)?, provenance))
     }
 }
 

@@ -1,118 +1,35 @@
-//! Repairs of a mesh. Each is an explicit function that returns the new mesh and index maps for
-//! vertices and faces.
+//! Repairs of a mesh. Each is an explicit function that returns the new mesh and its
+//! [`Provenance`].
 
 use crate::error::{Fault, MeshError};
 use crate::fan::umbrellas;
-use crate::field::{FaceField, VertexField};
 use crate::id::{Face, Vertex};
 use crate::mesh::{TriangleMesh, structural_faults};
 use crate::orientation::Orientation;
+use crate::point::SurfacePoint;
 use crate::polygon::{PolygonMesh, cut_polygon};
+use crate::provenance::Provenance;
 use crate::quality::TriangleShape;
 use crate::validate::first_with_same_vertices;
 use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
 
-/// A repaired mesh, with the maps from old elements to new ones.
+/// A repaired mesh.
 #[derive(Clone, Debug)]
 pub struct Repaired {
     /// The new mesh. Vertices and faces that are kept stay in order.
     pub mesh: TriangleMesh,
-    /// The new elements of the old ones.
-    pub maps: IndexMaps,
+    /// Where its vertices and faces come from.
+    pub provenance: Provenance,
 }
 
-/// A repaired polygon mesh, with the maps from old elements to new ones.
+/// A repaired polygon mesh.
 #[derive(Clone, Debug)]
 pub struct RepairedPolygons {
     /// The new mesh. Vertices and faces that are kept stay in order.
     pub mesh: PolygonMesh,
-    /// The new elements of the old ones.
-    pub maps: IndexMaps,
-}
-
-/// Maps from the old vertices and faces to the new ones.
-#[derive(Clone, Debug, PartialEq)]
-pub struct IndexMaps {
-    /// The new vertex of each old one; `None` if it was dropped. Merged vertices have the same new
-    /// one.
-    pub vertices: VertexField<Option<Vertex>>,
-    /// The new face of each old one; `None` if it was dropped.
-    pub faces: FaceField<Option<Face>>,
-    /// The faces that were flipped, by their old ids, in increasing order.
-    pub flipped_faces: Vec<Face>,
-}
-
-impl IndexMaps {
-    /// Creates the identity.
-    fn identity(vertices: usize, faces: usize) -> IndexMaps {
-        IndexMaps {
-            vertices: (0..vertices as u32).map(|i| Some(Vertex(i))).collect::<Vec<_>>().into(),
-            faces: (0..faces as u32).map(|i| Some(Face(i))).collect::<Vec<_>>().into(),
-            flipped_faces: Vec::new(),
-        }
-    }
-    /// Returns the old vertices that were dropped, in increasing order.
-    pub fn dropped_vertices(&self) -> Vec<Vertex> {
-        self.vertices.iter().filter(|(_, new)| new.is_none()).map(|(v, _)| v).collect()
-    }
-    /// Returns the old faces that were dropped, in increasing order.
-    pub fn dropped_faces(&self) -> Vec<Face> {
-        self.faces.iter().filter(|(_, new)| new.is_none()).map(|(f, _)| f).collect()
-    }
-    /// Composes these maps with those of a second repair applied to the result. Elements outside
-    /// the domain of the second maps are dropped.
-    ///
-    /// ```
-    /// use eikona_mesh::{PolygonMesh, Vertex, drop_unreferenced_vertices, weld};
-    /// let mesh = PolygonMesh::from_triangles(
-    ///     vec![
-    ///         [9., 9., 9.],
-    ///         [0., 0., 0.], [1., 0., 0.], [0., 1., 0.],
-    ///         [1., 0., 0.], [1., 1., 0.], [0., 1., 0.],
-    ///     ],
-    ///     &[[1, 2, 3], [4, 5, 6]],
-    /// );
-    /// let welded = weld(&mesh.triangulate()?.0, 0.0)?;
-    /// let trimmed = drop_unreferenced_vertices(&welded.mesh);
-    /// let maps = welded.maps.then(&trimmed.maps);
-    /// assert_eq!(maps.vertices[Vertex(0)], None);
-    /// assert_eq!(maps.vertices[Vertex(4)], Some(Vertex(1)));
-    /// # Ok::<(), eikona_mesh::MeshError>(())
-    /// ```
-    pub fn then(&self, next: &IndexMaps) -> IndexMaps {
-        let marked = |faces: &[Face], count: usize| {
-            let mut marks = FaceField::constant(count, false);
-            for f in faces {
-                if let Some(mark) = marks.as_mut_slice().get_mut(f.index()) {
-                    *mark = true;
-                }
-            }
-            marks
-        };
-        let later = marked(&next.flipped_faces, next.faces.len());
-        let mut flipped = marked(&self.flipped_faces, self.faces.len());
-        for (f, new) in self.faces.iter() {
-            flipped[f] ^= new.and_then(|g| later.get(g).copied()).unwrap_or(false);
-        }
-        let vertices: Vec<_> = self
-            .vertices
-            .as_slice()
-            .iter()
-            .map(|v| v.and_then(|v| next.vertices.get(v).copied().flatten()))
-            .collect();
-        let faces: Vec<_> = self
-            .faces
-            .as_slice()
-            .iter()
-            .map(|f| f.and_then(|f| next.faces.get(f).copied().flatten()))
-            .collect();
-        IndexMaps {
-            vertices: vertices.into(),
-            faces: faces.into(),
-            flipped_faces: flipped.iter().filter(|(_, x)| **x).map(|(f, _)| f).collect(),
-        }
-    }
+    /// Where its vertices and faces come from.
+    pub provenance: Provenance,
 }
 
 /// Merges coincident or nearby vertices, and drops the faces that lose a corner by it.
@@ -135,15 +52,11 @@ pub fn weld(mesh: &TriangleMesh, tolerance: f64) -> Result<Repaired, MeshError> 
     let merged: Vec<[u32; 3]> =
         mesh.triangles().iter().map(|face| face.map(|v| vertex_map[v as usize].0)).collect();
     let keep = |[a, b, c]: [u32; 3]| a != b && b != c && c != a;
-    let maps = IndexMaps {
-        vertices: vertex_map.into_iter().map(Some).collect::<Vec<_>>().into(),
-        faces: number_kept(merged.iter().map(|&face| keep(face))),
-        flipped_faces: Vec::new(),
-    };
-    Ok(Repaired {
-        mesh: TriangleMesh::new(positions, merged.into_iter().filter(|&f| keep(f)).collect())?,
-        maps,
-    })
+    let provenance = Provenance::identity(mesh.vertex_count(), mesh.face_count())
+        .with_new_vertices(vertex_map.into_iter().map(Some).collect())
+        .with_face_parents(mesh.faces().filter(|f| keep(merged[f.index()])).collect());
+    let faces = merged.into_iter().filter(|&f| keep(f)).collect();
+    Ok(Repaired { mesh: TriangleMesh::new(positions, faces)?, provenance })
 }
 
 /// Merges vertices like [`weld`], for polygons. A corner that follows one at the same vertex is
@@ -164,19 +77,17 @@ pub fn weld_polygons(mesh: &PolygonMesh, tolerance: f64) -> Result<RepairedPolyg
     let (positions, vertex_map) = keep_vertices(&mesh.positions, &target);
     let mut welded = PolygonMesh::new(positions);
     let mut kept = Vec::with_capacity(mesh.face_count());
-    for face in mesh.faces() {
+    for (f, face) in mesh.faces().enumerate() {
         let corners = without_doubled(face.iter().map(|&v| vertex_map[v as usize].0).collect());
-        kept.push(corners.len() >= 3);
         if corners.len() >= 3 {
+            kept.push(Face(f as u32));
             welded.push_face(corners);
         }
     }
-    let maps = IndexMaps {
-        vertices: vertex_map.into_iter().map(Some).collect::<Vec<_>>().into(),
-        faces: number_kept(kept.into_iter()),
-        flipped_faces: Vec::new(),
-    };
-    Ok(RepairedPolygons { mesh: welded, maps })
+    let provenance = Provenance::identity(mesh.vertex_count(), mesh.face_count())
+        .with_new_vertices(vertex_map.into_iter().map(Some).collect())
+        .with_face_parents(kept);
+    Ok(RepairedPolygons { mesh: welded, provenance })
 }
 
 /// Removes what can not be triangulated: corners that follow one at the same vertex, then polygons
@@ -191,7 +102,7 @@ pub fn weld_polygons(mesh: &PolygonMesh, tolerance: f64) -> Result<RepairedPolyg
 /// mesh.push_face([0, 1, 1]);
 /// mesh.push_face([0, 1, 1, 2]);
 /// let dropped = drop_broken_polygons(&mesh);
-/// assert_eq!(dropped.maps.dropped_faces(), [Face(0)]);
+/// assert_eq!(dropped.provenance.dropped_faces(), [Face(0)]);
 /// assert_eq!(dropped.mesh.face(0), [0, 1, 2]);
 /// ```
 pub fn drop_broken_polygons(mesh: &PolygonMesh) -> RepairedPolygons {
@@ -205,16 +116,15 @@ pub fn drop_broken_polygons(mesh: &PolygonMesh) -> RepairedPolygons {
     };
     let mut rest = PolygonMesh::new(mesh.positions.clone());
     let mut kept = Vec::with_capacity(mesh.face_count());
-    for face in mesh.faces() {
+    for (f, face) in mesh.faces().enumerate() {
         let corners = without_doubled(face.to_vec());
-        kept.push(whole(&corners));
-        if kept.last() == Some(&true) {
+        if whole(&corners) {
+            kept.push(Face(f as u32));
             rest.push_face(corners);
         }
     }
-    let mut maps = IndexMaps::identity(mesh.vertex_count(), mesh.face_count());
-    maps.faces = number_kept(kept.into_iter());
-    RepairedPolygons { mesh: rest, maps }
+    let provenance = Provenance::identity(mesh.vertex_count(), mesh.face_count()).with_face_parents(kept);
+    RepairedPolygons { mesh: rest, provenance }
 }
 
 /// Removes the corners that follow one at the same vertex.
@@ -248,18 +158,18 @@ pub fn drop_duplicate_faces(mesh: &TriangleMesh) -> Repaired {
 /// Drops the unreferenced vertices. The faces stay.
 pub fn drop_unreferenced_vertices(mesh: &TriangleMesh) -> Repaired {
     let mut positions = Vec::with_capacity(mesh.vertex_count());
-    let mut maps = IndexMaps::identity(mesh.vertex_count(), mesh.face_count());
-    for v in mesh.vertices() {
-        maps.vertices[v] = if mesh.vertex_corners(v).is_empty() {
-            None
-        } else {
+    let new = mesh.vertices().map(|v| {
+        let is_used = !mesh.vertex_corners(v).is_empty();
+        is_used.then(|| {
             positions.push(mesh.position(v));
-            Some(Vertex(positions.len() as u32 - 1))
-        };
-    }
-    let renumber = |v: u32| maps.vertices[Vertex(v)].map_or(v, |w| w.0);
+            Vertex(positions.len() as u32 - 1)
+        })
+    });
+    let new: Vec<Option<Vertex>> = new.collect();
+    let renumber = |v: u32| new[v as usize].map_or(v, |w| w.0);
     let faces = mesh.triangles().iter().map(|face| face.map(renumber)).collect();
-    Repaired { mesh: rebuilt(positions, faces), maps }
+    let provenance = Provenance::identity(mesh.vertex_count(), mesh.face_count()).with_new_vertices(new);
+    Repaired { mesh: rebuilt(positions, faces), provenance }
 }
 
 /// Flips faces until all are consistently oriented, as determined by [`Orientation`]. Vertices and
@@ -269,21 +179,20 @@ pub fn drop_unreferenced_vertices(mesh: &TriangleMesh) -> Repaired {
 /// run the same way.
 pub fn orient(mesh: &TriangleMesh) -> Repaired {
     let orientation = Orientation::of(mesh);
-    let mut maps = IndexMaps::identity(mesh.vertex_count(), mesh.face_count());
-    maps.flipped_faces = orientation.flipped_faces();
-    Repaired { mesh: orientation.oriented(mesh), maps }
+    let provenance = Provenance::identity(mesh.vertex_count(), mesh.face_count())
+        .with_flipped_faces(orientation.flipped_faces());
+    Repaired { mesh: orientation.oriented(mesh), provenance }
 }
 
 /// Duplicates vertices so that each has at most one vertex fan. The first fan (that of the lowest
-/// face) keeps the vertex; every other fan gets a copy. Also returns, for every vertex of the new
-/// mesh, the old one at its position.
+/// face) keeps the vertex; every other fan gets a copy.
 ///
 /// Old vertices and all faces keep their ids; the copies follow the old vertices. Edges with three
 /// or more faces stay.
 ///
 /// # Errors
 /// [`MeshError::TooLarge`] if there would be more vertices than 32-bit indices can name.
-pub fn split_nonmanifold_vertices(mesh: &TriangleMesh) -> Result<(Repaired, VertexField<Vertex>), MeshError> {
+pub fn split_nonmanifold_vertices(mesh: &TriangleMesh) -> Result<Repaired, MeshError> {
     let mut fans = umbrellas(mesh);
     let mut faces = mesh.triangles().to_vec();
     let mut source: Vec<Vertex> = mesh.vertices().collect();
@@ -311,8 +220,9 @@ pub fn split_nonmanifold_vertices(mesh: &TriangleMesh) -> Result<(Repaired, Vert
         }
     }
     let positions = source.iter().map(|&v| mesh.position(v)).collect();
-    let maps = IndexMaps::identity(mesh.vertex_count(), mesh.face_count());
-    Ok((Repaired { mesh: TriangleMesh::new(positions, faces)?, maps }, source.into()))
+    let places: Vec<SurfacePoint> = source.into_iter().map(SurfacePoint::from).collect();
+    let provenance = Provenance::identity(mesh.vertex_count(), mesh.face_count()).with_vertex_places(&places);
+    Ok(Repaired { mesh: TriangleMesh::new(positions, faces)?, provenance })
 }
 
 /// Returns the vertices that are not finite and the faces that refer to a vertex that does not
@@ -329,30 +239,15 @@ fn faults_of_polygons(mesh: &PolygonMesh) -> Vec<Fault> {
 }
 
 fn keep_faces(mesh: &TriangleMesh, keep: impl Fn(Face) -> bool) -> Repaired {
-    let mut maps = IndexMaps::identity(mesh.vertex_count(), mesh.face_count());
-    let kept: Vec<bool> = mesh.faces().map(keep).collect();
-    let faces = mesh.triangles().iter().zip(&kept).filter(|(_, k)| **k).map(|(f, _)| *f).collect();
-    maps.faces = number_kept(kept.into_iter());
-    Repaired { mesh: rebuilt(mesh.positions().to_vec(), faces), maps }
+    let kept: Vec<Face> = mesh.faces().filter(|f| keep(*f)).collect();
+    let faces = kept.iter().map(|f| mesh.triangles()[f.index()]).collect();
+    let provenance = Provenance::identity(mesh.vertex_count(), mesh.face_count()).with_face_parents(kept);
+    Repaired { mesh: rebuilt(mesh.positions().to_vec(), faces), provenance }
 }
 
 /// Rebuilds a mesh from part of a valid one: its own coordinates, its faces renumbered.
 fn rebuilt(positions: Vec<[f64; 3]>, faces: Vec<[u32; 3]>) -> TriangleMesh {
     TriangleMesh::new(positions, faces).expect("parts of a valid mesh are valid")
-}
-
-/// Numbers the kept faces, in order.
-fn number_kept(kept: impl Iterator<Item = bool>) -> FaceField<Option<Face>> {
-    let mut count = 0;
-    let numbers: Vec<Option<Face>> = kept
-        .map(|keep| {
-            keep.then(|| {
-                count += 1;
-                Face(count - 1)
-            })
-        })
-        .collect();
-    numbers.into()
 }
 
 /// Returns the positions of the vertices that are their own target, and the new number of each

@@ -2,24 +2,21 @@
 //! edges.
 
 use crate::error::MeshError;
-use crate::field::{FaceField, VertexField};
 use crate::id::{Edge, Face, Vertex};
 use crate::mesh::TriangleMesh;
 use crate::point::SurfacePoint;
+use crate::provenance::Provenance;
 use crate::repair::keep_vertices;
 use crate::seams::{Contacts, seam_tolerance};
 
-/// A mesh whose seams, cracks and T-junctions are closed, with the maps between old and new
-/// elements.
+/// A mesh whose seams, cracks and T-junctions are closed.
 #[derive(Clone, Debug)]
 pub struct Stitched {
     /// The new mesh. Vertices that are kept stay in order and in place; the parts of a face take
     /// its place in the order.
     pub mesh: TriangleMesh,
-    /// The new vertex of each old one. Joined vertices have the same new one.
-    pub vertices: VertexField<Vertex>,
-    /// The old face that contains each new one; in increasing order.
-    pub parent: FaceField<Face>,
+    /// Where its vertices and faces come from. Joined vertices have the same new one.
+    pub provenance: Provenance,
     /// Number of vertices that were joined to another one.
     pub joined_vertices: usize,
     /// Number of vertices that were inserted into the edges that contained them.
@@ -56,7 +53,7 @@ pub struct Stitched {
 /// let mesh = TriangleMesh::new(positions, vec![[0, 1, 2], [1, 4, 3], [3, 4, 2]])?;
 /// let stitched = stitch(&mesh, None)?;
 /// assert_eq!(stitched.mesh.triangles(), [[1, 3, 0], [3, 2, 0], [1, 4, 3], [3, 4, 2]]);
-/// assert_eq!(stitched.parent.as_slice(), [Face(0), Face(0), Face(1), Face(2)]);
+/// assert!(stitched.provenance.face_parents().eq([0, 0, 1, 2].map(Face)));
 /// assert!(Seams::of(&stitched.mesh).is_empty());
 /// # Ok::<(), eikona_mesh::MeshError>(())
 /// ```
@@ -99,10 +96,12 @@ pub fn stitch(mesh: &TriangleMesh, tolerance: Option<f64>) -> Result<Stitched, M
     let mut inserted: Vec<Vertex> = inside.vertices.iter().map(|x| x.2).collect();
     inserted.sort_unstable();
     inserted.dedup();
+    let provenance = Provenance::identity(mesh.vertex_count(), mesh.face_count())
+        .with_new_vertices(vertices.into_iter().map(Some).collect())
+        .with_face_parents(parent);
     Ok(Stitched {
         mesh: TriangleMesh::new(positions, faces)?,
-        vertices: vertices.into(),
-        parent: parent.into(),
+        provenance,
         joined_vertices: joints.len(),
         inserted_vertices: inserted.len(),
         divided_faces,
@@ -124,24 +123,23 @@ impl Stitched {
     /// # Cost
     /// O(log E) for a vertex or edge; linear in the number of parts for a point in a face.
     pub fn point(&self, point: SurfacePoint) -> SurfacePoint {
-        let known = |v: &u32| (*v as usize) < self.vertices.len();
-        let new = |v: u32| self.vertices.get(Vertex(v)).map_or(v, |w| w.0);
-        match point {
-            SurfacePoint::Vertex { vertex } => SurfacePoint::Vertex { vertex: new(vertex) },
+        let divided = match point {
+            SurfacePoint::Vertex { .. } => None,
             SurfacePoint::Edge { vertices, t } => {
-                let ends = vertices.map(Vertex);
-                let edge = vertices.iter().all(known).then(|| self.old.find_edge(ends[0], ends[1])).flatten();
-                match edge {
-                    Some(edge) => self.point_on_edge(edge, ends[0], t),
-                    None => SurfacePoint::Edge { vertices: vertices.map(new), t },
-                }
+                let [a, b] = vertices.map(Vertex);
+                self.old.find_edge(a, b).map(|edge| self.point_on_edge(edge, a, t))
             }
             SurfacePoint::Face { vertices, bary } => {
                 let face = self.old.find_face(vertices.map(Vertex));
-                let divided = face.and_then(|f| self.point_in_face(f, vertices, bary));
-                divided.unwrap_or(SurfacePoint::Face { vertices: vertices.map(new), bary })
+                face.and_then(|f| self.point_in_face(f, vertices, bary))
             }
-        }
+        };
+        divided.unwrap_or_else(|| self.provenance.rename(point))
+    }
+
+    /// Returns the new vertex of an old one: none is dropped.
+    fn new_vertex(&self, old: Vertex) -> Vertex {
+        self.provenance.new_vertex(old).unwrap_or(old)
     }
 
     fn point_on_edge(&self, edge: Edge, first: Vertex, t: f64) -> SurfacePoint {
@@ -151,9 +149,9 @@ impl Stitched {
         let after = inside.partition_point(|x| x.1 <= t);
         let (from, low) = match after.checked_sub(1) {
             Some(i) => (inside[i].2, inside[i].1),
-            None => (self.vertices[a], 0.0),
+            None => (self.new_vertex(a), 0.0),
         };
-        let (to, high) = inside.get(after).map_or((self.vertices[b], 1.0), |x| (x.2, x.1));
+        let (to, high) = inside.get(after).map_or((self.new_vertex(b), 1.0), |x| (x.2, x.1));
         if from == to || t == low {
             return SurfacePoint::Vertex { vertex: from.0 };
         }
@@ -165,9 +163,8 @@ impl Stitched {
 
     /// Returns `None` if the face is not subdivided.
     fn point_in_face(&self, face: Face, named: [u32; 3], bary: [f64; 3]) -> Option<SurfacePoint> {
-        let first = self.parent.as_slice().partition_point(|f| *f < face);
-        let parts = self.parent.as_slice()[first..].partition_point(|f| *f == face);
-        if parts < 2 {
+        let parts = self.provenance.face_parts(face);
+        if parts.len() < 2 {
             return None;
         }
         let corners = self.old.face_vertices(face);
@@ -178,7 +175,7 @@ impl Stitched {
         for (k, side) in self.inside.sides(&self.old, face).into_iter().enumerate() {
             let mut at = [0.0; 3];
             at[k] = 1.0;
-            places.push((self.vertices[corners[k]], at));
+            places.push((self.new_vertex(corners[k]), at));
             for (place, v) in side {
                 let mut at = [0.0; 3];
                 (at[k], at[(k + 1) % 3]) = (1.0 - place, place);
@@ -188,7 +185,7 @@ impl Stitched {
         places.sort_by_key(|p| p.0);
         let place = |v: Vertex| places.binary_search_by_key(&v, |p| p.0).ok().map(|i| places[i].1);
         let mut best: Option<(f64, SurfacePoint)> = None;
-        for part in (first..first + parts).map(|f| Face(f as u32)) {
+        for part in parts {
             let vertices = self.mesh.face_vertices(part);
             let [Some(a), Some(b), Some(c)] = vertices.map(place) else { continue };
             let whole = signed_area(a, b, c);

@@ -4,8 +4,8 @@ mod embedding;
 mod shapes;
 use eikona::cut::{EmbedError, SHORT, embed_curves};
 use eikona_mesh::{
-    Curve, CurveError, CurveKind, Face, SurfaceCurves, SurfacePoint, Topology, TriangleMesh, Vertex,
-    VertexField,
+    Curve, CurveError, CurveKind, Face, MeshError, SurfaceCurves, SurfacePoint, Topology, TriangleMesh,
+    Vertex, VertexField,
 };
 use embedding::*;
 use shapes::flat_grid;
@@ -177,13 +177,13 @@ fn fields_transfer_back_to_the_input() {
     assert_eq!(back.as_slice(), [0.0, 1.0, 3.0, 2.0]);
     // 1 on the small triangle that the curve cuts off, a quarter of its face.
     let near = |f: Face| cut.mesh.face_positions(f).iter().all(|p| p[0] <= 0.5);
-    let lower = |f: Face| cut.face_parent[f.index()] == Face(0);
+    let lower = |f: Face| cut.provenance.face_parent(f) == Face(0);
     let field: Vec<f64> = cut.mesh.faces().map(|f| if lower(f) && near(f) { 1.0 } else { 0.0 }).collect();
     let labels: Vec<i64> = field.iter().map(|&x| x as i64).collect();
     assert_eq!(cut.field_to_input_faces(&field.into()).unwrap().as_slice(), [0.25, 0.0]);
     assert_eq!(cut.labels_to_input_faces(&labels.into()).unwrap().as_slice(), [0, 0]);
     let wrong = cut.field_to_input_faces(&vec![1.0].into());
-    assert!(matches!(wrong, Err(EmbedError::WrongLength { kind: "faces", found: 1, .. })));
+    assert!(matches!(wrong, Err(MeshError::WrongLength { what: "face values", found: 1, .. })));
 }
 
 #[test]
@@ -202,7 +202,8 @@ fn many_crossings_beside_an_edge_are_moved_onto_it() {
     for pair in cut.curves.chunks(2) {
         assert!(pair[0].vertices.iter().any(|v| pair[1].vertices.contains(v)));
     }
-    let on_edge = cut.vertex_place.iter().filter(|p| matches!(p, SurfacePoint::Edge { .. })).count();
+    let places = cut.mesh.vertices().map(|v| cut.provenance.vertex_place(v));
+    let on_edge = places.filter(|p| matches!(p, Some(SurfacePoint::Edge { .. }))).count();
     assert_eq!(on_edge, 300);
 }
 
@@ -247,13 +248,10 @@ fn a_crossing_beside_an_edge_is_moved_onto_it() {
     let shared: Vec<_> =
         cut.curves[0].vertices.iter().filter(|v| cut.curves[1].vertices.contains(v)).collect();
     assert!(shared.iter().any(|v| {
-        matches!(cut.vertex_place[v.index()], SurfacePoint::Edge { t, .. } if (t - 0.25).abs() < 1e-2 || (t - 0.75).abs() < 1e-2)
+        matches!(cut.provenance.vertex_place(**v), Some(SurfacePoint::Edge { t, .. }) if (t - 0.25).abs() < 1e-2 || (t - 0.75).abs() < 1e-2)
     }));
     assert!(lowest_height(&mesh, &cut) > 1e-10);
-    assert!(
-        cut.face_parent.iter().filter(|f| f.0 == 1).count() == 4,
-        "the other face at the edge has the points, too"
-    );
+    assert!(cut.provenance.face_parts(Face(1)).len() == 4, "the other face at the edge has the points, too");
 }
 
 #[test]

@@ -103,7 +103,7 @@ fn random_t_junctions_give_the_distances_of_the_conforming_mesh() {
         let (got, right) = (solve(&stitched.mesh, line(&stitched.mesh)), solve(&whole, line(&whole)));
         assert_eq!(got.len(), right.len());
         for v in cut.vertices() {
-            let d = got[stitched.vertices[v].index()];
+            let d = got[stitched.provenance.new_vertex(v).unwrap().index()];
             let p = cut.position(v);
             let near = |w: &Vertex| (0..3).all(|k| (whole.position(*w)[k] - p[k]).abs() < 1e-9);
             let w = whole.vertices().find(near).expect("the conforming mesh has all vertices");

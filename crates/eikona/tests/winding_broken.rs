@@ -231,7 +231,7 @@ struct Truth {
 impl Truth {
     /// On the mesh of a result, which may be cut, from label and freedom of the input faces.
     fn on(w: &Winding, of_input: impl Fn(usize) -> (i32, bool)) -> Truth {
-        let parent = |f: Face| w.face_parent[f.index()].index();
+        let parent = |f: Face| w.provenance.face_parent(f).index();
         let (label, free) = w.mesh.faces().map(|f| of_input(parent(f))).unzip();
         Truth { areas: w.mesh.faces().map(|f| area(&w.mesh, f)).collect(), label, free }
     }

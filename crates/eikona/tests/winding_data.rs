@@ -145,7 +145,7 @@ fn every_curve_file_gives_what_both_programs_found() {
 fn area_in_common(mesh: &TriangleMesh, [a, b]: [&Winding; 2], differ: impl Fn(Face, Face) -> bool) -> f64 {
     let pieces = |w: &Winding| {
         let mut pieces = vec![Vec::new(); mesh.face_count()];
-        for (f, parent) in w.face_parent.iter().enumerate() {
+        for (f, parent) in w.provenance.face_parents().enumerate() {
             pieces[parent.index()].push(Face(f as u32));
         }
         pieces

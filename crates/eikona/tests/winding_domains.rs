@@ -221,7 +221,7 @@ fn spheres_touching_in_a_vertex_of_the_curve_have_separate_levels() {
     let w = solve(&both, curves);
     assert!(w.report.warnings.iter().any(|text| text.kind() == "several_fans"), "{:?}", w.report.warnings);
     assert_eq!(w.shift.len(), 2);
-    let parent_half = |f: Face| half(w.face_parent[f.index()]);
+    let parent_half = |f: Face| half(w.provenance.face_parent(f));
     let wrong = w.mesh.faces().filter(|&f| w.labels[f] != i32::from(parent_half(f))).count();
     assert!(wrong < w.mesh.face_count() / 50, "{wrong} of {}", w.mesh.face_count());
 }
@@ -363,14 +363,14 @@ fn a_circle_across_the_faces_of_a_sphere_and_of_a_torus() {
     let curves = SurfaceCurves::from_curve(circle);
     let w = surface_winding_number(&sphere, &curves, &WindingOptions::default()).unwrap();
     assert!(w.mesh.face_count() > sphere.face_count());
-    let parents = &w.face_parent;
+    let parents: Vec<Face> = w.provenance.face_parents().collect();
     assert_eq!(parents.len(), w.mesh.face_count());
     for v in w.mesh.vertices() {
-        let place = w.vertex_place(v).unwrap().locate(&sphere).unwrap().position(&sphere);
+        let place = w.provenance.vertex_place(v).unwrap().locate(&sphere).unwrap().position(&sphere);
         assert!((0..3).all(|k| (place[k] - w.mesh.position(v)[k]).abs() < 1e-12));
     }
-    assert_eq!(w.vertex_place(Vertex(7)), Some(Vertex(7).into()));
-    assert_eq!(w.vertex_place(Vertex(w.mesh.vertex_count() as u32)), None);
+    assert_eq!(w.provenance.vertex_place(Vertex(7)), Some(Vertex(7).into()));
+    assert_eq!(w.provenance.vertex_place(Vertex(w.mesh.vertex_count() as u32)), None);
     let above = |f: Face| centre(&w.mesh, f)[2] > 0.3;
     let label_above = w.labels[w.mesh.faces().find(|&f| above(f)).unwrap()];
     let label_below = w.labels[w.mesh.faces().find(|&f| !above(f)).unwrap()];

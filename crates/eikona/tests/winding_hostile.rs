@@ -50,7 +50,7 @@ fn warned(w: &Winding, of: &str) -> bool {
 /// Whether a vertex lies within an edge or face all of whose corners are endpoints.
 fn is_between_endpoints(w: &Winding, v: Vertex) -> bool {
     let at = |v: &u32| w.endpoints.contains(&Vertex(*v));
-    match w.vertex_place(v) {
+    match w.provenance.vertex_place(v) {
         Some(SurfacePoint::Edge { vertices, .. }) => vertices.iter().all(at),
         Some(SurfacePoint::Face { vertices, .. }) => vertices.iter().all(at),
         _ => false,

@@ -203,7 +203,7 @@ fn a_broken_circle_on_the_sphere_labels_almost_all_faces_correctly() {
     assert_eq!(w.endpoints.len(), 6);
     let area = |f: Face| area(&w.mesh, f);
     let total: f64 = w.mesh.faces().map(area).sum();
-    let is_wrong = |f: &Face| w.labels[*f] != i32::from(cap(w.face_parent[f.index()]));
+    let is_wrong = |f: &Face| w.labels[*f] != i32::from(cap(w.provenance.face_parent(*f)));
     let wrong: f64 = w.mesh.faces().filter(is_wrong).map(area).sum();
     assert!(wrong < 0.01 * total, "{:.2} % of the area is wrong", 100.0 * wrong / total);
 }

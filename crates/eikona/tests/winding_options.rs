@@ -246,7 +246,7 @@ fn short_pieces_take_effect_when_split() {
     };
     let split = solve(&sphere, &every_other, &WindingOptions::default());
     assert!(split.is_cut());
-    let wrong_split = wrong(&split, |f| i32::from(cap(split.face_parent[f.index()])));
+    let wrong_split = wrong(&split, |f| i32::from(cap(split.provenance.face_parent(f))));
     let kept = solve(&sphere, &every_other, &WindingOptions { split_short: false, ..Default::default() });
     assert!(!kept.is_cut());
     let wrong_kept = wrong(&kept, |f| i32::from(cap(f)));

@@ -60,13 +60,9 @@ fn corners_of(mesh: &PolygonMesh, f: usize) -> Vec<Point> {
 
 /// Returns the triangles of each polygon.
 fn triangles_of(mesh: &PolygonMesh) -> Result<Vec<Vec<[u32; 3]>>, MeshError> {
-    let (triangles, parents) = mesh.triangulate()?;
-    assert_eq!(triangles.face_count(), parents.len());
-    let mut parts = vec![Vec::new(); mesh.face_count()];
-    for (t, Face(f)) in triangles.triangles().iter().zip(parents) {
-        parts[f as usize].push(*t);
-    }
-    Ok(parts)
+    let (triangles, provenance) = mesh.triangulate()?;
+    let parts = provenance.push_faces(&triangles.triangles().to_vec().into(), |_, parts| parts.to_vec())?;
+    Ok(parts.into_vec())
 }
 
 /// Checks that polygon 0 is covered without a fold: `count` triangles, all oriented like the

@@ -1,8 +1,8 @@
-//! Repairs do what they document, and their index maps lead from old to new elements.
+//! Repairs do what they document, and their provenance relates old and new elements.
 
 use crate::shapes::{Random, cube, grid, mesh, moebius, two_tetrahedra};
 use eikona_mesh::{
-    Face, IndexMaps, MeshError, Orientation, PolygonMesh, Repaired, Topology, TriangleMesh, Vertex,
+    Face, MeshError, Orientation, PolygonMesh, Repaired, Topology, TriangleMesh, Vertex,
     drop_degenerate_faces, drop_duplicate_faces, drop_unreferenced_vertices, orient,
     split_nonmanifold_vertices, validate, weld, weld_polygons,
 };
@@ -13,21 +13,19 @@ fn soup(mesh_in: &TriangleMesh) -> TriangleMesh {
     mesh(positions, (0..mesh_in.face_count() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect())
 }
 
-/// Checks that every kept face has the corners of the old one, by the vertex map, and that kept
-/// elements are in order and complete.
-fn check_maps(old: &TriangleMesh, new: &Repaired) {
-    let IndexMaps { vertices, faces, flipped_faces } = &new.maps;
-    assert_eq!((vertices.len(), faces.len()), (old.vertex_count(), old.face_count()));
-    let kept: Vec<u32> = faces.as_slice().iter().flatten().map(|f| f.0).collect();
-    assert_eq!(kept, (0..new.mesh.face_count() as u32).collect::<Vec<_>>());
-    for (f, to) in faces.iter() {
-        let Some(to) = *to else { continue };
-        let mut expected = old.face_vertices(f).map(|v| vertices[v]);
-        if flipped_faces.contains(&f) {
+/// Checks that every face has the corners of its parent, by the vertex map, and that each kept face
+/// has one part.
+fn check_provenance(old: &TriangleMesh, Repaired { mesh: new, provenance }: &Repaired) {
+    for face in new.faces() {
+        let parent = provenance.face_parent(face);
+        assert!(provenance.face_parts(parent).eq([face]));
+        let mut expected = old.face_vertices(parent).map(|v| provenance.new_vertex(v));
+        if provenance.is_flipped(face) {
             expected.swap(1, 2);
         }
-        assert_eq!(expected, new.mesh.face_vertices(to).map(Some));
+        assert_eq!(expected, new.face_vertices(face).map(Some));
     }
+    assert_eq!(provenance.dropped_faces().len(), old.face_count() - new.face_count());
 }
 
 #[test]
@@ -36,11 +34,11 @@ fn welding_a_soup_restores_the_surface() {
         for tolerance in [0.0, 1e-9] {
             let soup = soup(&surface);
             let welded = weld(&soup, tolerance).expect("tolerance");
-            check_maps(&soup, &welded);
+            check_provenance(&soup, &welded);
             assert_eq!(welded.mesh.vertex_count(), surface.vertex_count());
             assert_eq!(Topology::of(&welded.mesh).components.len(), 1);
             for v in soup.vertices() {
-                let to = welded.maps.vertices[v].expect("vertices are merged, not dropped");
+                let to = welded.provenance.new_vertex(v).expect("vertices are merged, not dropped");
                 assert_eq!(welded.mesh.position(to), soup.position(v));
             }
         }
@@ -73,13 +71,8 @@ fn welding_with_a_tolerance_follows_its_definition() {
         let positions: Vec<[f64; 3]> = (0..400).map(|_| [coordinate(), coordinate(), coordinate()]).collect();
         let cloud = mesh(positions.clone(), vec![]);
         let welded = weld(&cloud, tolerance).expect("tolerance");
-        let ours: Vec<[f64; 3]> = welded
-            .maps
-            .vertices
-            .as_slice()
-            .iter()
-            .map(|v| welded.mesh.position(v.expect("merged")))
-            .collect();
+        let merged = cloud.vertices().map(|v| welded.provenance.new_vertex(v).expect("merged"));
+        let ours: Vec<[f64; 3]> = merged.map(|v| welded.mesh.position(v)).collect();
         assert_eq!(ours, weld_slowly(&positions, tolerance), "tolerance {tolerance}");
     }
 }
@@ -89,8 +82,8 @@ fn welding_drops_faces_that_collapse_and_keeps_minus_zero() {
     let positions = vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [-0., 0., -0.], [0., 1., 0.]];
     let input = mesh(positions, vec![[0, 1, 2], [0, 1, 3], [3, 4, 1]]);
     let welded = weld(&input, 0.0).expect("tolerance");
-    check_maps(&input, &welded);
-    assert_eq!(welded.maps.dropped_faces(), [Face(1)]);
+    check_provenance(&input, &welded);
+    assert_eq!(welded.provenance.dropped_faces(), [Face(1)]);
     assert_eq!(welded.mesh.vertex_count(), 3);
     assert!(weld(&input, 10.0).is_ok_and(|w| w.mesh.face_count() == 0 && w.mesh.vertex_count() == 1));
 }
@@ -118,8 +111,8 @@ fn polygons_lose_repeated_corners() {
     input.push_face([5, 2, 3]);
     let welded = weld_polygons(&input, 0.0).expect("tolerance");
     assert_eq!(welded.mesh.faces().collect::<Vec<_>>(), [&[0, 1, 2, 3][..], &[0, 2, 3][..]]);
-    assert_eq!(welded.maps.dropped_faces(), [Face(1)]);
-    assert_eq!(welded.maps.faces[Face(2)], Some(Face(1)));
+    assert_eq!(welded.provenance.dropped_faces(), [Face(1)]);
+    assert_eq!(welded.provenance.face_parent(Face(1)), Face(2));
     input.push_face([0, 1, 99]);
     assert!(matches!(weld_polygons(&input, 0.0), Err(MeshError::Invalid(faults)) if faults.len() == 1));
 }
@@ -138,42 +131,43 @@ fn composed_drops_and_their_maps() {
     let unique = drop_duplicate_faces(&welded.mesh);
     let proper = drop_degenerate_faces(&unique.mesh);
     let trimmed = drop_unreferenced_vertices(&proper.mesh);
-    check_maps(&input, &welded);
-    check_maps(&welded.mesh, &unique);
-    check_maps(&unique.mesh, &proper);
-    check_maps(&proper.mesh, &trimmed);
-    assert_eq!(unique.maps.dropped_faces(), [Face(3)]);
+    check_provenance(&input, &welded);
+    check_provenance(&welded.mesh, &unique);
+    check_provenance(&unique.mesh, &proper);
+    check_provenance(&proper.mesh, &trimmed);
+    assert_eq!(unique.provenance.dropped_faces(), [Face(3)]);
     assert_eq!(validate(&trimmed.mesh), []);
 
-    let maps = welded.maps.then(&unique.maps).then(&proper.maps).then(&trimmed.maps);
-    assert_eq!(maps.dropped_faces(), [Face(3), Face(9)]);
-    assert_eq!(maps.dropped_vertices(), [Vertex(0), Vertex(25)]);
-    check_maps(&input, &Repaired { mesh: trimmed.mesh, maps });
+    let steps = [welded.provenance, unique.provenance, proper.provenance, trimmed.provenance];
+    let provenance = steps.into_iter().reduce(|all, step| all.then(&step)).expect("four steps");
+    assert_eq!(provenance.dropped_faces(), [Face(3), Face(9)]);
+    assert_eq!(provenance.dropped_vertices(), [Vertex(0), Vertex(25)]);
+    check_provenance(&input, &Repaired { mesh: trimmed.mesh, provenance });
 }
 
 #[test]
 fn orient_lists_the_faces_it_flips() {
     let damaged = cube().with_flipped_faces(|f| f.0 == 2 || f.0 == 7);
     let oriented = orient(&damaged);
-    check_maps(&damaged, &oriented);
-    assert_eq!(oriented.maps.flipped_faces, [Face(2), Face(7)]);
+    check_provenance(&damaged, &oriented);
+    assert_eq!(oriented.provenance.flipped_faces(), [Face(2), Face(7)]);
     assert_eq!(oriented.mesh.triangles(), cube().triangles());
     assert!(Orientation::of(&oriented.mesh).is_consistent());
-    // Faces that are dropped before the flip are not flipped; two flips cancel.
-    let first = drop_duplicate_faces(&damaged).maps.then(&oriented.maps);
-    assert_eq!(first.flipped_faces, [Face(2), Face(7)]);
-    assert_eq!(first.then(&oriented.maps).flipped_faces, []);
+    // Two flips cancel.
+    assert!(oriented.provenance.then(&oriented.provenance).is_identity());
 }
 
 #[test]
 fn splitting_fans_gives_manifold_vertices() {
     let pair = two_tetrahedra(1);
-    let (split, source) = split_nonmanifold_vertices(&pair).expect("small enough");
+    let split = split_nonmanifold_vertices(&pair).expect("small enough");
     assert_eq!(split.mesh.vertex_count(), 8);
-    assert_eq!(source[Vertex(7)], Vertex(0));
+    assert_eq!(split.provenance.vertex_place(Vertex(7)), Some(Vertex(0).into()));
+    assert_eq!(split.provenance.new_vertex(Vertex(0)), Some(Vertex(0)));
     let topology = Topology::of(&split.mesh);
     assert!(topology.is_manifold());
     assert_eq!((topology.components.len(), topology.euler_characteristic), (2, 4));
-    let (same, _) = split_nonmanifold_vertices(&cube()).expect("small enough");
+    let same = split_nonmanifold_vertices(&cube()).expect("small enough");
     assert_eq!(same.mesh.triangles(), cube().triangles());
+    assert!(same.provenance.is_identity());
 }

@@ -3,8 +3,8 @@
 use super::{EmbedError, Line, embed_lines};
 use crate::geometry::{face_in, unit_of};
 use eikona_mesh::{
-    Curve, CurveKind, DisjointSets, Edge, EdgeField, ElementId, Face, FaceField, Field, Located,
-    SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, VertexField,
+    Curve, CurveKind, DisjointSets, Edge, EdgeField, Face, FaceField, MeshError, Provenance, SurfaceCurves,
+    SurfacePoint, TriangleMesh, Vertex, VertexField,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,10 +17,8 @@ pub struct Embedded {
     /// The cut mesh. Its first vertices are those of the input in their order, then points on
     /// edges, then points inside faces. Its faces follow the order of their parents.
     pub mesh: TriangleMesh,
-    /// The input face that contains each face.
-    pub face_parent: Vec<Face>,
-    /// The place of each vertex on the input.
-    pub vertex_place: Vec<SurfacePoint>,
+    /// The place of each vertex on the input, and the input face that contains each face.
+    pub provenance: Provenance,
     /// The input curves.
     pub curves: Vec<EmbeddedCurve>,
     /// The vertex of each isolated point of the input.
@@ -143,21 +141,21 @@ impl Embedded {
     /// Restricts a field on the cut mesh to the vertices of the input.
     ///
     /// # Errors
-    /// [`EmbedError::WrongLength`].
+    /// [`MeshError::WrongLength`].
     pub fn field_to_input_vertices<T: Clone>(
         &self,
         field: &VertexField<T>,
-    ) -> Result<VertexField<T>, EmbedError> {
-        check_length("vertices", field, self.mesh.vertex_count())?;
-        Ok(field.as_slice()[..self.input.vertex_count()].to_vec().into())
+    ) -> Result<VertexField<T>, MeshError> {
+        let values = self.provenance.push_vertices(field)?.into_vec();
+        Ok(values.into_iter().flatten().collect::<Vec<T>>().into())
     }
 
     /// Averages over the pieces of each input face, weighted by area. Faces that were not cut keep
     /// their value exactly.
     ///
     /// # Errors
-    /// [`EmbedError::WrongLength`].
-    pub fn field_to_input_faces(&self, field: &FaceField<f64>) -> Result<FaceField<f64>, EmbedError> {
+    /// [`MeshError::WrongLength`].
+    pub fn field_to_input_faces(&self, field: &FaceField<f64>) -> Result<FaceField<f64>, MeshError> {
         self.gather(field, |pieces| {
             let total: f64 = pieces.iter().map(|p| p.0).sum();
             pieces.iter().map(|(area, value)| area / total * **value).sum::<f64>()
@@ -167,11 +165,11 @@ impl Embedded {
     /// Returns for each input face the label that covers the largest area, on ties the smallest.
     ///
     /// # Errors
-    /// [`EmbedError::WrongLength`].
+    /// [`MeshError::WrongLength`].
     pub fn labels_to_input_faces<T: Clone + Ord>(
         &self,
         labels: &FaceField<T>,
-    ) -> Result<FaceField<T>, EmbedError> {
+    ) -> Result<FaceField<T>, MeshError> {
         self.gather(labels, |pieces| label_of_most(pieces.iter().copied()).unwrap_or(pieces[0].1).clone())
     }
 
@@ -181,23 +179,16 @@ impl Embedded {
         &self,
         field: &FaceField<T>,
         join: impl Fn(&[(f64, &T)]) -> T,
-    ) -> Result<FaceField<T>, EmbedError> {
-        check_length("faces", field, self.mesh.face_count())?;
+    ) -> Result<FaceField<T>, MeshError> {
         let unit = unit_of(&self.mesh);
-        let mut gathered = Vec::with_capacity(self.input.face_count());
-        let mut first = 0;
-        for pieces in self.face_parent.chunk_by(|a, b| a == b) {
-            let values = &field.as_slice()[first..first + pieces.len()];
-            if let [value] = values {
-                gathered.push(value.clone());
-            } else {
-                let pieces: Vec<Face> = (first..first + values.len()).map(|i| Face(i as u32)).collect();
+        self.provenance.push_faces(field, |first, values| match values {
+            [value] => value.clone(),
+            values => {
+                let pieces: Vec<Face> = (first.0..).map(Face).take(values.len()).collect();
                 let areas = areas_of_pieces(&self.mesh, unit, &pieces);
-                gathered.push(join(&areas.into_iter().zip(values).collect::<Vec<_>>()));
+                join(&areas.into_iter().zip(values).collect::<Vec<_>>())
             }
-            first += pieces.len();
-        }
-        Ok(gathered.into())
+        })
     }
 
     /// Bisects the edges of every open piece of the curves with fewer than [`SHORT`] edges until it
@@ -245,43 +236,10 @@ impl Embedded {
         for (curve, (coarse, steps)) in finer.curves.iter_mut().zip(self.curves.iter().zip(&steps)) {
             curve.segments.iter_mut().for_each(|s| *s = coarse.segments[steps[*s]]);
         }
-        finer.vertex_place = places_of_places(&self.input, &self.face_parent, &self.vertex_place, &finer);
-        finer.face_parent.iter_mut().for_each(|f| *f = self.face_parent[f.index()]);
+        finer.provenance = self.provenance.then(&finer.provenance);
         finer.input = self.input.clone();
         Ok(finer)
     }
-}
-
-/// Returns places on `input` of the vertices of a mesh that was cut twice, from faces with these
-/// parents and vertices at these places.
-pub(crate) fn places_of_places(
-    input: &TriangleMesh,
-    face_parent: &[Face],
-    vertex_place: &[SurfacePoint],
-    finer: &Embedded,
-) -> Vec<SurfacePoint> {
-    // An input face for each vertex.
-    let mut home: Vec<Option<Face>> = vec![None; finer.mesh.vertex_count()];
-    for f in finer.mesh.faces() {
-        let parent = face_parent[finer.face_parent[f.index()].index()];
-        finer.mesh.face_vertices(f).iter().for_each(|v| home[v.index()] = Some(parent));
-    }
-    let place_of = |(i, place): (usize, &SurfacePoint)| {
-        let parts: Vec<(u32, f64)> = match *place {
-            SurfacePoint::Vertex { vertex } => return vertex_place[vertex as usize],
-            SurfacePoint::Edge { vertices: [a, b], t } => vec![(a, 1.0 - t), (b, t)],
-            SurfacePoint::Face { vertices, bary } => vertices.into_iter().zip(bary).collect(),
-        };
-        let Some(face) = home[i] else { return *place };
-        let corners = input.face_vertices(face);
-        let mut sum = [0.0; 3];
-        for (v, share) in parts {
-            let weights = weights_in(vertex_place[v as usize], corners);
-            (0..3).for_each(|k| sum[k] += share * weights[k]);
-        }
-        Located::in_face(input, face, sum).to_surface_point(input)
-    };
-    finer.vertex_place.iter().enumerate().map(place_of).collect()
 }
 
 /// Returns the number of parts for each edge of a short open piece of the curves.
@@ -331,31 +289,6 @@ pub(crate) fn label_of_most<T: Copy + Ord>(pieces: impl Iterator<Item = (f64, T)
     }
     let most = covered.into_iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
     most.map(|(label, _)| label)
-}
-
-/// Returns the barycentric coordinates of a place in a face that contains it.
-pub(crate) fn weights_in(place: SurfacePoint, corners: [Vertex; 3]) -> [f64; 3] {
-    let weight = |corner: u32| match place {
-        SurfacePoint::Vertex { vertex } => f64::from(u8::from(vertex == corner)),
-        SurfacePoint::Edge { vertices: [a, b], t } => match corner {
-            c if c == a => 1.0 - t,
-            c if c == b => t,
-            _ => 0.0,
-        },
-        SurfacePoint::Face { vertices, bary } => {
-            vertices.iter().zip(bary).find(|(v, _)| **v == corner).map_or(0.0, |(_, w)| w)
-        }
-    };
-    corners.map(|c| weight(c.0))
-}
-
-fn check_length<I: ElementId, T>(
-    kind: &'static str,
-    field: &Field<I, T>,
-    expected: usize,
-) -> Result<(), EmbedError> {
-    let found = field.len();
-    if found == expected { Ok(()) } else { Err(EmbedError::WrongLength { kind, found, expected }) }
 }
 
 fn sorted(a: Vertex, b: Vertex) -> [Vertex; 2] {

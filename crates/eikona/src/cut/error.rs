@@ -21,14 +21,4 @@ pub enum EmbedError {
         /// The face of the input.
         face: Face,
     },
-    /// A field of the wrong length.
-    #[error("the field has {found} values, the cut mesh has {expected} {kind}; give one value each")]
-    WrongLength {
-        /// "vertices" or "faces".
-        kind: &'static str,
-        /// The number of values given.
-        found: usize,
-        /// The number needed.
-        expected: usize,
-    },
 }

@@ -20,15 +20,13 @@ mod face;
 mod triangulation;
 
 pub use embedded::{ChainEdge, CurveChain, Embedded, EmbeddedCurve, SHORT, Walk};
-pub(crate) use embedded::{
-    areas_of_pieces, label_of_most, parts_of_short_edges, places_of_places, weights_in,
-};
+pub(crate) use embedded::{areas_of_pieces, label_of_most, parts_of_short_edges};
 pub use error::EmbedError;
 
 use crate::geometry::shape_of_face;
 use eikona_mesh::{
-    CurveError, CurveKind, Edge, Face, Located, SegmentHost, SurfaceCurves, SurfacePoint, TriangleMesh,
-    Vertex, segment_host,
+    CurveError, CurveKind, Edge, Face, Located, Provenance, SegmentHost, SurfaceCurves, SurfacePoint,
+    TriangleMesh, Vertex, segment_host,
 };
 use face::{FaceCurves, FaceCut, SAME, Stop, cut_face};
 use std::collections::{BTreeMap, BTreeSet};
@@ -452,8 +450,9 @@ fn assemble(plan: &Plan, cuts: BTreeMap<Face, Cut>, lines: &[Line]) -> Result<Em
     let after = plan.starts[lines.len()];
     Ok(Embedded {
         mesh: new,
-        face_parent: parents,
-        vertex_place: places,
+        provenance: Provenance::identity(mesh.vertex_count(), mesh.face_count())
+            .with_vertex_places(&places)
+            .with_face_parents(parents),
         curves,
         points: (after..plan.nodes.len()).map(vertex_of_node).collect(),
         input: mesh.clone(),

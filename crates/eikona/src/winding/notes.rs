@@ -4,19 +4,19 @@ use crate::Warning;
 use crate::winding::chain::Chain;
 use crate::winding::coordinates::Coordinates;
 use crate::winding::islands::Islands;
-use eikona_mesh::{Edge, Face, SurfacePoint, TriangleMesh, Vertex};
+use eikona_mesh::{Edge, Face, Provenance, SurfacePoint, TriangleMesh, Vertex};
 
 /// The elements of the input in which those of a cut mesh lie. The user knows only the input.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Names<'a>(pub Option<(&'a [SurfacePoint], &'a [Face])>);
+pub(super) struct Names<'a>(pub Option<&'a Provenance>);
 
 impl Names<'_> {
     fn place(self, v: Vertex) -> SurfacePoint {
-        self.0.map_or(v.into(), |(places, _)| places[v.index()])
+        self.0.and_then(|cut| cut.vertex_place(v)).unwrap_or(v.into())
     }
 
     fn face(self, f: Face) -> Face {
-        self.0.map_or(f, |(_, parents)| parents[f.index()])
+        self.0.map_or(f, |cut| cut.face_parent(f))
     }
 }
 

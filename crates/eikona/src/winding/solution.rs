@@ -1,14 +1,14 @@
 //! Result of a solve: winding number, labels and report.
 
 use crate::Warning;
-use crate::cut::{EmbeddedCurve, areas_of_pieces, label_of_most, weights_in};
+use crate::cut::{EmbeddedCurve, areas_of_pieces, label_of_most};
 use crate::geometry::unit_of;
 use crate::phases::Phases;
 use crate::winding::decomposition::Part;
 use crate::winding::loops::JumpLoop;
 use crate::winding::orientation::Orientation;
 use eikona_mesh::{
-    CornerField, Curve, Edge, EdgeField, Face, FaceField, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex,
+    CornerField, Curve, Edge, EdgeField, Face, FaceField, Provenance, SurfaceCurves, TriangleMesh, Vertex,
 };
 use eikona_numeric::{Certificate, JumpStatistics};
 
@@ -20,11 +20,12 @@ pub struct Winding {
     /// It is cut along curves that cross faces and along straightened completions
     /// ([`CompletionShape`](super::CompletionShape)), and refined along short open pieces of the
     /// curve ([`split_short`](super::WindingOptions::split_short)); fields then have values per
-    /// face of the cut mesh, not of the input. See [`face_parent`](Winding::face_parent),
+    /// face of the cut mesh, not of the input. See [`provenance`](Winding::provenance),
     /// [`input_labels`](Winding::input_labels), [`label_at`](Winding::label_at).
     pub mesh: TriangleMesh,
-    /// The input face that contains each face: the face itself if the mesh was not cut.
-    pub face_parent: Vec<Face>,
+    /// The place on the input of each vertex of [`mesh`](Winding::mesh), and the input face that
+    /// contains each face, flipped or not. Input vertices come first and keep their numbers.
+    pub provenance: Provenance,
     /// The winding number `w` at each corner. It jumps across the curve and is smooth elsewhere. It
     /// is determined up to one constant per island, which [`shift`](Winding::shift) fixes. NaN at
     /// endpoints of the curve, around which it depends on the direction (see
@@ -66,18 +67,10 @@ pub struct Winding {
     pub nonbounding_loops: Vec<JumpLoop>,
     /// Timings, residuals and warnings.
     pub report: WindingReport,
-    pub(crate) parents: Parents,
-}
-
-/// Maps from the result back to the faces of the input.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Parents {
-    /// Per input face, whether its orientation was flipped; empty if none was.
-    pub flipped: Vec<bool>,
-    /// The mesh before it was cut, and the place of each vertex on it.
-    pub cut: Option<(TriangleMesh, Vec<SurfacePoint>)>,
+    /// The mesh before it was cut, if it was: the input with its faces oriented.
+    pub(crate) uncut: Option<TriangleMesh>,
     /// Whether the label at a point is that of its face rather than its rounded value.
-    pub follows_labels: bool,
+    pub(crate) follows_labels: bool,
 }
 
 /// Timings, residuals and warnings of one solve.
@@ -208,7 +201,7 @@ impl Winding {
         let value = self.value_at(face, weights);
         let label = || {
             let piece = self.piece_at(face, weights).0;
-            if self.parents.follows_labels { self.labels[piece] } else { value.round() as i32 }
+            if self.follows_labels { self.labels[piece] } else { value.round() as i32 }
         };
         (!value.is_nan()).then(label)
     }
@@ -221,11 +214,11 @@ impl Winding {
     /// Returns the face of [`mesh`](Winding::mesh) that contains a point of an input face, with the
     /// point's barycentric coordinates in it.
     fn piece_at(&self, face: Face, mut weights: [f64; 3]) -> (Face, [f64; 3]) {
-        if self.parents.flipped.get(face.index()) == Some(&true) {
+        let parts = self.provenance.face_parts(face);
+        if parts.clone().next().is_some_and(|part| self.provenance.is_flipped(part)) {
             weights.swap(1, 2);
         }
-        let Some((uncut, places)) = &self.parents.cut else { return (face, weights) };
-        let parents = &self.face_parent;
+        let Some(uncut) = &self.uncut else { return (face, weights) };
         // Cuts are located by normalised barycentric coordinates.
         let sum: f64 = weights.iter().sum();
         let weights = weights.map(|w| w / sum);
@@ -233,19 +226,16 @@ impl Winding {
             return (Face(u32::MAX), weights);
         }
         let corners = uncut.face_vertices(face);
-        let first = parents.partition_point(|&parent| parent < face);
-        let pieces = parents[first..].iter().take_while(|&&parent| parent == face).count();
-        let weights_in_piece = |piece: usize| {
-            let [a, b, c] =
-                self.mesh.face_vertices(Face(piece as u32)).map(|v| weights_in(places[v.index()], corners));
-            barycentric(weights, [a, b, c])
+        let weights_in_part = |part: Face| {
+            let places = self.mesh.face_vertices(part).map(|v| self.provenance.weights_in(v, corners));
+            barycentric(weights, places)
         };
         // Take the face with the least negative coordinates: rounding can leave points on sides in
         // none.
         let or_none = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };
         let lowest = |w: &[f64; 3]| w.iter().fold(f64::INFINITY, |m, x| m.min(or_none(*x)));
-        let best = (first..first + pieces)
-            .map(|piece| (Face(piece as u32), weights_in_piece(piece)))
+        let best = parts
+            .map(|part| (part, weights_in_part(part)))
             .max_by(|a, b| lowest(&a.1).total_cmp(&lowest(&b.1)));
         best.unwrap_or((Face(u32::MAX), weights))
     }
@@ -297,17 +287,7 @@ impl Winding {
 
     /// Whether [`mesh`](Winding::mesh) was cut, so that its faces are not those of the input.
     pub fn is_cut(&self) -> bool {
-        self.parents.cut.is_some()
-    }
-
-    /// Returns the place of a vertex of [`mesh`](Winding::mesh) on the input. Input vertices come
-    /// first and keep their numbers; vertices of cuts lie in input edges and faces. `None` if there
-    /// is no such vertex.
-    pub fn vertex_place(&self, v: Vertex) -> Option<SurfacePoint> {
-        match &self.parents.cut {
-            Some((_, places)) => places.get(v.index()).copied(),
-            None => (v.index() < self.mesh.vertex_count()).then(|| v.into()),
-        }
+        self.uncut.is_some()
     }
 
     /// Returns the label of each input face: where the mesh was cut, the label that covers the
@@ -337,43 +317,50 @@ impl Winding {
         if !self.is_cut() {
             return self.labels.clone();
         }
-        let count = self.face_parent.last().map_or(0, |last| last.index() + 1);
-        let labels = self.labels_of_groups(count, |face| face.index());
-        labels.into_iter().map(|label| label.unwrap_or(0)).collect::<Vec<i32>>().into()
+        self.labels_by(&self.provenance)
+            .iter()
+            .map(|(_, label)| label.unwrap_or(0))
+            .collect::<Vec<_>>()
+            .into()
     }
 
-    /// Returns the labels of `groups` groups of input faces, for instance of triangulated polygons,
-    /// by the rule of [`input_labels`](Winding::input_labels). `None` for an empty group.
+    /// Returns the labels of the faces of a mesh from which the input was derived, for instance of
+    /// polygons that were triangulated, by the rule of [`input_labels`](Winding::input_labels).
+    /// `derived` leads from that mesh to the input. `None` for a face that was dropped.
     ///
     /// # Cost
     /// O(F log F).
     ///
     /// # Panics
-    /// If `group_of` returns `groups` or more for a face.
+    /// If `derived` leads to another mesh.
     ///
     /// ```
-    /// use eikona::mesh::{Curve, SurfaceCurves, Vertex, shapes};
+    /// use eikona::mesh::{Curve, PolygonMesh, SurfaceCurves, Vertex};
     /// use eikona::winding::{WindingOptions, surface_winding_number};
-    /// // Squares, cut into triangles 2 n and 2 n + 1.
-    /// let grid = shapes::grid(4, 1, 4.0, 1.0, shapes::Diagonal::Uniform)?;
-    /// let line = Curve::signed([2, 3].map(Vertex));
-    /// let curve = SurfaceCurves::from_curve(line);
-    /// let winding = surface_winding_number(&grid, &curve, &WindingOptions::default())?;
-    /// let labels = winding.labels_of_groups(5, |face| face.index() / 2);
-    /// assert_eq!(labels, [Some(1), Some(0), Some(0), Some(0), None]);
+    /// // Two squares, and a curve between them.
+    /// let corners = [[0., 0.], [1., 0.], [2., 0.], [0., 1.], [1., 1.], [2., 1.]];
+    /// let mut squares = PolygonMesh::new(corners.map(|[x, y]| [x, y, 0.]).to_vec());
+    /// squares.push_face([0, 1, 4, 3]);
+    /// squares.push_face([1, 2, 5, 4]);
+    /// let (mesh, derived) = squares.triangulate()?;
+    /// let curve = SurfaceCurves::from_curve(Curve::signed([1, 4].map(Vertex)));
+    /// let winding = surface_winding_number(&mesh, &curve, &WindingOptions::default())?;
+    /// assert_eq!(winding.original_labels(&derived).as_slice(), [Some(1), Some(0)]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn labels_of_groups(&self, groups: usize, group_of: impl Fn(Face) -> usize) -> Vec<Option<i32>> {
-        let group = |f: &Face| group_of(self.face_parent[f.index()]);
-        let mut faces: Vec<Face> = self.mesh.faces().collect();
-        faces.sort_by_key(group);
+    pub fn original_labels(&self, derived: &Provenance) -> FaceField<Option<i32>> {
+        self.labels_by(&derived.then(&self.provenance))
+    }
+
+    /// Returns the label that covers most of each face of an original mesh.
+    fn labels_by(&self, provenance: &Provenance) -> FaceField<Option<i32>> {
         let unit = unit_of(&self.mesh);
-        let mut labels = vec![None; groups];
-        for pieces in faces.chunk_by(|a, b| group(a) == group(b)) {
-            let areas = areas_of_pieces(&self.mesh, unit, pieces).into_iter();
-            labels[group(&pieces[0])] = label_of_most(areas.zip(pieces.iter().map(|f| self.labels[*f])));
-        }
-        labels
+        let most = |first: Face, labels: &[i32]| {
+            let pieces: Vec<Face> = (first.0..).map(Face).take(labels.len()).collect();
+            let areas = areas_of_pieces(&self.mesh, unit, &pieces);
+            label_of_most(areas.into_iter().zip(labels.iter().copied()))
+        };
+        provenance.push_faces(&self.labels, most).expect("each face of the result has a label")
     }
 }
 

@@ -13,11 +13,11 @@ use crate::winding::loops::loops_of;
 use crate::winding::notes::{Names, cancelled_or_ignored, faces_without_value, narrow_rings, several_fans};
 use crate::winding::options::{CompletionShape, Diagnosis, EPSILONS, Reference, WindingOptions};
 use crate::winding::orientation::{MAX_CHECKED, MOST_STRETCHES, Orientation, Stretches, changed_area};
-use crate::winding::solution::{Parents, Winding, WindingReport};
+use crate::winding::solution::{Winding, WindingReport};
 use crate::winding::steps::{Found, solve_chain};
 use crate::winding::surface::Surface;
 use crate::winding::walks::{segments_of, walks};
-use eikona_mesh::{Curve, CurveKind, Face, Segment, SurfaceCurves, TriangleMesh};
+use eikona_mesh::{Curve, CurveKind, Face, Provenance, Segment, SurfaceCurves, TriangleMesh};
 
 /// A mesh with its factored operators, reused from curve to curve.
 ///
@@ -29,8 +29,8 @@ use eikona_mesh::{Curve, CurveKind, Face, Segment, SurfaceCurves, TriangleMesh};
 #[derive(Debug)]
 pub struct Solver {
     surface: Surface,
-    /// Whether each face was flipped; empty if none was.
-    flipped: Vec<bool>,
+    /// The faces that were flipped.
+    oriented: Provenance,
     warnings: Vec<Warning>,
 }
 
@@ -51,12 +51,10 @@ impl Solver {
             let first = mesh.edge_vertices(first);
             warnings.push(Warning::NonmanifoldEdges { count: 1 + cuts.count(), first });
         }
-        let mut flipped: Vec<bool> =
-            mesh.faces().map(|f| mesh.face_vertices(f) != oriented.face_vertices(f)).collect();
-        if !flipped.contains(&true) {
-            flipped = Vec::new();
-        }
-        Ok(Solver { surface: Surface::new(oriented), flipped, warnings })
+        let flipped = mesh.faces().filter(|f| mesh.face_vertices(*f) != oriented.face_vertices(*f)).collect();
+        let provenance =
+            Provenance::identity(mesh.vertex_count(), mesh.face_count()).with_flipped_faces(flipped);
+        Ok(Solver { surface: Surface::new(oriented), oriented: provenance, warnings })
     }
 
     /// Returns the mesh that curves refer to: the input, with faces flipped to a consistent
@@ -68,7 +66,7 @@ impl Solver {
     /// Computes the winding number of curves. Where they cross faces, or end inside edges or faces,
     /// the mesh is first cut along them ([`embed_curves`]). Open pieces of fewer than 8 edges are
     /// refined, unless [`split_short`](WindingOptions::split_short) is off. The result then lives
-    /// on the cut mesh, with the parent of each face in [`Winding::face_parent`].
+    /// on the cut mesh; [`Winding::provenance`] leads back.
     ///
     /// # Errors
     /// [`WindingError::NoCurve`], [`WindingError::Unsigned`], [`WindingError::Curve`],
@@ -94,7 +92,7 @@ impl Solver {
                 let context = (Names::default(), self.warnings.clone());
                 let mut winding =
                     solve_along_edges(&self.surface, curves, &segments, walks, options, context, phases)?;
-                winding.parents = Parents { flipped: self.flipped.clone(), ..Parents::default() };
+                winding.provenance = self.oriented.clone();
                 return finished(&self.surface, winding, options);
             }
         }
@@ -116,26 +114,22 @@ impl Solver {
         let mut options = *options;
         if let Reference::Face(face) = options.reference {
             let area = |child: &Face| face_in(&embedded.mesh, *child, self.surface.unit).area;
-            let children = embedded.mesh.faces().filter(|child| embedded.face_parent[child.index()] == face);
+            let children = embedded.provenance.face_parts(face);
             let largest = children.max_by(|a, b| area(a).total_cmp(&area(b)));
             options.reference = Reference::Face(largest.ok_or(WindingError::no_such_reference(face))?);
         }
         let cut = Surface::new(embedded.mesh.clone());
-        let Embedded { mesh, face_parent, vertex_place, curves: walks, .. } = embedded;
+        let Embedded { mesh, provenance, curves: walks, .. } = embedded;
         let curve = |w: &EmbeddedCurve| {
             let nodes = w.vertices.iter().map(|&v| v.into()).collect();
             Curve { kind: w.kind, up: w.up, nodes }
         };
         let along = SurfaceCurves { curves: walks.iter().map(curve).collect(), points: Vec::new() };
         let segments = segments_of(&mesh, &walks);
-        let context = (Names(Some((&vertex_place, &face_parent))), self.warnings.clone());
+        let context = (Names(Some(&provenance)), self.warnings.clone());
         let mut winding = solve_along_edges(&cut, &along, &segments, walks, &options, context, phases)?;
-        winding.face_parent = face_parent;
-        winding.parents = Parents {
-            flipped: self.flipped.clone(),
-            cut: Some((self.surface.mesh.clone(), vertex_place)),
-            ..Parents::default()
-        };
+        winding.provenance = self.oriented.then(&provenance);
+        winding.uncut = Some(self.surface.mesh.clone());
         finished(&cut, winding, &options)
     }
 
@@ -221,8 +215,9 @@ fn solve_along_edges(
     let farthest_from_whole = found.nonbounding.iter().fold(0.0f64, |m, t| m.max((t - t.round()).abs()));
     Ok(Winding {
         mesh: mesh.clone(),
-        face_parent: mesh.faces().collect(),
-        parents: Parents::default(),
+        provenance: Provenance::identity(mesh.vertex_count(), mesh.face_count()),
+        uncut: None,
+        follows_labels: false,
         values: found.values.into(),
         labels: found.labels.label.into(),
         margin: found.labels.margin.into(),

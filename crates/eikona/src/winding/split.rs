@@ -2,7 +2,9 @@
 
 use crate::winding::corner_values::tip_corner;
 use crate::winding::solution::Winding;
-use eikona_mesh::{DisjointSets, Edge, Face, FaceField, Halfedge, MeshError, TriangleMesh, Vertex};
+use eikona_mesh::{
+    DisjointSets, Edge, FaceField, Halfedge, MeshError, Provenance, SurfacePoint, TriangleMesh, Vertex,
+};
 
 /// A mesh in which regions of different labels share no vertex: see [`Winding::split`].
 #[derive(Clone, Debug)]
@@ -10,10 +12,8 @@ pub struct Split {
     /// The faces of [`Winding::mesh`] in their order, so that [`Winding::labels`] apply. Vertices
     /// keep their numbers; copies follow.
     pub mesh: TriangleMesh,
-    /// For each vertex, the vertex of [`Winding::mesh`] that it copies.
-    pub vertex_parent: Vec<Vertex>,
-    /// For each face, the input face that contains it.
-    pub face_parent: Vec<Face>,
+    /// The vertex of [`Winding::mesh`] that each vertex copies.
+    pub provenance: Provenance,
 }
 
 impl Winding {
@@ -40,7 +40,8 @@ impl Winding {
     /// let winding = surface_winding_number(&disk, &curve, &WindingOptions::default())?;
     /// let split = winding.split()?;
     /// assert_eq!(split.mesh.vertex_count(), disk.vertex_count() + 6); // the ring, on both sides
-    /// assert_eq!(split.vertex_parent[disk.vertex_count()], Vertex(1));
+    /// let copy = Vertex(disk.vertex_count() as u32);
+    /// assert_eq!(split.provenance.vertex_place(copy), Some(Vertex(1).into()));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn split(&self) -> Result<Split, MeshError> {
@@ -52,20 +53,20 @@ impl Winding {
             let corners = mesh.vertex_corners(v);
             corners.iter().any(|c| labels[c.face()] != labels[corners[0].face()])
         };
-        let (mesh, vertex_parent) = cut_open(mesh, &mut fans, is_split)?;
-        Ok(Split { mesh, vertex_parent, face_parent: self.face_parent.clone() })
+        let (mesh, provenance) = cut_open(mesh, &mut fans, is_split)?;
+        Ok(Split { mesh, provenance })
     }
 }
 
 /// Gives each of some vertices a copy for every set of its corners except the first. Faces keep
-/// their order and their corners; the parent of each vertex is returned with the mesh.
+/// their order and their corners.
 pub(super) fn cut_open(
     mesh: &TriangleMesh,
     corners_of: &mut DisjointSets,
     is_split: impl Fn(Vertex) -> bool,
-) -> Result<(TriangleMesh, Vec<Vertex>), MeshError> {
+) -> Result<(TriangleMesh, Provenance), MeshError> {
     let mut positions = mesh.positions().to_vec();
-    let mut vertex_parent: Vec<Vertex> = mesh.vertices().collect();
+    let mut places: Vec<SurfacePoint> = mesh.vertices().map(SurfacePoint::from).collect();
     let mut triangles = mesh.triangles().to_vec();
     // The sets at a vertex, each with its copy.
     let mut copies: Vec<(u32, u32)> = Vec::new();
@@ -80,7 +81,7 @@ pub(super) fn cut_open(
                     if !copies.is_empty() {
                         copy = positions.len() as u32;
                         positions.push(mesh.position(v));
-                        vertex_parent.push(v);
+                        places.push(v.into());
                     }
                     copies.insert(place, (set, copy));
                     copy
@@ -89,7 +90,8 @@ pub(super) fn cut_open(
             triangles[corner.face().index()][corner.index() % 3] = copy;
         }
     }
-    Ok((TriangleMesh::new(positions, triangles)?, vertex_parent))
+    let provenance = Provenance::identity(mesh.vertex_count(), mesh.face_count()).with_vertex_places(&places);
+    Ok((TriangleMesh::new(positions, triangles)?, provenance))
 }
 
 /// Joins the corners at both ends of an edge, for those of its faces that have the same label.

@@ -72,9 +72,8 @@ pub fn check(name: &str, input: &TriangleMesh, curves: &SurfaceCurves, cut: &Emb
     let close = 1e-12 * size;
     // Vertices.
     assert_eq!(mesh.positions()[..input.vertex_count()], *input.positions(), "{name}");
-    assert_eq!(cut.vertex_place.len(), mesh.vertex_count());
     for v in mesh.vertices() {
-        let place = cut.vertex_place[v.index()].locate(input).unwrap();
+        let place = cut.provenance.vertex_place(v).unwrap().locate(input).unwrap();
         if v.index() < input.vertex_count() {
             assert_eq!(place, Located::Vertex(v));
         }
@@ -82,17 +81,17 @@ pub fn check(name: &str, input: &TriangleMesh, curves: &SurfaceCurves, cut: &Emb
         assert!(off <= close, "{name}: {v} lies {off} from its place");
     }
     // Faces.
-    assert_eq!(cut.face_parent.len(), mesh.face_count());
-    let inside: BTreeSet<[Vertex; 3]> = cut
-        .vertex_place
-        .iter()
-        .filter_map(|p| match p.locate(input).unwrap() {
+    let parents: Vec<Face> = cut.provenance.face_parents().collect();
+    assert_eq!(parents.len(), mesh.face_count());
+    let inside: BTreeSet<[Vertex; 3]> = mesh
+        .vertices()
+        .filter_map(|v| match cut.provenance.vertex_place(v).unwrap().locate(input).unwrap() {
             Located::Face(f, _) => Some(input.face_vertices(f)),
             _ => None,
         })
         .collect();
     let mut first = 0;
-    for (i, pieces) in cut.face_parent.chunk_by(|a, b| a == b).enumerate() {
+    for (i, pieces) in parents.chunk_by(|a, b| a == b).enumerate() {
         let parent = Face(i as u32);
         assert_eq!(pieces[0], parent, "{name}: every face has pieces, in order");
         let of_parent = normal(input, parent);
@@ -118,7 +117,7 @@ pub fn check(name: &str, input: &TriangleMesh, curves: &SurfaceCurves, cut: &Emb
         assert!((sum - area).abs() <= allowed || flat, "{name}: {parent} has area {area}, its pieces {sum}");
         first += pieces.len();
     }
-    assert_eq!(cut.face_parent.last().map_or(0, |f| f.index() + 1), input.face_count());
+    assert_eq!(parents.last().map_or(0, |f| f.index() + 1), input.face_count());
     assert_eq!(
         format!("{:?}", shape_of_surface(mesh)),
         format!("{:?}", shape_of_surface(input)),
@@ -199,10 +198,7 @@ pub fn check(name: &str, input: &TriangleMesh, curves: &SurfaceCurves, cut: &Emb
     let ones = cut.field_to_input_faces(&FaceField::constant(mesh.face_count(), 3.0)).unwrap();
     assert!(ones.as_slice().iter().all(|x| (x - 3.0).abs() < 1e-11));
     assert_eq!(ones.len(), input.face_count());
-    assert_eq!(
-        cut.labels_to_input_faces(&cut.face_parent.clone().into()).unwrap(),
-        input.faces().collect::<Vec<_>>().into()
-    );
+    assert_eq!(cut.labels_to_input_faces(&parents.into()).unwrap(), input.faces().collect::<Vec<_>>().into());
 }
 
 pub fn embed(name: &str, mesh: &TriangleMesh, curves: Vec<Curve>) -> Embedded {
@@ -241,11 +237,10 @@ pub fn pillow() -> TriangleMesh {
 pub fn lowest_height(mesh: &TriangleMesh, cut: &Embedded) -> f64 {
     let mut lowest = f64::INFINITY;
     for f in cut.mesh.faces() {
-        let parent = cut.face_parent[f.index()];
-        let weights = cut
-            .mesh
-            .face_vertices(f)
-            .map(|v| cut.vertex_place[v.index()].locate(mesh).unwrap().weights_in_face(mesh, parent));
+        let parent = cut.provenance.face_parent(f);
+        let weights = cut.mesh.face_vertices(f).map(|v| {
+            cut.provenance.vertex_place(v).unwrap().locate(mesh).unwrap().weights_in_face(mesh, parent)
+        });
         // A place inside one of two faces with the same corners is located in the first.
         let [Some(a), Some(b), Some(c)] = weights else { continue };
         let flat = |w: Vec3| [w[1] + 0.5 * w[2], 0.75f64.sqrt() * w[2], 0.0];

@@ -68,10 +68,11 @@ pub fn check(input: &TriangleMesh, edges: &Winding, straight: &Winding) {
     let copies = |w: &Winding| -> i64 { w.jump.iter().map(|(_, j)| i64::from(j.abs())).sum() };
     assert!(copies(straight) >= copies(edges));
     // Both maps lead back to the input.
-    assert_eq!(straight.face_parent.len(), mesh.face_count());
-    assert!(straight.face_parent.is_sorted());
+    let parents = straight.provenance.face_parents();
+    assert_eq!(parents.len(), mesh.face_count());
+    assert!(parents.is_sorted());
     for v in mesh.vertices() {
-        let place = straight.vertex_place(v).unwrap().locate(input).unwrap().position(input);
+        let place = straight.provenance.vertex_place(v).unwrap().locate(input).unwrap().position(input);
         let size = input.positions().iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
         assert!((0..3).all(|k| (place[k] - mesh.position(v)[k]).abs() <= 1e-7 * size), "{v}");
     }

@@ -83,7 +83,7 @@ impl Winding {
             let edges = piece.steps.iter().map(|s| self.mesh.edge(s.high));
             edges.for_each(|e| at_step.entry(e).or_default().push(i));
         }
-        let old = |f: Face| f64::from(self.labels[refined.cut.face_parent[f.index()]]);
+        let old = |f: Face| f64::from(self.labels[refined.cut.provenance.face_parent(f)]);
         let mut open: Vec<bool> = mesh.faces().map(|f| labels[f.index()] != old(f)).collect();
         let mut found = BTreeSet::new();
         for first in mesh.faces() {
@@ -94,7 +94,7 @@ impl Winding {
             let mut around: BTreeSet<usize> = BTreeSet::new();
             let mut waiting = vec![first];
             while let Some(f) = waiting.pop() {
-                let parent = refined.cut.face_parent[f.index()];
+                let parent = refined.cut.provenance.face_parent(f);
                 let a = face_in(mesh, f, unit).area;
                 area += a;
                 if let Some(mean) = face_mean(values, f) {

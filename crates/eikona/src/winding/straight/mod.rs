@@ -19,13 +19,13 @@ mod refined;
 mod sides;
 
 use crate::Warning;
-use crate::cut::{Embedded, EmbeddedCurve, embed_curves, places_of_places};
+use crate::cut::{Embedded, EmbeddedCurve, embed_curves};
 use crate::winding::decomposition::THRESHOLD;
 use crate::winding::labels::face_mean;
 use crate::winding::loops::loops_of;
 use crate::winding::options::Completion;
 use crate::winding::solution::{CompletionReport, Winding};
-use eikona_mesh::{Curve, Edge, Face, Located, SurfaceCurves, TriangleMesh, Vertex};
+use eikona_mesh::{Curve, Edge, Face, Located, SurfaceCurves, Vertex};
 use layer::{Freedom, Layer};
 use pieces::Jumps;
 use refined::{Refined, Wall};
@@ -52,7 +52,7 @@ struct Straight {
 impl Winding {
     /// Straightens the completion. `consistent`: whether all faces are consistently oriented.
     pub(super) fn straightened(mut self, consistent: bool, completion: Completion, unit: f64) -> Winding {
-        self.parents.follows_labels = true;
+        self.follows_labels = true;
         let mesh = self.mesh.clone();
         let is_curve: Vec<bool> = self.jump.iter().map(|(_, j)| *j != 0).collect();
         let label_jump = self.label_jumps();
@@ -176,7 +176,7 @@ impl Winding {
         let rest = refined.jumps(&jump);
         let mut jump = rest.clone();
         region_walls.iter().for_each(|(_, walls)| refined.add(walls, &mut jump));
-        let old_label = |f: Face| f64::from(self.labels[cut.face_parent[f.index()]]);
+        let old_label = |f: Face| f64::from(self.labels[cut.provenance.face_parent(f)]);
         let Some(labels) = refined.function(&jump, old_label, unit) else {
             regions.stay_all();
             return None;
@@ -206,16 +206,15 @@ impl Winding {
         let before = &self.mesh;
         let refined = Refined { before, cut: &cut };
         let mesh = cut.mesh.clone();
-        let mid_parent = |f: Face| cut.face_parent[f.index()];
+        let mid_parent = |f: Face| cut.provenance.face_parent(f);
         let mut residual_function = refined.values(self.residual_function.as_slice());
         residual_function.iter_mut().enumerate().for_each(|(c, x)| *x += moved[c / 3]);
         let mut nonbounding = refined.jumps(self.nonbounding.as_slice());
         nonbounding.iter_mut().zip(&moved_jump).for_each(|(t, m)| *t += m);
         let labels: Vec<i32> = labels.iter().map(|l| l.round() as i32).collect();
-        let pieces_of = pieces_of_faces(before, &cut);
         let margin = mesh.faces().map(|f| {
             let parent = mid_parent(f);
-            let is_whole = pieces_of[parent.index()] == 1 && moved[f.index()] == 0.0;
+            let is_whole = cut.provenance.face_parts(parent).len() == 1 && moved[f.index()] == 0.0;
             if is_whole && labels[f.index()] == self.labels[parent] {
                 return self.margin[parent];
             }
@@ -246,18 +245,10 @@ impl Winding {
             parts.push(walk.segments.iter().map(|s| part[*s]).collect());
             curves.push(EmbeddedCurve { vertices: walk.vertices.clone(), segments, ..curve.clone() });
         }
-        let mut parents = self.parents;
-        parents.cut = Some(match parents.cut {
-            Some((input, places)) => {
-                let places = places_of_places(&input, &self.face_parent, &places, &cut);
-                (input, places)
-            }
-            None => (before.clone(), cut.vertex_place.clone()),
-        });
-        let face_parent = cut.face_parent.iter().map(|f| self.face_parent[f.index()]).collect();
+        let uncut = self.uncut.or_else(|| Some(before.clone()));
         Winding {
             mesh,
-            face_parent,
+            provenance: self.provenance.then(&cut.provenance),
             values: values.into(),
             labels: labels.into(),
             margin: margin.into(),
@@ -269,7 +260,8 @@ impl Winding {
             parts,
             bounding_loops,
             nonbounding_loops,
-            parents,
+            uncut,
+            follows_labels: self.follows_labels,
             shift: self.shift,
             endpoints: self.endpoints,
             report: self.report,
@@ -295,10 +287,4 @@ fn walls_of<'a>(
     }
     lost.iter().for_each(|&i| layer.strands[i].stay());
     lost.is_empty().then_some(walls)
-}
-
-fn pieces_of_faces(before: &TriangleMesh, cut: &Embedded) -> Vec<u32> {
-    let mut count = vec![0; before.face_count()];
-    cut.face_parent.iter().for_each(|f| count[f.index()] += 1);
-    count
 }

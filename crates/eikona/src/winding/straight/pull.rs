@@ -3,12 +3,12 @@
 use super::pieces::Piece;
 use crate::curves::{path_length, straighten_around, straighten_loop};
 use crate::winding::split::cut_open;
-use eikona_mesh::{DisjointSets, Located, MeshError, TriangleMesh, Vertex};
+use eikona_mesh::{DisjointSets, Located, MeshError, Provenance, TriangleMesh, Vertex};
 
 /// The mesh cut open along edges. Faces and halfedges keep their numbers.
 pub(super) struct Slit {
     mesh: TriangleMesh,
-    vertex_parent: Vec<Vertex>,
+    provenance: Provenance,
     is_fixed: Vec<bool>,
     unit: f64,
 }
@@ -40,11 +40,11 @@ impl Slit {
                 }
             }
         }
-        let (open, vertex_parent) = cut_open(mesh, &mut fans, |v| at_cut[v.index()])?;
+        let (open, provenance) = cut_open(mesh, &mut fans, |v| at_cut[v.index()])?;
         let scaled = open.positions().iter().map(|p| p.map(|x| x / unit)).collect();
         let mut is_fixed = vec![false; mesh.vertex_count()];
         fixed.iter().for_each(|v| is_fixed[v.index()] = true);
-        Ok(Slit { mesh: open.with_positions(scaled)?, vertex_parent, is_fixed, unit })
+        Ok(Slit { mesh: open.with_positions(scaled)?, provenance, is_fixed, unit })
     }
 
     /// Straightens a piece; `None` if it is already straight, `Err` if it cannot be straightened.
@@ -59,7 +59,9 @@ impl Slit {
             }
             path.push(Located::Vertex(b));
         }
-        let is_fixed = |v: Vertex| self.is_fixed[self.vertex_parent[v.index()].index()];
+        // Every vertex is one of the uncut mesh or a copy of one.
+        let parent = |v: Vertex| self.provenance.vertex_parent(v).unwrap_or(v);
+        let is_fixed = |v: Vertex| self.is_fixed[parent(v).index()];
         let straight = if piece.is_loop && !keep_base {
             straighten_loop(&self.mesh, &path, &is_fixed)
         } else {
@@ -73,7 +75,7 @@ impl Slit {
             return Ok(None);
         }
         let uncut = |place: Located| match place {
-            Located::Vertex(v) => Located::Vertex(self.vertex_parent[v.index()]),
+            Located::Vertex(v) => Located::Vertex(parent(v)),
             Located::Edge(e, t) => {
                 let h = self.mesh.edge_halfedges(e)[0];
                 Located::Edge(mesh.edge(h), if mesh.follows_edge(h) { t } else { 1.0 - t })

@@ -2,7 +2,7 @@
 
 use super::pieces::Piece;
 use super::sides::{redirected, transported};
-use crate::cut::{Embedded, weights_in};
+use crate::cut::Embedded;
 use crate::geometry::face_in;
 use eikona_mesh::{Edge, Face, Halfedge, TriangleMesh, Vertex};
 use std::collections::{BTreeMap, VecDeque};
@@ -23,10 +23,7 @@ impl Refined<'_> {
 
     /// Returns the barycentric coordinates of a vertex in the face that `face` was cut from.
     fn weights(&self, face: Face, v: Vertex) -> [f64; 3] {
-        weights_in(
-            self.cut.vertex_place[v.index()],
-            self.before.face_vertices(self.cut.face_parent[face.index()]),
-        )
+        self.cut.provenance.weights_in(v, self.before.face_vertices(self.cut.provenance.face_parent(face)))
     }
 
     /// Returns the halfedge before the cut that contains a halfedge.
@@ -35,7 +32,7 @@ impl Refined<'_> {
         let [a, b] = [self.mesh().origin(h), self.mesh().tip(h)].map(|v| self.weights(face, v));
         // Side k lies opposite corner k + 2.
         let side = (0..3).find(|k| a[(k + 2) % 3] == 0.0 && b[(k + 2) % 3] == 0.0)?;
-        Some(self.cut.face_parent[face.index()].halfedge(side))
+        Some(self.cut.provenance.face_parent(face).halfedge(side))
     }
 
     /// Returns the edge before the cut that contains an edge, and whether the first faces of both
@@ -61,7 +58,7 @@ impl Refined<'_> {
         let mesh = self.mesh();
         let mut result = Vec::with_capacity(3 * mesh.face_count());
         for f in mesh.faces() {
-            let parent = self.cut.face_parent[f.index()].index();
+            let parent = self.cut.provenance.face_parent(f).index();
             for v in mesh.face_vertices(f) {
                 let (mut sum, mut total) = (0.0, 0.0);
                 for (value, weight) in values[3 * parent..].iter().zip(self.weights(f, v)) {
@@ -109,7 +106,9 @@ impl Refined<'_> {
         let high = piece.steps.first()?.high;
         let corners = self.mesh().vertex_corners(v).iter();
         let mut sides = corners.flat_map(|c| [c.halfedge(), c.halfedge().previous()]);
-        sides.find(|h| self.cut.face_parent[h.face().index()] == high.face() && self.parent(*h) == Some(high))
+        sides.find(|h| {
+            self.cut.provenance.face_parent(h.face()) == high.face() && self.parent(*h) == Some(high)
+        })
     }
 
     /// Adds walls to jumps at edges.
