@@ -52,7 +52,7 @@ fn broken_polygons(random: &mut Random) -> PolygonMesh {
     let whole = damage::flip_faces(&whole, 0.3, seed).unwrap().mesh;
     let whole = damage::duplicate_faces(&whole, 0.2, seed).unwrap().mesh;
     let whole = damage::remove_faces(&whole, 0.1, seed).unwrap().mesh;
-    let whole = if seed % 2 == 0 { damage::unweld(&whole).unwrap().mesh } else { whole };
+    let whole = if seed.is_multiple_of(2) { damage::unweld(&whole).unwrap().mesh } else { whole };
     let mut polygons = whole.to_polygon_mesh();
     let first = polygons.vertex_count() as u32;
     polygons.positions.extend([[2., 0., 0.], [3., 0., 0.], [3., 1., 0.], [2.1, 0.9, 0.], [1.9, 0.5, 0.]]);
