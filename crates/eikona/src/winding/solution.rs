@@ -316,7 +316,11 @@ impl Winding {
         if !self.is_cut() {
             return self.labels.clone();
         }
-        self.labels_by(&self.provenance).iter().map(|(_, label)| label.unwrap_or(0)).collect::<Vec<_>>().into()
+        self.labels_by(&self.provenance)
+            .iter()
+            .map(|(_, label)| label.unwrap_or(0))
+            .collect::<Vec<_>>()
+            .into()
     }
 
     /// Returns the labels of the faces of a mesh from which the input was derived, for instance of
