@@ -79,7 +79,8 @@ fn check_fields(w: &Winding) {
         }
     }
     assert!(w.residual_function.iter().all(|(_, v)| v.is_finite()));
-    assert!(w.report.residual < 1e-6, "{:?}", w.report);
+    let most = if is_ordinary(&w.mesh) { 1e-6 } else { 1e-3 };
+    assert!(w.report.residual < most, "{:?}", w.report);
     if let Some(program) = &w.report.program {
         let c = &program.certificate;
         // A sum of lengths may exceed the largest double.
