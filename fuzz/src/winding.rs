@@ -59,14 +59,15 @@ fn check_fields(w: &Winding) {
     for v in &w.endpoints {
         assert_eq!(fans[v.index()], Some(true), "{v} is an endpoint but not an inner vertex");
     }
+    let is_undefined = |v: Vertex| w.endpoints.contains(&v) || fans[v.index()].is_none();
+    let may_be_nan = |v: Vertex| is_undefined(v) || corners_around(w, v).into_iter().all(is_undefined);
     for f in mesh.faces() {
         let corners = 3 * f.index()..3 * f.index() + 3;
         let values: Vec<f64> =
             w.values.as_slice()[corners.clone()].iter().copied().filter(|x| !x.is_nan()).collect();
         for (v, value) in mesh.face_vertices(f).iter().zip(&w.values.as_slice()[corners]) {
             assert!(!value.is_infinite(), "{f}: {value}");
-            let may_be_nan = w.endpoints.contains(v) || fans[v.index()].is_none();
-            assert!(!value.is_nan() || may_be_nan, "{v} has no value in {f}: {:?}", w.report);
+            assert!(!value.is_nan() || may_be_nan(*v), "{v} has no value in {f}: {:?}", w.report);
         }
         assert!((0.0..=0.5).contains(&w.margin[f]), "{f}: {}", w.margin[f]);
         let shift = w.shift[w.island[f] as usize];
@@ -79,7 +80,8 @@ fn check_fields(w: &Winding) {
         }
     }
     assert!(w.residual_function.iter().all(|(_, v)| v.is_finite()));
-    assert!(w.report.residual < 1e-6, "{:?}", w.report);
+    let most = if is_ordinary(&w.mesh) { 1e-6 } else { 1e-3 };
+    assert!(w.report.residual < most, "{:?}", w.report);
     if let Some(program) = &w.report.program {
         let c = &program.certificate;
         // A sum of lengths may exceed the largest double.
@@ -100,7 +102,8 @@ fn scale(w: &Winding) -> f64 {
 }
 
 fn check_jumps(w: &Winding, options: &WindingOptions) {
-    let (mesh, tolerance) = (&w.mesh, TOLERANCE * scale(w));
+    // The edges around a vertex add up the residual of the solves.
+    let (mesh, tolerance) = (&w.mesh, (TOLERANCE + 10.0 * w.report.residual) * scale(w));
     // Straightened loops may run along the curve, and add to its own jump there.
     let limits_kept = is_ordinary(mesh)
         && straightened(w) == 0
@@ -125,7 +128,9 @@ fn check_jumps(w: &Winding, options: &WindingOptions) {
             let t_there = w.residual_function.as_slice()[at(a)] - w.residual_function.as_slice()[at(b)];
             assert!((t_there - t).abs() <= tolerance, "{e}: residual function jumps by {t_there}, not {t}");
             let jump = w.values.as_slice()[at(a)] - w.values.as_slice()[at(b)];
-            if options.completion == Completion::Full && !jump.is_nan() && fan(mesh, v).is_some() {
+            // Small jumps fade out towards vertices with several fans.
+            let has_fans = || corners_around(w, v).into_iter().chain([v]).all(|v| fan(mesh, v).is_some());
+            if options.completion == Completion::Full && !jump.is_nan() && has_fans() {
                 let wanted = w.bounding_jump(e);
                 assert!((jump - wanted).abs() <= tolerance, "{e} at {v}: jumps by {jump}, not {wanted}");
             }
@@ -140,6 +145,16 @@ fn check_jumps(w: &Winding, options: &WindingOptions) {
             assert!(around.abs() <= tolerance, "the nonbounding part ends at {v}: {around}");
         }
     }
+}
+
+/// Returns the vertices whose values a vertex of a cut interpolates; the vertex itself for others.
+fn corners_around(w: &Winding, v: Vertex) -> Vec<Vertex> {
+    let corners = match w.vertex_place(v) {
+        Some(SurfacePoint::Edge { vertices, .. }) => vertices.to_vec(),
+        Some(SurfacePoint::Face { vertices, .. }) => vertices.to_vec(),
+        _ => vec![v.0],
+    };
+    corners.into_iter().map(Vertex).collect()
 }
 
 /// Returns the corner at `v` in the face of a halfedge that starts or ends there.
@@ -244,6 +259,9 @@ fn check_reversal(solver: &Solver, curves: &SurfaceCurves, options: &WindingOpti
             return assert!(!is_ordinary(&w.mesh), "not solved the other way: {fault}");
         }
     };
+    if back.is_cut() {
+        return;
+    }
     assert!(w.jump.iter().zip(back.jump.iter()).all(|(a, b)| *a.1 == -*b.1));
     let there = program.objective;
     let back = back.report.program.as_ref().map_or(0.0, |p| p.objective);

@@ -316,6 +316,62 @@ fn all_terms_boxed() {
 }
 
 #[test]
+fn jumps_far_below_the_largest_count_where_the_optimum_is_small() {
+    // A jump of 1 at low cost, and cycles with a jump of 5e-10, which is cheaper on one term.
+    let mut terms = vec![term(0, 1, 1.0, 1e-6, Some(1.0)), term(1, 0, 0.0, 1.0, None)];
+    for (from, weights) in [(1, [1.0, 2.0]), (2, [2.0, 1.0])] {
+        terms.push(term(from, from + 1, 5e-10, weights[0], None));
+        terms.push(term(from + 1, from, 0.0, weights[1], None));
+    }
+    // A ring whose limits are infeasible by a rounding error.
+    for (from, to, shift) in [(4, 5, 1.0 + 5e-13), (5, 6, 0.0), (6, 4, 0.0)] {
+        terms.push(term(from, to, shift, 1e-6, Some(1.0 / 3.0)));
+    }
+    for method in METHODS {
+        let solution = minimise_jumps(7, &terms, &with(method)).unwrap();
+        assert!(solution.certificate.gap.abs() < 1e-9, "{:?}", solution.certificate);
+        let third = 1.0 / 3.0;
+        for (jump, right) in
+            solution.jumps.iter().zip([1.0, 0.0, 5e-10, 0.0, 0.0, 5e-10, third, third, third])
+        {
+            let error = if right < 1e-9 && right > 0.0 { 1e-14 } else { 0.0 };
+            assert!((jump - right).abs() <= error, "{:?}", solution.jumps);
+        }
+    }
+}
+
+/// Curves that cost little and shifts with rounding errors, on slopes with potentials far larger
+/// than any shift, as well.
+#[test]
+fn small_optima_are_certified_despite_rounding_errors() {
+    for seed in 0..40 {
+        let mut noise = Noise(seed);
+        let epsilon = 10f64.powf(-3.0 - 6.0 * noise.next());
+        let curves = Curves { periods: [0.2 + 0.8 * noise.next(), noise.next()], broken: 0.0, epsilon };
+        let (nu, nv) = if seed % 2 == 0 { (16, 10) } else { (120, 3) };
+        let (nodes, mut terms) = torus(nu, nv, curves, seed);
+        let slope = if seed % 4 < 2 { 0.0 } else { 0.5 };
+        let height = |v: u32| slope * (v as usize / (2 * nv)).abs_diff(nu / 2) as f64;
+        for term in &mut terms {
+            term.shift += height(term.from) - height(term.to);
+        }
+        let optimum = minimise_jumps(nodes, &terms, &with(JumpMethod::PrimalDual)).unwrap().objective;
+        let rounding = 10f64.powf(-12.0 + 2.0 * noise.next());
+        for term in &mut terms {
+            term.shift += rounding * noise.signed();
+        }
+        let most: f64 = terms.iter().map(|term| rounding * term.weight).sum();
+        for method in [None, Some(JumpMethod::NetworkSimplex), Some(JumpMethod::PrimalDual)] {
+            let options = JumpOptions { method, ..with(JumpMethod::PrimalDual) };
+            let solution = minimise_jumps(nodes, &terms, &options).unwrap();
+            let c = solution.certificate;
+            assert!(c.gap < 1e-6 && c.overflow < 1e-11 && c.violation < 1e-9, "seed {seed}: {c:?}");
+            assert!((solution.objective - optimum).abs() < most + 1e-6 * optimum, "seed {seed}");
+        }
+    }
+}
+
+#[test]
 fn work_limit_is_respected() {
     let (nodes, terms) = noisy(torus(40, 20, CLOSED, 5), 6);
     for method in METHODS {

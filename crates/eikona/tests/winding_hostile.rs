@@ -304,6 +304,27 @@ fn the_certificate_bounds_the_cost() {
     }
 }
 
+/// The nonbounding part lies on the curve, where it costs a millionth of its length, so that jumps
+/// of 1e-11, the rounding of 20 copies on thin Delaunay triangles, contribute to the cost.
+#[test]
+fn a_tiny_cost_is_certified_beside_many_copies() {
+    let torus = shapes::torus(1.0, 0.4, 6, 6).unwrap();
+    let walk = [
+        3, 10, 11, 10, 11, 10, 11, 10, 4, 3, 2, 1, 0, 30, 24, 23, 24, 25, 19, 20, 21, 20, 21, 28, 34, 28, 27,
+        21, 22, 23, 18, 23, 29, 30, 29, 22, 29, 23, 16, 9, 2,
+    ];
+    let copies = vec![Curve::signed(walk.map(Vertex)); 20];
+    let options = WindingOptions {
+        epsilon: 1e-6,
+        split_short: false,
+        intrinsic_delaunay: true,
+        ..WindingOptions::default()
+    };
+    let program = solve_with(&torus, copies, &options).unwrap().report.program.unwrap();
+    assert!(program.objective < 2e-4 && program.freed == 0, "{program:?}");
+    assert!(program.lower_bound > program.objective * (1.0 - 1e-4), "{program:?}");
+}
+
 #[test]
 fn curves_that_end_on_the_boundary_have_no_endpoint_there() {
     let disk = shapes::disk(6, 18, 1.0).unwrap();

@@ -25,6 +25,20 @@ pub struct Certificate {
     pub violation: f64,
 }
 
+/// Largest relative duality gap, flow excess or limit violation that is accepted.
+const ACCEPTED: f64 = 1e-6;
+
+impl Certificate {
+    /// The largest of the gap and the other residuals.
+    pub(super) fn worst(&self) -> f64 {
+        [self.conservation, self.overflow, self.violation].into_iter().fold(self.gap.abs(), f64::max)
+    }
+
+    pub(super) fn is_accepted(&self) -> bool {
+        !self.gap.is_nan() && self.worst() <= ACCEPTED
+    }
+}
+
 /// Computes the certificate of potentials and flow for given weights.
 pub(super) fn certify(
     nodes: usize,

@@ -117,6 +117,31 @@ impl Network {
         potentials
     }
 
+    /// Returns the largest absolute value of the shifts, limits and given potentials.
+    pub(super) fn largest_number(&self, potentials: &[f64]) -> f64 {
+        potentials.iter().fold(self.scale, |m, p| m.max(p.abs()))
+    }
+
+    /// Rounds shifts, limits and the given potentials to multiples of a power of two, so that sums
+    /// of up to 8 times the largest number are exact. Limits are rounded up, and extended where the
+    /// potentials violate them.
+    ///
+    /// Each number changes by less than 2^-49 of the largest.
+    pub(super) fn round(&mut self, potentials: &mut [f64]) {
+        let exponent = self.largest_number(potentials).log2().ceil().max(-960.0) as i32;
+        let unit = 2f64.powi(exponent - 50);
+        potentials.iter_mut().for_each(|p| *p = (*p / unit).round() * unit);
+        for arc in &mut self.arcs {
+            arc.shift = (arc.shift / unit).round() * unit;
+            arc.limit = (arc.limit / unit).ceil() * unit;
+            if arc.is_boxed() {
+                let jump = arc.jump(potentials);
+                arc.limit = arc.limit.max(jump) - jump.min(0.0);
+                arc.shift -= jump.min(0.0);
+            }
+        }
+    }
+
     /// Sends the imbalance of each node (rounding, for a flow that should be a circulation) along
     /// the forest to its roots.
     pub(super) fn balance(&self, flow: &mut [f64]) {
