@@ -28,7 +28,7 @@ pub fn check(bytes: &[u8]) {
         options.reference = Reference::Face(Face(choices.below(mesh.face_count() + 1) as u32));
     }
     let curves = curves(&mut choices, &mesh);
-    let solver = match Solver::new(&mesh) {
+    let solver = match Solver::new(&mesh, &Default::default()) {
         Ok(solver) => solver,
         Err(fault) => return assert!(!fault.to_string().is_empty()),
     };

@@ -61,6 +61,27 @@ pub fn rounded(x: f64, digits: usize, size: f64) -> String {
     }
 }
 
+/// Parses a number of bytes, with an optional unit.
+pub fn bytes(text: &str) -> Result<usize, String> {
+    const UNITS: [(&str, f64); 9] = [
+        ("KiB", 1024.0),
+        ("MiB", 1048576.0),
+        ("GiB", 1073741824.0),
+        ("TiB", 1099511627776.0),
+        ("kB", 1e3),
+        ("KB", 1e3),
+        ("MB", 1e6),
+        ("GB", 1e9),
+        ("TB", 1e12),
+    ];
+    let unit = UNITS.iter().find_map(|(name, bytes)| Some((text.strip_suffix(name)?, *bytes)));
+    let (number, unit) = unit.unwrap_or((text, 1.0));
+    match number.trim().parse::<f64>() {
+        Ok(x) if x >= 0.0 && (x * unit).is_finite() => Ok((x * unit) as usize),
+        _ => Err("expected a size such as 2GiB, 500MB or 1000000".into()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,7 +4,7 @@ use crate::exit::Failure;
 use crate::field_file::{FieldFormat, field_format, output_fields};
 use crate::input::{MeshArguments, MeshInput};
 use crate::isoline_file::{IsolineArguments, check_flat_for_svg, check_isoline_path, output_isolines};
-use crate::number::{brief, named, rounded};
+use crate::number::{brief, bytes, named, rounded};
 use crate::picture::{PictureArguments, check_picture_path, curves, draw, isolines};
 use crate::seams::warn_of_seams;
 use crate::session::{General, Session, check_outputs};
@@ -64,7 +64,7 @@ pub struct MethodArguments {
     #[arg(long)]
     pub confidence: bool,
     /// Stop before the factorisation if its predicted memory exceeds SIZE, such as 2GiB or 500MB
-    #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = parse_bytes)]
+    #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = bytes)]
     pub memory_limit: Option<usize>,
 }
 
@@ -85,26 +85,6 @@ pub struct OutputArguments {
     /// Draw the distance, its isolines and the curves
     #[arg(long, value_name = "PNG")]
     pub render: Option<PathBuf>,
-}
-
-fn parse_bytes(text: &str) -> Result<usize, String> {
-    const UNITS: [(&str, f64); 9] = [
-        ("KiB", 1024.0),
-        ("MiB", 1048576.0),
-        ("GiB", 1073741824.0),
-        ("TiB", 1099511627776.0),
-        ("kB", 1e3),
-        ("KB", 1e3),
-        ("MB", 1e6),
-        ("GB", 1e9),
-        ("TB", 1e12),
-    ];
-    let unit = UNITS.iter().find_map(|(name, bytes)| Some((text.strip_suffix(name)?, *bytes)));
-    let (number, unit) = unit.unwrap_or((text, 1.0));
-    match number.trim().parse::<f64>() {
-        Ok(x) if x >= 0.0 && (x * unit).is_finite() => Ok((x * unit) as usize),
-        _ => Err("expected a size such as 2GiB, 500MB or 1000000".into()),
-    }
 }
 
 /// Runs the command and returns the exit code.

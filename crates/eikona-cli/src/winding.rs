@@ -3,7 +3,7 @@
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::make::curve_format;
-use crate::number::{named, within};
+use crate::number::{bytes, named, within};
 use crate::picture::{PictureArguments, check_picture_path};
 use crate::seams::warn_of_seams;
 use crate::session::{General, Session, check_outputs};
@@ -11,8 +11,8 @@ use crate::source::{SourceArguments, files_read, read_source};
 use crate::winding_file::{Formats, write_outputs};
 use clap::Args;
 use eikona::winding::{
-    Completion, CompletionReport, CompletionShape, Diagnosis, EPSILONS, Orientation, Reference, Winding,
-    WindingOptions, surface_winding_number,
+    Completion, CompletionReport, CompletionShape, Diagnosis, EPSILONS, Orientation, Reference, Solver,
+    SolverOptions, Winding, WindingOptions,
 };
 use eikona_mesh::{Face, SurfaceCurves};
 use serde_json::json;
@@ -72,6 +72,9 @@ pub struct MethodArguments {
     /// Solve on the intrinsic Delaunay triangulation, which helps if faces are badly shaped
     #[arg(long)]
     pub delaunay: bool,
+    /// Stop before a factorisation if its predicted memory exceeds SIZE, such as 2GiB or 500MB
+    #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = bytes)]
+    pub memory_limit: Option<usize>,
     /// Find stretches of the curve that look reversed: if the curve has at most 32 stretches
     /// (auto), always, or never
     #[arg(long, value_name = "auto|always|never", default_value = "auto", value_parser = named::<Diagnosis>)]
@@ -226,7 +229,9 @@ fn solve(
             other => other,
         },
     };
-    let winding = session.solver("solve", || surface_winding_number(&input.mesh, curves, &options))?;
+    let solver_options = SolverOptions { threads: session.threads(), memory_limit: method.memory_limit };
+    let solver = session.solver("prepare", || Solver::new(&input.mesh, &solver_options))?;
+    let winding = session.solver("solve", || solver.solve(curves, &options))?;
     let report = &winding.report;
     if let (Some(path), None) = (&arguments.outputs.suggested, &report.orientation) {
         let reason = report.orientation_unchecked.as_ref();

@@ -6,6 +6,7 @@ use crate::matrix::SymmetricMatrix;
 use crate::memory::Zeroed;
 use crate::observer::check_stopped;
 use crate::parallel;
+use crate::resources::Resources;
 use crate::scalar::Scalar;
 use crate::symbolic::Symbolic;
 use crate::threads::together;
@@ -73,6 +74,19 @@ impl<T: Scalar> Cholesky<T> {
             Zeroed::new(symbolic.factor_entries()).ok_or(symbolic.out_of_memory::<T>(threads))?;
         parallel::factor(&symbolic, &entries, &mut values, threads)?;
         Ok(Cholesky { symbolic, matrix: entries, values, threads })
+    }
+
+    /// Factors a matrix if its factor is predicted to stay within the memory limit.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new), and [`NumericError::MemoryLimit`] before anything is allocated.
+    pub fn within(
+        resources: Resources,
+        symbolic: Arc<Symbolic>,
+        matrix: &SymmetricMatrix<T>,
+    ) -> Result<Self, NumericError> {
+        resources.check(symbolic.predicted_bytes::<T>(resources.threads))?;
+        Cholesky::on_threads(symbolic, matrix, resources.threads)
     }
 
     /// Returns the symbolic analysis of the factor.

@@ -63,6 +63,16 @@ pub enum NumericError {
         /// Number of unknowns.
         unknowns: usize,
     },
+    /// The factors would exceed the memory limit.
+    #[error(
+        "the factorisation needs about {needed_bytes} bytes, more than the memory limit of {limit_bytes}; raise the limit or use a coarser mesh"
+    )]
+    MemoryLimit {
+        /// Predicted bytes.
+        needed_bytes: usize,
+        /// The given limit.
+        limit_bytes: usize,
+    },
     /// The observer stopped the computation.
     #[error("the computation was stopped")]
     Stopped,

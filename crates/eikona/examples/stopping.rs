@@ -44,7 +44,7 @@ fn distance(mesh: &TriangleMesh, curves: &SurfaceCurves, threads: usize) -> bool
 }
 
 fn labels(mesh: &TriangleMesh, curves: &SurfaceCurves) -> bool {
-    let solver = winding::Solver::new(mesh);
+    let solver = winding::Solver::new(mesh, &Default::default());
     solver.and_then(|solver| solver.solve(curves, &Default::default())).is_ok()
 }
 

@@ -75,11 +75,14 @@ fn a_stopped_solver_still_works() {
     let expected = expected.solve(&source, &Default::default()).unwrap();
     assert_eq!(solver.solve(&source, &Default::default()).unwrap().distance, expected.distance);
 
-    let solver = winding::Solver::new(&torus).unwrap();
+    let solver = winding::Solver::new(&torus, &Default::default()).unwrap();
     let (stopped, _) = stopped_in(Some("linear program"), || solver.solve(&source, &Default::default()));
     assert!(stopped.is_err());
     let again = solver.solve(&source, &Default::default()).unwrap();
-    let expected = winding::Solver::new(&torus).unwrap().solve(&source, &Default::default()).unwrap();
+    let expected = winding::Solver::new(&torus, &Default::default())
+        .unwrap()
+        .solve(&source, &Default::default())
+        .unwrap();
     assert_eq!(again.labels, expected.labels);
 }
 
@@ -87,7 +90,7 @@ fn a_stopped_solver_still_works() {
 fn winding_numbers_can_be_stopped_in_every_phase() {
     let torus = shapes::torus(1.0, 0.4, 60, 24).unwrap();
     let source = broken_cut(&torus);
-    let solve = || winding::Solver::new(&torus)?.solve(&source, &Default::default());
+    let solve = || winding::Solver::new(&torus, &Default::default())?.solve(&source, &Default::default());
     let bits = |w: winding::Winding| w.values.as_slice().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     let expected = bits(solve().unwrap());
     let (observed, phases) = stopped_in(None, solve);

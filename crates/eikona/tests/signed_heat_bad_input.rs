@@ -3,6 +3,7 @@
 
 mod exact;
 
+use eikona::numeric::NumericError;
 use eikona::signed_heat::{DiffusionTime, LevelSets, SignedHeatError, SolveOptions, Solver, SolverOptions};
 use eikona_mesh::{
     Curve, CurveError, MeshError, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex,
@@ -215,7 +216,9 @@ fn memory_limit() {
     let mesh = shapes::geodesic_sphere(20).unwrap();
     let with = |limit| Solver::new(&mesh, &SolverOptions { memory_limit: limit, ..SolverOptions::default() });
     let needed = match with(Some(1000)).unwrap_err() {
-        SignedHeatError::MemoryLimit { needed_bytes, limit_bytes: 1000 } => needed_bytes,
+        SignedHeatError::Numeric(NumericError::MemoryLimit { needed_bytes, limit_bytes: 1000 }) => {
+            needed_bytes
+        }
         other => panic!("{other:?}"),
     };
     assert!(needed > 1_000_000, "{needed} bytes for {} edges", mesh.edge_count());
@@ -231,13 +234,20 @@ fn memory_limit_of_a_solve() {
     let mesh = shapes::grid(2000, 2, 2000.0, 2.0, Diagonal::Alternating).unwrap();
     let source = SurfaceCurves::from_curve(through_vertices(&mesh, |p| p[0] == 7.0, |p| p[1]));
     let with = |limit| Solver::new(&mesh, &SolverOptions { memory_limit: limit, ..SolverOptions::default() });
-    let SignedHeatError::MemoryLimit { needed_bytes, .. } = with(Some(1000)).unwrap_err() else { panic!() };
+    let SignedHeatError::Numeric(NumericError::MemoryLimit { needed_bytes, .. }) =
+        with(Some(1000)).unwrap_err()
+    else {
+        panic!()
+    };
     let tight = with(Some(needed_bytes)).unwrap();
     let roomy = with(Some(2 * needed_bytes)).unwrap();
     assert!(tight.solve(&source, &levels(LevelSets::Free)).is_ok());
     for level_sets in [LevelSets::Zero, LevelSets::PerComponent, LevelSets::Soft(1.0)] {
         let refused = tight.solve(&source, &levels(level_sets)).unwrap_err();
-        assert!(matches!(refused, SignedHeatError::MemoryLimit { .. }), "{level_sets:?}: {refused}");
+        assert!(
+            matches!(refused, SignedHeatError::Numeric(NumericError::MemoryLimit { .. })),
+            "{level_sets:?}: {refused}"
+        );
         assert!(roomy.solve(&source, &levels(level_sets)).is_ok(), "{level_sets:?}");
     }
 }

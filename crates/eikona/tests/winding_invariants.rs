@@ -211,7 +211,7 @@ fn a_broken_circle_on_the_sphere_labels_almost_all_faces_correctly() {
 #[test]
 fn a_reused_solver_agrees_with_fresh_ones() {
     let torus = torus(30, 15);
-    let solver = Solver::new(&torus).unwrap();
+    let solver = Solver::new(&torus, &Default::default()).unwrap();
     let mut open = around_tube(15, 3);
     open.nodes.truncate(9);
     for curve in [around_tube(15, 5), open, around_tube(15, 20)] {

@@ -5,8 +5,10 @@ mod regions;
 use eikona::contour::plane_cut;
 use eikona::curves::SegmentId;
 use eikona::mesh::{Curve, Face, SurfaceCurves, SurfacePoint, TriangleMesh, Vertex, damage, shapes};
+use eikona::numeric::NumericError;
 use eikona::winding::{
-    CompletionShape, Diagnosis, Part, Solver, Winding, WindingOptions, surface_winding_number,
+    CompletionShape, Diagnosis, Part, Solver, SolverOptions, Winding, WindingError, WindingOptions,
+    surface_winding_number,
 };
 use regions::{area, boundary_of, centre};
 use std::f64::consts::TAU;
@@ -164,7 +166,7 @@ fn delaunay_triangles_keep_exact_solutions_exact() {
     let mut curves = boundary_of(&torus, disk);
     curves.push(Curve::signed((0..=20).map(|j| Vertex(20 * 20 + j % 20))));
     let options = WindingOptions { intrinsic_delaunay: true, ..Default::default() };
-    let solver = Solver::new(&torus).unwrap();
+    let solver = Solver::new(&torus, &Default::default()).unwrap();
     let input = SurfaceCurves { curves: curves.clone(), points: Vec::new() };
     // Twice, as the second solve reuses the operators of the first.
     for _ in 0..2 {
@@ -360,4 +362,25 @@ fn suggested_reversals_save_energy() {
         }
     }
     assert!(suggested > 20, "{suggested}");
+}
+
+#[test]
+fn threads_change_no_digit_and_the_memory_limit_is_kept() {
+    let torus = shapes::torus(1.0, 0.4, 90, 36).unwrap();
+    let around = |j: u32| Vertex(j % 36);
+    let curves = SurfaceCurves::from_curve(Curve::signed((0..30).map(around)));
+    let with = |threads, memory_limit| {
+        Solver::new(&torus, &SolverOptions { threads, memory_limit })
+            .unwrap()
+            .solve(&curves, &WindingOptions::default())
+    };
+    let bits = |w: Winding| w.values.as_slice().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    let one = bits(with(1, None).unwrap());
+    assert!([2, 3].into_iter().all(|threads| bits(with(threads, None).unwrap()) == one));
+    let refused = with(1, Some(1000)).unwrap_err();
+    let WindingError::Numeric(NumericError::MemoryLimit { needed_bytes, limit_bytes: 1000 }) = refused else {
+        panic!("{refused:?}")
+    };
+    assert!(needed_bytes > 100_000, "{needed_bytes} bytes for {} vertices", torus.vertex_count());
+    assert!(with(1, Some(100 * needed_bytes)).is_ok());
 }

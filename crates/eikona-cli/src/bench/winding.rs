@@ -7,7 +7,7 @@ use crate::report::peak_memory_bytes;
 use crate::session::{General, Session, print_bytes};
 use clap::{Args, ValueEnum};
 use eikona::contour::plane_cut;
-use eikona::winding::{Solver, Winding, WindingOptions};
+use eikona::winding::{Solver, SolverOptions, Winding, WindingOptions};
 use eikona_mesh::{Curve, Face, SurfaceCurves, TriangleMesh, Vertex, damage, shapes};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
@@ -63,6 +63,7 @@ struct Run {
     shape: String,
     curve: String,
     faces: usize,
+    threads: usize,
     segments: usize,
     endpoints: usize,
     construct: f64,
@@ -85,15 +86,11 @@ fn name(value: impl ValueEnum) -> String {
 
 /// Runs the command and returns the exit code.
 pub fn run(arguments: &WindingBench, general: &General) -> Result<u8, Failure> {
-    if let Some(threads) = general.threads.filter(|threads| *threads > 1) {
-        return Err(Failure::Usage(format!(
-            "--threads {threads} has no effect: winding numbers use one thread; leave it out"
-        )));
-    }
+    let threads = general.threads.map_or(1, usize::from);
     if arguments.in_this_process {
         return match (arguments.faces.as_slice(), arguments.curve) {
             (&[faces], state @ (State::Closed | State::Broken)) => {
-                printed(&measure(arguments.shape, state, faces)?)
+                printed(&measure(arguments.shape, state, faces, threads)?)
             }
             _ => Err(Failure::Usage(
                 "--in-this-process measures one size and one state; give --faces N and --curve closed or \
@@ -114,6 +111,7 @@ pub fn run(arguments: &WindingBench, general: &General) -> Result<u8, Failure> {
             let mut command = this_program()?;
             command.args(["bench", "winding", "--in-this-process", "--faces", &faces.to_string()]);
             command.args(["--shape", &name(arguments.shape), "--curve", &name(state)]);
+            command.args(["--threads", &threads.to_string()]);
             let title = format!("{faces} faces, {}", name(state));
             let run: Run = session.phase(&title, || output_json(&mut command))?;
             if !arguments.json {
@@ -126,7 +124,7 @@ pub fn run(arguments: &WindingBench, general: &General) -> Result<u8, Failure> {
     session.finish()
 }
 
-fn measure(shape: Surface, state: State, faces: usize) -> Result<Run, Failure> {
+fn measure(shape: Surface, state: State, faces: usize, threads: usize) -> Result<Run, Failure> {
     let (mesh, loops) = match shape {
         Surface::Torus => torus(faces)?,
         Surface::DoubleTorus => double_torus(faces)?,
@@ -138,7 +136,7 @@ fn measure(shape: Surface, state: State, faces: usize) -> Result<Run, Failure> {
     let curves = SurfaceCurves { curves, points: Vec::new() };
     let options = WindingOptions::default();
     let start = Instant::now();
-    let solver = Solver::new(&mesh)?;
+    let solver = Solver::new(&mesh, &SolverOptions { threads, memory_limit: None })?;
     let construct = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let winding = solver.solve(&curves, &options)?;
@@ -153,6 +151,7 @@ fn measure(shape: Surface, state: State, faces: usize) -> Result<Run, Failure> {
         shape: name(shape),
         curve: name(state),
         faces: mesh.face_count(),
+        threads,
         segments: curves.segment_count(),
         endpoints: winding.endpoints.len(),
         construct,
@@ -240,8 +239,8 @@ fn table(run: &Run) -> String {
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "{} with {} faces, {} loops with {} segments in total, {} endpoints, 1 thread",
-        run.shape, run.faces, run.curve, run.segments, run.endpoints
+        "{} with {} faces, {} loops with {} segments in total, {} endpoints, {} thread(s)",
+        run.shape, run.faces, run.curve, run.segments, run.endpoints, run.threads
     );
     let _ = writeln!(
         text,

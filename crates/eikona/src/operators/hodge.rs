@@ -3,7 +3,7 @@
 use crate::geometry::IntrinsicTriangulation;
 use eikona_mesh::{Face, Halfedge, Orientation, TriangleMesh};
 use eikona_numeric::{
-    Cholesky, Graph, NumericError, Ordering, Symbolic, SymmetricMatrix, nested_dissection_order,
+    Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, nested_dissection_order,
 };
 
 /// Hodge system on faces, `d1 *1^-1 d1^T`, factored.
@@ -18,7 +18,11 @@ impl Hodge {
     /// Factors the system. The surface is cut along edges of three or more faces. On closed
     /// orientable patches the constants are in the kernel, so the value at their first face is
     /// fixed to zero.
-    pub fn new(mesh: &TriangleMesh, triangulation: &IntrinsicTriangulation) -> Result<Hodge, NumericError> {
+    pub fn new(
+        mesh: &TriangleMesh,
+        triangulation: &IntrinsicTriangulation,
+        resources: Resources,
+    ) -> Result<Hodge, NumericError> {
         let inverse_star: Vec<f64> = triangulation.halfedges().map(|h| 1.0 / triangulation.star(h)).collect();
         let mut graph = Graph { unknowns: mesh.face_count(), pairs: Vec::new() };
         let mut matrix = SymmetricMatrix { diagonal: vec![0.0; mesh.face_count()], off_diagonal: Vec::new() };
@@ -47,7 +51,7 @@ impl Hodge {
             .collect();
         let order = nested_dissection_order(&graph, &centres)?;
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
-        Ok(Hodge { factor: Cholesky::new(symbolic.into(), &matrix)?, inverse_star })
+        Ok(Hodge { factor: Cholesky::within(resources, symbolic.into(), &matrix)?, inverse_star })
     }
 
     /// Returns the harmonic part of a co-closed 1-form along halfedges, and the relative residual

@@ -4,7 +4,7 @@
 use crate::geometry::IntrinsicTriangulation;
 use eikona_mesh::{DisjointSets, Halfedge, Vertex};
 use eikona_numeric::{
-    Cholesky, Graph, NumericError, Ordering, Symbolic, SymmetricMatrix, nested_dissection_order,
+    Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, nested_dissection_order,
 };
 use std::sync::Arc;
 
@@ -34,6 +34,7 @@ impl JumpLaplacian {
         &self,
         triangulation: &IntrinsicTriangulation,
         excluded: &[bool],
+        resources: Resources,
     ) -> Result<Cholesky<f64>, NumericError> {
         let halfedges = triangulation.weight.len();
         let mut matrix =
@@ -49,7 +50,7 @@ impl JumpLaplacian {
             let diagonal = &mut matrix.diagonal[first];
             *diagonal += if *diagonal > 0.0 { *diagonal } else { 1.0 };
         }
-        Cholesky::new(self.symbolic.clone(), &matrix)
+        Cholesky::within(resources, self.symbolic.clone(), &matrix)
     }
 }
 

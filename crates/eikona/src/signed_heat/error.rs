@@ -27,16 +27,6 @@ pub enum SignedHeatError {
         /// The allowed range.
         bound: &'static str,
     },
-    /// The factors would exceed the memory limit.
-    #[error(
-        "the factorisation needs about {needed_bytes} bytes, more than the memory limit of {limit_bytes}; raise the limit or use a coarser mesh"
-    )]
-    MemoryLimit {
-        /// Predicted bytes.
-        needed_bytes: usize,
-        /// The given limit.
-        limit_bytes: usize,
-    },
     /// The diffusion system could not be solved.
     #[error("the diffusion of the normals failed at {edge}: {fault}")]
     Diffusion {

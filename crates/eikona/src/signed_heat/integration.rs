@@ -13,7 +13,7 @@ use crate::signed_heat::slivers::Slivers;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{CurveKind, Located, TriangleMesh};
 use eikona_numeric::{
-    Cholesky, Complex, NumericError, Ordering, Symbolic, SymmetricMatrix, nested_dissection_order,
+    Cholesky, Complex, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, nested_dissection_order,
     side_by_side,
 };
 use std::sync::Arc;
@@ -50,12 +50,9 @@ pub(crate) struct Memory {
 
 impl Memory {
     /// Returns an error if one more factor of this size would exceed the limit.
-    pub fn check(&self, more_bytes: usize) -> Result<(), SignedHeatError> {
-        let needed_bytes = self.kept_bytes + more_bytes;
-        match self.limit.filter(|&limit| needed_bytes > limit) {
-            Some(limit_bytes) => Err(SignedHeatError::MemoryLimit { needed_bytes, limit_bytes }),
-            None => Ok(()),
-        }
+    pub fn check(&self, more_bytes: usize) -> Result<(), NumericError> {
+        let resources = Resources { threads: self.threads, memory_limit: self.limit };
+        resources.check(self.kept_bytes + more_bytes)
     }
 }
 

@@ -87,7 +87,9 @@ mod walks;
 pub use decomposition::Part;
 pub use error::{UnsolvedProgram, WindingError};
 pub use loops::JumpLoop;
-pub use options::{Completion, CompletionShape, Diagnosis, EPSILONS, Reference, WindingOptions};
+pub use options::{
+    Completion, CompletionShape, Diagnosis, EPSILONS, Reference, SolverOptions, WindingOptions,
+};
 pub use orientation::{MOST_STRETCHES, Orientation};
 pub use solution::{CompletionReport, ProgramReport, Winding, WindingReport};
 pub use solver::Solver;
@@ -95,7 +97,8 @@ pub use split::Split;
 
 use eikona_mesh::{SurfaceCurves, TriangleMesh};
 
-/// Computes the winding number of curves in one call: [`Solver::new`] and [`Solver::solve`].
+/// Computes the winding number of curves in one call: [`Solver::new`] with default options, and
+/// [`Solver::solve`].
 ///
 /// # Errors
 /// Those of [`Solver::new`] and [`Solver::solve`].
@@ -104,5 +107,5 @@ pub fn surface_winding_number(
     curves: &SurfaceCurves,
     options: &WindingOptions,
 ) -> Result<Winding, WindingError> {
-    Solver::new(mesh)?.solve(curves, options)
+    Solver::new(mesh, &SolverOptions::default())?.solve(curves, options)
 }

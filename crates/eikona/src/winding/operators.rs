@@ -3,12 +3,13 @@
 use crate::geometry::{IntrinsicTriangulation, Triangle};
 use crate::operators::{Hodge, JumpLaplacian};
 use eikona_mesh::TriangleMesh;
-use eikona_numeric::{Cholesky, NumericError};
+use eikona_numeric::{Cholesky, NumericError, Resources};
 use std::sync::OnceLock;
 
 #[derive(Debug)]
 pub(crate) struct Operators {
     pub triangulation: IntrinsicTriangulation,
+    resources: Resources,
     laplace: OnceLock<JumpLaplacian>,
     /// Without excluded vertices.
     whole: OnceLock<Cholesky<f64>>,
@@ -17,23 +18,34 @@ pub(crate) struct Operators {
 
 impl Operators {
     /// On the faces of the mesh.
-    pub fn on_faces(mesh: &TriangleMesh, triangles: &[Triangle]) -> Operators {
-        Operators::on(IntrinsicTriangulation::of_faces(mesh, triangles))
+    pub fn on_faces(mesh: &TriangleMesh, triangles: &[Triangle], resources: Resources) -> Operators {
+        Operators::on(IntrinsicTriangulation::of_faces(mesh, triangles), resources)
     }
 
     /// On intrinsic Delaunay triangles, except for the faces at excluded vertices.
-    pub fn on_delaunay(mesh: &TriangleMesh, triangles: &[Triangle], excluded: &[bool]) -> Operators {
-        Operators::on(IntrinsicTriangulation::delaunay(mesh, triangles, excluded))
+    pub fn on_delaunay(
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+        excluded: &[bool],
+        resources: Resources,
+    ) -> Operators {
+        Operators::on(IntrinsicTriangulation::delaunay(mesh, triangles, excluded), resources)
     }
 
-    fn on(triangulation: IntrinsicTriangulation) -> Operators {
-        Operators { triangulation, laplace: OnceLock::new(), whole: OnceLock::new(), hodge: OnceLock::new() }
+    fn on(triangulation: IntrinsicTriangulation, resources: Resources) -> Operators {
+        Operators {
+            triangulation,
+            resources,
+            laplace: OnceLock::new(),
+            whole: OnceLock::new(),
+            hodge: OnceLock::new(),
+        }
     }
 
     /// Factors the Laplacian without the excluded vertices.
     pub fn factor(&self, mesh: &TriangleMesh, excluded: &[bool]) -> Result<Cholesky<f64>, NumericError> {
         let analyse = || JumpLaplacian::new(&self.triangulation, mesh.positions());
-        get_or_try_init(&self.laplace, analyse)?.factor(&self.triangulation, excluded)
+        get_or_try_init(&self.laplace, analyse)?.factor(&self.triangulation, excluded, self.resources)
     }
 
     /// Returns the Laplacian of all vertices, factored once.
@@ -43,7 +55,7 @@ impl Operators {
 
     /// Returns the Hodge system, factored once.
     pub fn hodge(&self, mesh: &TriangleMesh) -> Result<&Hodge, NumericError> {
-        get_or_try_init(&self.hodge, || Hodge::new(mesh, &self.triangulation))
+        get_or_try_init(&self.hodge, || Hodge::new(mesh, &self.triangulation, self.resources))
     }
 }
 
@@ -69,7 +81,7 @@ mod tests {
     #[test]
     fn the_first_solve_is_linear_in_the_curve() {
         let torus = damage::jitter(&shapes::torus(1.0, 0.4, 30, 15).unwrap(), 0.2, 5).unwrap();
-        let on = Operators::on_faces(&torus, &lay_out(&torus));
+        let on = Operators::on_faces(&torus, &lay_out(&torus), Resources::default());
         let chain = |path: &[u32], copies: f64| {
             let mut jump = vec![0.0; torus.edge_count()];
             for ends in path.windows(2) {
@@ -136,9 +148,13 @@ mod tests {
         (105..116).for_each(|v| kept[v] = true);
         for (mesh, arc) in [(&torus, tube), (&annulus, inner_path(&annulus)), (&band, inner_path(&band))] {
             let triangles: Vec<Triangle> = lay_out(mesh);
-            assert_harmonic(mesh, &Operators::on_faces(mesh, &triangles), &arc);
+            assert_harmonic(mesh, &Operators::on_faces(mesh, &triangles, Resources::default()), &arc);
             if std::ptr::eq(mesh, &torus) {
-                assert_harmonic(mesh, &Operators::on_delaunay(mesh, &triangles, &kept), &arc);
+                assert_harmonic(
+                    mesh,
+                    &Operators::on_delaunay(mesh, &triangles, &kept, Resources::default()),
+                    &arc,
+                );
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Options of a solve.
 
 use eikona_mesh::Face;
+use eikona_numeric::Resources;
 
 /// Where the jumps of the nonbounding part are subtracted in the last solve (step 9).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,6 +56,28 @@ pub enum Diagnosis {
 
 /// Accepted values of [`WindingOptions::epsilon`].
 pub const EPSILONS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
+
+/// Options of a [`Solver`](super::Solver), fixed when it is built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SolverOptions {
+    /// Number of threads for factorisations. Default: 1. The result is the same for any number.
+    pub threads: usize,
+    /// Memory limit in bytes for each factorisation; a solve fails if one is predicted to exceed it.
+    /// A solver keeps up to three factors. Default: no limit.
+    pub memory_limit: Option<usize>,
+}
+
+impl Default for SolverOptions {
+    fn default() -> Self {
+        SolverOptions { threads: 1, memory_limit: None }
+    }
+}
+
+impl SolverOptions {
+    pub(super) fn resources(&self) -> Resources {
+        Resources { threads: self.threads, memory_limit: self.memory_limit }
+    }
+}
 
 /// Options of a solve.
 #[derive(Clone, Copy, Debug, PartialEq)]

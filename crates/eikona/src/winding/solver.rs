@@ -11,7 +11,9 @@ use crate::winding::error::WindingError;
 use crate::winding::labels::share_of_area;
 use crate::winding::loops::loops_of;
 use crate::winding::notes::{Names, cancelled_or_ignored, faces_without_value, narrow_rings, several_fans};
-use crate::winding::options::{CompletionShape, Diagnosis, EPSILONS, Reference, WindingOptions};
+use crate::winding::options::{
+    CompletionShape, Diagnosis, EPSILONS, Reference, SolverOptions, WindingOptions,
+};
 use crate::winding::orientation::{MAX_CHECKED, MOST_STRETCHES, Orientation, Stretches, changed_area};
 use crate::winding::solution::{Winding, WindingReport};
 use crate::winding::steps::{Found, solve_chain};
@@ -40,7 +42,7 @@ impl Solver {
     ///
     /// # Errors
     /// [`WindingError::NoFaces`].
-    pub fn new(mesh: &TriangleMesh) -> Result<Solver, WindingError> {
+    pub fn new(mesh: &TriangleMesh, options: &SolverOptions) -> Result<Solver, WindingError> {
         if mesh.face_count() == 0 {
             return Err(WindingError::NoFaces);
         }
@@ -54,7 +56,7 @@ impl Solver {
         let flipped = mesh.faces().filter(|f| mesh.face_vertices(*f) != oriented.face_vertices(*f)).collect();
         let provenance =
             Provenance::identity(mesh.vertex_count(), mesh.face_count()).with_flipped_faces(flipped);
-        Ok(Solver { surface: Surface::new(oriented), oriented: provenance, warnings })
+        Ok(Solver { surface: Surface::new(oriented, options.resources()), oriented: provenance, warnings })
     }
 
     /// Returns the mesh that curves refer to: the input, with faces flipped to a consistent
@@ -118,7 +120,7 @@ impl Solver {
             let largest = children.max_by(|a, b| area(a).total_cmp(&area(b)));
             options.reference = Reference::Face(largest.ok_or(WindingError::no_such_reference(face))?);
         }
-        let cut = Surface::new(embedded.mesh.clone());
+        let cut = Surface::new(embedded.mesh.clone(), self.surface.resources);
         let Embedded { mesh, provenance, curves: walks, .. } = embedded;
         let curve = |w: &EmbeddedCurve| {
             let nodes = w.vertices.iter().map(|&v| v.into()).collect();

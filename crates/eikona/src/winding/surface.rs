@@ -3,7 +3,7 @@
 use crate::geometry::{Triangle, lay_out_in, unit_of};
 use crate::winding::operators::Operators;
 use eikona_mesh::{Topology, TriangleMesh};
-use eikona_numeric::{Cholesky, NumericError};
+use eikona_numeric::{Cholesky, NumericError, Resources};
 use std::ops::Deref;
 use std::sync::OnceLock;
 
@@ -20,19 +20,21 @@ pub(super) struct Surface {
     /// of very large or small lengths overflow or underflow.
     pub unit: f64,
     pub triangles: Vec<Triangle>,
+    pub resources: Resources,
     pub on_faces: Operators,
     on_delaunay: OnceLock<Operators>,
 }
 
 impl Surface {
-    pub fn new(mesh: TriangleMesh) -> Surface {
+    pub fn new(mesh: TriangleMesh, resources: Resources) -> Surface {
         let unit = unit_of(&mesh);
         let triangles = lay_out_in(&mesh, unit);
         Surface {
             consistent: mesh.is_consistently_oriented(),
             simply_connected: is_simply_connected(&mesh),
-            on_faces: Operators::on_faces(&mesh, &triangles),
+            on_faces: Operators::on_faces(&mesh, &triangles, resources),
             on_delaunay: OnceLock::new(),
+            resources,
             mesh,
             unit,
             triangles,
@@ -43,7 +45,7 @@ impl Surface {
     pub fn prepared(&self, excluded: &[bool], delaunay: bool) -> Result<Prepared<'_>, NumericError> {
         let mesh = &self.mesh;
         let whole = !excluded.contains(&true);
-        let make = || Operators::on_delaunay(mesh, &self.triangles, excluded);
+        let make = || Operators::on_delaunay(mesh, &self.triangles, excluded, self.resources);
         let on = match (delaunay, whole) {
             (false, _) => &self.on_faces,
             (true, true) => self.on_delaunay.get_or_init(make),
