@@ -15,7 +15,8 @@ fn broken_cut(mesh: &TriangleMesh) -> SurfaceCurves {
     SurfaceCurves { curves, points: Vec::new() }
 }
 
-/// Runs some work and stops it when this phase begins. Returns the result and the phases that began.
+/// Runs some work and stops it when this phase begins. Returns the result and the phases that
+/// began.
 fn stopped_in<R>(phase: Option<&'static str>, work: impl FnOnce() -> R) -> (R, Vec<&'static str>) {
     let begun = Arc::new(Mutex::new(Vec::new()));
     let observer = {

@@ -62,8 +62,8 @@ pub const EPSILONS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 pub struct SolverOptions {
     /// Number of threads for factorisations. Default: 1. The result is the same for any number.
     pub threads: usize,
-    /// Memory limit in bytes for each factorisation; a solve fails if one is predicted to exceed it.
-    /// A solver keeps up to three factors. Default: no limit.
+    /// Memory limit in bytes for each factorisation: a solve fails if one is predicted to exceed
+    /// it. A solver keeps up to three factors. Default: no limit.
     pub memory_limit: Option<usize>,
 }
 
