@@ -69,7 +69,9 @@ impl<T: Scalar> Cholesky<T> {
         matrix: &SymmetricMatrix<T>,
         threads: usize,
     ) -> Result<Self, NumericError> {
+        check_stopped()?;
         let entries = symbolic.permute(matrix)?;
+        check_stopped()?;
         let mut values =
             Zeroed::new(symbolic.factor_entries()).ok_or(symbolic.out_of_memory::<T>(threads))?;
         parallel::factor(&symbolic, &entries, &mut values, threads)?;

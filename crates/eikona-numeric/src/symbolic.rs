@@ -57,7 +57,7 @@ impl Symbolic {
         let tree = renumbered(&tree, &moved);
         let position: Vec<u32> = given_position.iter().map(|&p| moved[p as usize]).collect();
         let order = inverse(&position);
-        let (col_ptr, row_idx, slots) = permuted_lower_triangle(graph, &position);
+        let (col_ptr, row_idx, slots) = permuted_lower_triangle(graph, &position)?;
         let supernodes = Supernodes::of(&tree, &col_ptr, &row_idx)?;
         Ok(Symbolic { unknowns: n, order, position, col_ptr, row_idx, slots, supernodes })
     }
@@ -158,7 +158,10 @@ fn rows_left_of_diagonal(graph: &Graph, position: &[u32]) -> CompressedRows<u32>
 
 /// Lower triangle by columns with sorted rows, duplicates merged and the diagonal first; and the
 /// slot of each pair.
-fn permuted_lower_triangle(graph: &Graph, position: &[u32]) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
+fn permuted_lower_triangle(
+    graph: &Graph,
+    position: &[u32],
+) -> Result<(Vec<u32>, Vec<u32>, Vec<u32>), NumericError> {
     let n = graph.unknowns;
     let pairs = &graph.pairs;
     let entries = pairs.iter().enumerate().map(|(k, &pair)| {
@@ -167,8 +170,10 @@ fn permuted_lower_triangle(graph: &Graph, position: &[u32]) -> (Vec<u32>, Vec<u3
     });
     // Sorted by row first, then stably by column.
     let by_row = CompressedRows::new(n, entries);
+    check_stopped()?;
     let by_column = CompressedRows::new(n, by_row.items().iter().copied());
     drop(by_row);
+    check_stopped()?;
     let mut slots = vec![0; pairs.len()];
     let mut col_ptr = Vec::with_capacity(n + 1);
     let mut row_idx = Vec::with_capacity(n + pairs.len());
@@ -184,5 +189,6 @@ fn permuted_lower_triangle(graph: &Graph, position: &[u32]) -> (Vec<u32>, Vec<u3
         }
         col_ptr.push(row_idx.len() as u32);
     }
-    (col_ptr, row_idx, slots)
+    check_stopped()?;
+    Ok((col_ptr, row_idx, slots))
 }
