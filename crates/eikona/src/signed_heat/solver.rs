@@ -64,7 +64,8 @@ impl Solver {
     ///
     /// # Errors
     /// [`SignedHeatError::NoFaces`], [`SignedHeatError::NoArea`], [`SignedHeatError::Option`],
-    /// [`SignedHeatError::Scale`]; [`NumericError::MemoryLimit`] before anything large is
+    /// [`SignedHeatError::Scale`];
+    /// [`MemoryLimit`](eikona_numeric::NumericError::MemoryLimit) before anything large is
     /// allocated; failures of the factorisations, with the edge or vertex at which they occurred.
     ///
     /// # Cost
@@ -127,8 +128,9 @@ impl Solver {
     /// # Errors
     /// [`SignedHeatError::Curve`] with the curve and node, if a node is not on the mesh or out of
     /// range, or if consecutive nodes share no face; [`SignedHeatError::Option`]; failures of the
-    /// solves; [`NumericError::MemoryLimit`] if an additional factor (for a second diffusion
-    /// time, for level sets or for sheets attached at vertices only) would exceed the limit.
+    /// solves; [`MemoryLimit`](eikona_numeric::NumericError::MemoryLimit) if an additional factor
+    /// (for a second diffusion time, for level sets or for sheets attached at vertices only) would
+    /// exceed the limit.
     ///
     /// # Cost
     /// * [`LevelSets::Free`]: two back-substitutions.
