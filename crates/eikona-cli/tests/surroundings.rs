@@ -220,10 +220,10 @@ fn the_benchmark_measures_winding_numbers() {
 }
 
 #[test]
-fn the_winding_benchmark_refuses_options_without_effect() {
+fn the_winding_benchmark_takes_threads_and_one_size_per_process() {
     let folder = Folder::new();
-    folder.refused("bench winding --faces 300 --threads 4", 2, &["--threads 4", "one thread"]);
-    folder.done("bench winding --faces 300 --threads 1");
+    let table = folder.done("bench winding --faces 300 --threads 2").text();
+    assert!(table.contains("2 thread(s)"), "{table}");
     let measured = "bench winding --in-this-process --faces 300";
     folder.refused(measured, 2, &["--curve closed or --curve broken"]);
     folder.refused(&format!("{measured},400 --curve closed"), 2, &["one size"]);
