@@ -149,12 +149,7 @@ fn check_jumps(w: &Winding, options: &WindingOptions) {
 
 /// Returns the vertices whose values a vertex of a cut interpolates; the vertex itself for others.
 fn corners_around(w: &Winding, v: Vertex) -> Vec<Vertex> {
-    let corners = match w.vertex_place(v) {
-        Some(SurfacePoint::Edge { vertices, .. }) => vertices.to_vec(),
-        Some(SurfacePoint::Face { vertices, .. }) => vertices.to_vec(),
-        _ => vec![v.0],
-    };
-    corners.into_iter().map(Vertex).collect()
+    w.provenance.vertex_weights(v).map(|(corner, _)| corner).collect()
 }
 
 /// Returns the corner at `v` in the face of a halfedge that starts or ends there.
