@@ -71,6 +71,7 @@ fn circle(n: usize, z: f64, seed: u64) -> Vec<Point> {
     (0..n).map(node).collect()
 }
 
+// reports.md F1
 #[test]
 fn a_great_circle_of_any_number_of_nodes_converges_to_its_length_and_halves_the_sphere() {
     for n in [3, 4, 5, 6, 8, 16] {
