@@ -43,16 +43,13 @@ pub(crate) struct Integration {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Memory {
     pub kept_bytes: usize,
-    pub limit: Option<usize>,
-    /// Number of threads for factorisations.
-    pub threads: usize,
+    pub resources: Resources,
 }
 
 impl Memory {
     /// Returns an error if one more factor of this size would exceed the limit.
     pub fn check(&self, more_bytes: usize) -> Result<(), NumericError> {
-        let resources = Resources { threads: self.threads, memory_limit: self.limit };
-        resources.check(self.kept_bytes + more_bytes)
+        self.resources.check(self.kept_bytes + more_bytes)
     }
 }
 
@@ -152,8 +149,8 @@ impl PreparedIntegration {
         }
         size_of_component.iter_mut().for_each(|a| *a = a.sqrt());
         let matrix = grounded_matrix(&laplacian, grounded.iter());
-        let factor =
-            Cholesky::on_threads(Arc::new(self.symbolic), &matrix, memory.threads).map_err(at_vertex)?;
+        let factor = Cholesky::on_threads(Arc::new(self.symbolic), &matrix, memory.resources.threads)
+            .map_err(at_vertex)?;
         Ok(Integration {
             laplacian,
             grounded,
@@ -216,7 +213,7 @@ impl Integration {
         hanging: &'a [bool],
     ) -> Result<WithHanging<'a>, SignedHeatError> {
         let symbolic = self.factor.symbolic();
-        self.memory.check(symbolic.predicted_bytes::<f64>(self.memory.threads))?;
+        self.memory.check(symbolic.predicted_bytes::<f64>(self.memory.resources.threads))?;
         let mut laplacian = CotanLaplacian {
             graph: self.laplacian.graph.clone(),
             matrix: SymmetricMatrix {
@@ -250,8 +247,8 @@ impl Integration {
             }
         }
         let matrix = grounded_matrix(&laplacian, grounded.iter());
-        let factor =
-            Cholesky::on_threads(symbolic.clone(), &matrix, self.memory.threads).map_err(at_vertex)?;
+        let factor = Cholesky::on_threads(symbolic.clone(), &matrix, self.memory.resources.threads)
+            .map_err(at_vertex)?;
         let integration = Integration {
             laplacian,
             grounded,

@@ -163,8 +163,9 @@ impl Integration {
         let levels = self.free_levels(&mut rows, groups, constraints);
         let at_vertex = |fault| at_vertex(at_piece(fault, &rows));
         let (symbolic, matrix) = self.penalised(mesh, &rows, levels).map_err(at_vertex)?;
-        self.memory.check(symbolic.predicted_bytes::<f64>(self.memory.threads))?;
-        let factor = Cholesky::on_threads(symbolic, &matrix, self.memory.threads).map_err(at_vertex)?;
+        self.memory.check(symbolic.predicted_bytes::<f64>(self.memory.resources.threads))?;
+        let factor =
+            Cholesky::on_threads(symbolic, &matrix, self.memory.resources.threads).map_err(at_vertex)?;
         let mut rhs = b.to_vec();
         rhs.resize(factor.symbolic().unknowns(), 0.0);
         let violations_of = |x: &[f64]| -> Vec<f64> {

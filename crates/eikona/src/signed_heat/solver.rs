@@ -19,7 +19,7 @@ use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
 use eikona_mesh::{Components, ElementId, Face, FaceField, SurfaceCurves, TriangleMesh, Vertex, VertexField};
-use eikona_numeric::Complex;
+use eikona_numeric::{Complex, Resources};
 use std::sync::OnceLock;
 
 /// Signed heat solver for one triangle mesh: factors both systems once, for any number of sources.
@@ -91,11 +91,10 @@ impl Solver {
         phases.next("factorisation")?;
         let needed_bytes =
             diffusion.predicted_bytes(options.threads) + integration.predicted_bytes(options.threads);
-        Memory { kept_bytes: 0, limit: options.memory_limit, threads: options.threads }
-            .check(needed_bytes)?;
+        let resources = Resources { threads: options.threads, memory_limit: options.memory_limit };
+        resources.check(needed_bytes)?;
         let factor_bytes = diffusion.factor_bytes() + integration.factor_bytes();
-        let memory =
-            Memory { kept_bytes: factor_bytes, limit: options.memory_limit, threads: options.threads };
+        let memory = Memory { kept_bytes: factor_bytes, resources };
 
         let component_of_vertex = components.of_vertex.into_vec();
         if let Some(first) = component_of_vertex.iter().position(Option::is_none) {
@@ -242,9 +241,9 @@ impl Solver {
         }
         phases.next("factorisation")?;
         let own = &self.diffusion.diffusion;
-        self.memory.check(own.predicted_bytes(self.memory.threads))?;
+        self.memory.check(own.predicted_bytes(self.memory.resources.threads))?;
         let time = choose_time(&self.mesh, &self.triangles, wanted)?;
-        let diffusion = own.at(&self.mesh, &self.triangles, time.time, self.memory.threads)?;
+        let diffusion = own.at(&self.mesh, &self.triangles, time.time, self.memory.resources.threads)?;
         phases.next("source")?;
         Ok(for_gaps.get_or_init(|| AtTime { time, diffusion }))
     }
