@@ -263,25 +263,30 @@ impl fmt::Display for Warning {
                 counted(*count, "degenerate face", "degenerate faces")
             ),
             MergedNodes { nodes } => {
-                write!(f, "nodes {} coincide with their predecessors and were removed", list(nodes))
+                let they = if nodes.len() == 1 {
+                    "coincides with its predecessor and was"
+                } else {
+                    "coincide with their predecessors and were"
+                };
+                write!(f, "{} {they} removed", named_nodes(nodes))
             }
             ReplacedSegments { nodes } => write!(
                 f,
-                "the segments after nodes {} do not follow the surface; shortest paths on it replace them",
-                list(nodes)
+                "{} not follow the surface; shortest paths on it replace them",
+                segments_after(nodes, "does", "do")
             ),
             AmbiguousSegments { nodes, tolerance } => write!(
                 f,
-                "the segments after nodes {} are ambiguous: the surface has several paths of the same length to \
-                 within {:.0} %; add nodes in between to choose one",
-                list(nodes),
+                "{} ambiguous: the surface has several paths of the same length to within {:.0} %; add nodes in \
+                 between to choose one",
+                segments_after(nodes, "is", "are"),
                 100.0 * tolerance
             ),
             UncomparedSegments { nodes } => write!(
                 f,
-                "the segments after nodes {} may take detours: the curve has too many long segments to compare \
-                 each with the shortest path; add nodes to shorten the segments",
-                list(nodes)
+                "{} take detours: the curve has too many long segments to compare each with the shortest path; add \
+                 nodes to shorten the segments",
+                segments_after(nodes, "may", "may")
             ),
             SegmentsAcrossFaces { curve, count, first_node } => write!(
                 f,
@@ -417,14 +422,21 @@ fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
 
-/// Lists the first few indices.
-fn list(indices: &[usize]) -> String {
+/// Names nodes, at most the first five: "node 7", "nodes 1, 3".
+fn named_nodes(nodes: &[usize]) -> String {
     const SHOWN: usize = 5;
-    let shown: Vec<String> = indices.iter().take(SHOWN).map(usize::to_string).collect();
-    match indices.len().saturating_sub(SHOWN) {
-        0 => shown.join(", "),
-        more => format!("{} and {more} more", shown.join(", ")),
+    let shown: Vec<String> = nodes.iter().take(SHOWN).map(usize::to_string).collect();
+    let noun = if nodes.len() == 1 { "node" } else { "nodes" };
+    match nodes.len().saturating_sub(SHOWN) {
+        0 => format!("{noun} {}", shown.join(", ")),
+        more => format!("{noun} {} and {more} more", shown.join(", ")),
     }
+}
+
+/// Names segments by their first nodes, with the verb: "the segment after node 7 is".
+fn segments_after(nodes: &[usize], one: &str, several: &str) -> String {
+    let (segments, verb) = if nodes.len() == 1 { ("segment", one) } else { ("segments", several) };
+    format!("the {segments} after {} {verb}", named_nodes(nodes))
 }
 
 /// A point on the surface, described by the vertices around it.
