@@ -72,7 +72,6 @@ mod labels;
 mod loops;
 mod names;
 mod nonbounding;
-mod notes;
 mod operators;
 mod options;
 mod orientation;
@@ -83,6 +82,7 @@ mod steps;
 mod straight;
 mod surface;
 mod walks;
+mod warnings;
 
 pub use decomposition::Part;
 pub use error::{UnsolvedProgram, WindingError};

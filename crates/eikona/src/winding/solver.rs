@@ -10,7 +10,6 @@ use crate::winding::decomposition::{Part, parts_of};
 use crate::winding::error::WindingError;
 use crate::winding::labels::share_of_area;
 use crate::winding::loops::loops_of;
-use crate::winding::notes::{Names, cancelled_or_ignored, faces_without_value, narrow_rings, several_fans};
 use crate::winding::options::{
     CompletionShape, Diagnosis, EPSILONS, Reference, SolverOptions, WindingOptions,
 };
@@ -19,6 +18,7 @@ use crate::winding::solution::{Winding, WindingReport};
 use crate::winding::steps::{Found, solve_chain};
 use crate::winding::surface::Surface;
 use crate::winding::walks::{segments_of, walks};
+use crate::winding::warnings::{cancelled_or_ignored, faces_without_value, narrow_rings, several_fans};
 use eikona_mesh::{Curve, CurveKind, Face, Provenance, Segment, SurfaceCurves, TriangleMesh};
 
 /// A mesh with its factored operators, reused from curve to curve.
@@ -91,7 +91,7 @@ impl Solver {
         if segments.iter().all(|s| along_edge(s).is_some()) {
             let walks = walks(curves, &segments);
             if !options.split_short || parts_of_short_edges(&self.surface.mesh, &walks).is_empty() {
-                let context = (Names::default(), self.warnings.clone());
+                let context = (&self.oriented, self.warnings.clone());
                 let mut winding =
                     solve_along_edges(&self.surface, curves, &segments, walks, options, context, phases)?;
                 winding.provenance = self.oriented.clone();
@@ -128,7 +128,7 @@ impl Solver {
         };
         let along = SurfaceCurves { curves: walks.iter().map(curve).collect(), points: Vec::new() };
         let segments = segments_of(&mesh, &walks);
-        let context = (Names(Some(&provenance)), self.warnings.clone());
+        let context = (&provenance, self.warnings.clone());
         let mut winding = solve_along_edges(&cut, &along, &segments, walks, &options, context, phases)?;
         winding.provenance = self.oriented.then(&provenance);
         winding.uncut = Some(self.surface.mesh.clone());
@@ -184,7 +184,7 @@ fn solve_along_edges(
     segments: &[Segment],
     walks: Vec<EmbeddedCurve>,
     options: &WindingOptions,
-    (names, mut warnings): (Names, Vec<Warning>),
+    (provenance, mut warnings): (&Provenance, Vec<Warning>),
     mut phases: Running,
 ) -> Result<Winding, WindingError> {
     phases.next("chain")?;
@@ -192,9 +192,9 @@ fn solve_along_edges(
     let (chain, steps) = Chain::of(mesh, surface.consistent, curves, segments, &mut warnings)?;
     warnings.extend(cancelled_or_ignored(&chain));
     let found = solve_chain(surface, &chain.jump, options, &mut phases)?;
-    warnings.extend(several_fans(&found.coordinates, names));
-    warnings.extend(narrow_rings(&found.freed, mesh, names));
-    warnings.extend(faces_without_value(&found.islands, names));
+    warnings.extend(several_fans(&found.coordinates, provenance));
+    warnings.extend(narrow_rings(&found.freed, mesh, provenance));
+    warnings.extend(faces_without_value(&found.islands, provenance));
 
     phases.next("orientation")?;
     let orientation = orientation(surface, &chain, &steps, &walks, &found, options, &mut warnings);
