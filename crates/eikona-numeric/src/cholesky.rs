@@ -4,7 +4,7 @@ use crate::error::NumericError;
 use crate::kernels::{self, Vectorized, dispatch};
 use crate::matrix::SymmetricMatrix;
 use crate::memory::Zeroed;
-use crate::observer::check_stopped;
+use crate::observer::{check_step, check_stopped};
 use crate::parallel;
 use crate::resources::Resources;
 use crate::scalar::Scalar;
@@ -220,9 +220,7 @@ impl<T: Scalar> Cholesky<T> {
         gathered: &mut [T],
     ) -> Result<(), NumericError> {
         for s in 0..self.symbolic.supernodes().count() {
-            if s.is_multiple_of(CHECKED) {
-                check_stopped()?;
-            }
+            check_step(s)?;
             let (columns, rows, panel) = self.supernode(s);
             let width = columns.len();
             let gathered = &mut gathered[..width + rows.len()];
@@ -254,9 +252,7 @@ impl<T: Scalar> Cholesky<T> {
         needed: Option<&[bool]>,
     ) -> Result<(), NumericError> {
         for s in (0..self.symbolic.supernodes().count()).rev() {
-            if s.is_multiple_of(CHECKED) {
-                check_stopped()?;
-            }
+            check_step(s)?;
             let (columns, rows, panel) = self.supernode(s);
             let width = columns.len();
             let gathered = &mut gathered[..width + rows.len()];
@@ -277,9 +273,6 @@ impl<T: Scalar> Cholesky<T> {
         Ok(())
     }
 }
-
-/// Supernodes between two chances to stop a sweep.
-const CHECKED: usize = 256;
 
 /// Forward and backward sweep of a solve.
 struct Sweeps<'a, T> {

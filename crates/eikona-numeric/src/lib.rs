@@ -43,7 +43,7 @@ pub use flow::{
 };
 pub use graph::Graph;
 pub use matrix::SymmetricMatrix;
-pub use observer::{Observer, begin_phase, check_stopped, observed};
+pub use observer::{Observer, begin_phase, check_step, check_stopped, observed};
 pub use ordering::{Ordering, nested_dissection_order};
 pub use resources::Resources;
 pub use scalar::Scalar;

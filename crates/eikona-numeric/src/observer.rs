@@ -68,6 +68,15 @@ pub fn check_stopped() -> Result<(), NumericError> {
     due_watch()?.map_or(Ok(()), |watch| watch.report(|_| ()))
 }
 
+/// Lets the observer stop a loop of short steps: [`check_stopped`] at every 1024th step.
+///
+/// # Errors
+/// [`NumericError::Stopped`].
+#[inline]
+pub fn check_step(step: usize) -> Result<(), NumericError> {
+    if step.is_multiple_of(1024) { check_stopped() } else { Ok(()) }
+}
+
 /// Like [`check_stopped`], with the share of the phase that is done.
 pub(crate) fn check_at(fraction: impl FnOnce() -> f64) -> Result<(), NumericError> {
     due_watch()?.map_or(Ok(()), |watch| watch.report(|phase| phase.1 = Some(fraction())))

@@ -2,7 +2,7 @@
 
 use crate::compressed_rows::CompressedRows;
 use crate::error::NumericError;
-use crate::observer::check_stopped;
+use crate::observer::check_step;
 use std::ops::Range;
 
 const NONE: u32 = u32::MAX;
@@ -30,9 +30,6 @@ pub(crate) struct Supernodes {
     largest_height: usize,
 }
 
-/// Columns between two chances to stop.
-const CHECKED: usize = 4096;
-
 impl Supernodes {
     /// Builds the supernodes of a lower triangle by columns, with sorted rows and the diagonal
     /// first, in postorder of the elimination tree `parent`.
@@ -42,9 +39,7 @@ impl Supernodes {
     pub(crate) fn of(parent: &[u32], col_ptr: &[u32], row_idx: &[u32]) -> Result<Supernodes, NumericError> {
         let mut builder = Builder::new(parent.len());
         for column in 0..parent.len() {
-            if column.is_multiple_of(CHECKED) {
-                check_stopped()?;
-            }
+            check_step(column)?;
             let entries = &row_idx[col_ptr[column] as usize + 1..col_ptr[column + 1] as usize];
             let continues = column > 0 && parent[column - 1] == column as u32;
             if !(continues && builder.extend(column, entries)) {

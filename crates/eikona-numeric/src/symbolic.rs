@@ -46,6 +46,7 @@ impl Symbolic {
             return Err(NumericError::TooLarge { unknowns: n });
         }
         graph.check()?;
+        check_stopped()?;
         let given = ordering.order(graph)?;
         let given_position = inverse(&given);
         check_stopped()?;
@@ -54,9 +55,11 @@ impl Symbolic {
         let tree = elimination_tree(&rows);
         check_stopped()?;
         let moved = postorder(&tree);
+        check_stopped()?;
         let tree = renumbered(&tree, &moved);
         let position: Vec<u32> = given_position.iter().map(|&p| moved[p as usize]).collect();
         let order = inverse(&position);
+        check_stopped()?;
         let (col_ptr, row_idx, slots) = permuted_lower_triangle(graph, &position)?;
         let supernodes = Supernodes::of(&tree, &col_ptr, &row_idx)?;
         Ok(Symbolic { unknowns: n, order, position, col_ptr, row_idx, slots, supernodes })

@@ -59,10 +59,12 @@ pub(super) fn solve(
 ) -> Result<Option<State>, NumericError> {
     let largest = network.arcs.iter().map(|arc| arc.weight).fold(0.0, f64::max);
     let negligible = 1e-14 * largest;
-    let mut levels = Levels::new(network, start, tolerance);
+    let mut levels = Levels::new(network, start, tolerance)?;
+    check_stopped()?;
     let mut flow = MaximumFlow::new(network.nodes());
     loop {
         levels.open_level(negligible);
+        check_stopped()?;
         let left = work_limit.saturating_sub(statistics.work);
         let before = flow.work;
         flow.run(&mut levels.residual, &mut levels.surplus, negligible, left);
@@ -70,6 +72,7 @@ pub(super) fn solve(
         statistics.levels += 1;
         check_stopped()?;
         levels.close_level();
+        check_stopped()?;
         if !levels.update_potentials(negligible) {
             break;
         }
@@ -83,8 +86,9 @@ pub(super) fn solve(
 }
 
 impl<'a> Levels<'a> {
-    fn new(network: &'a Network, potentials: Vec<f64>, tolerance: f64) -> Self {
-        let (residual, forward) = residual_graph(network);
+    fn new(network: &'a Network, potentials: Vec<f64>, tolerance: f64) -> Result<Self, NumericError> {
+        let (residual, forward) = residual_graph(network)?;
+        check_stopped()?;
         let mut flow = vec![0.0; network.arcs.len()];
         let mut surplus = vec![0.0; network.nodes()];
         for (arc, y) in network.arcs.iter().zip(&mut flow) {
@@ -98,7 +102,7 @@ impl<'a> Levels<'a> {
             surplus[arc.to as usize] += *y;
         }
         let costs = vec![0.0; residual.arcs.len()];
-        Levels { network, potentials, flow, surplus, residual, costs, forward, tolerance }
+        Ok(Levels { network, potentials, flow, surplus, residual, costs, forward, tolerance })
     }
 
     /// Whether an arc's jump is 0, and whether it is at its limit.
@@ -204,10 +208,11 @@ impl<'a> Levels<'a> {
 }
 
 /// Builds the residual graph. Also returns the index of each arc's forward half-arc.
-fn residual_graph(network: &Network) -> (ResidualGraph, Vec<u32>) {
+fn residual_graph(network: &Network) -> Result<(ResidualGraph, Vec<u32>), NumericError> {
     let arcs = &network.arcs;
     let all = arcs.iter().enumerate().map(|(a, arc)| (a as u32, arc));
     let (start, order) = incidence(network.nodes(), all).into_parts();
+    check_stopped()?;
     let mut places = vec![[0u32; 2]; arcs.len()];
     for v in 0..network.nodes() as u32 {
         for h in start[v as usize]..start[v as usize + 1] {
@@ -215,10 +220,11 @@ fn residual_graph(network: &Network) -> (ResidualGraph, Vec<u32>) {
             places[a][usize::from(arcs[a].from != v)] = h;
         }
     }
+    check_stopped()?;
     let mut list = vec![HalfArc { head: 0, reverse: 0, capacity: 0.0 }; order.len()];
     for (arc, &[forward, backward]) in arcs.iter().zip(&places) {
         list[forward as usize] = HalfArc { head: arc.to, reverse: backward, capacity: 0.0 };
         list[backward as usize] = HalfArc { head: arc.from, reverse: forward, capacity: 0.0 };
     }
-    (ResidualGraph { start, arcs: list }, places.iter().map(|place| place[0]).collect())
+    Ok((ResidualGraph { start, arcs: list }, places.iter().map(|place| place[0]).collect()))
 }

@@ -6,7 +6,7 @@
 //! exact from time to time (Cherkassky and Goldberg 1997); surplus that cannot reach a deficit
 //! stays where it is. The number of steps is O(n^2 sqrt(m)) for any capacities.
 
-use crate::observer::check_stopped;
+use crate::observer::{check_step, check_stopped};
 
 /// One direction of an arc, stored at the node where it starts.
 #[derive(Clone, Copy)]
@@ -81,6 +81,7 @@ impl MaximumFlow {
     ) {
         let end = self.work.saturating_add(work_limit);
         let relabel_interval = (2 * residual.arcs.len() + surplus.len()) as u64;
+        let mut discharged = 0;
         loop {
             self.global_relabel(residual, surplus, negligible);
             let next_relabel = end.min(self.work + relabel_interval);
@@ -98,6 +99,10 @@ impl MaximumFlow {
                 self.discharge(v, residual, surplus, negligible);
                 if self.work >= next_relabel {
                     break;
+                }
+                discharged += 1;
+                if check_step(discharged).is_err() {
+                    return;
                 }
             }
             if self.work >= end || check_stopped().is_err() {

@@ -205,7 +205,8 @@ pub fn minimise_jumps(
     check_stopped()?;
     let perturb = |term: &JumpTerm| term.weight * (1.0 + options.perturbation * fraction(term.key));
     let weights: Vec<f64> = terms.iter().map(perturb).collect();
-    let network = Network::new(nodes, terms, &weights);
+    check_stopped()?;
+    let network = Network::new(nodes, terms, &weights)?;
     let mut start = network.forest_potentials();
     check_stopped()?;
     let tolerance = tolerance(&network, &start);
@@ -262,6 +263,7 @@ impl Program<'_> {
             true => JumpMethod::PrimalDual,
             false => JumpMethod::NetworkSimplex,
         });
+        check_stopped()?;
         let mut found = None;
         if statistics.method == JumpMethod::PrimalDual {
             let patience = statistics.work + PATIENCE * (nodes + terms.len()) as u64;
@@ -276,6 +278,7 @@ impl Program<'_> {
         let mut state = found.ok_or(FlowError::WorkLimit { work: options.work_limit })?;
         check_stopped()?;
         let arc_jumps = exact::snap_jumps(network, &mut state, tolerance);
+        check_stopped()?;
 
         let mut potentials = vec![0.0; *nodes];
         for (v, p) in state.potentials.iter().enumerate() {
@@ -292,6 +295,7 @@ impl Program<'_> {
             jumps[e as usize] = arc_jumps[a].min(terms[e as usize].limit.unwrap_or(f64::INFINITY));
             flow[e as usize] = state.flow[a];
         }
+        check_stopped()?;
         let objective: f64 = terms.iter().zip(&jumps).map(|(term, jump)| term.weight * jump.abs()).sum();
         Ok(JumpSolution {
             objective,

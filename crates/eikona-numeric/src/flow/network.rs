@@ -2,6 +2,8 @@
 
 use super::JumpTerm;
 use crate::CompressedRows;
+use crate::error::NumericError;
+use crate::observer::{check_step, check_stopped};
 
 /// Marks the absence of a node or an arc.
 pub(super) const NONE: u32 = u32::MAX;
@@ -52,11 +54,13 @@ impl Network {
     /// Builds the network, with `weights[e]` instead of the weight of term `e`. Terms with neither
     /// weight nor limit, and terms that join a node to itself, have no effect on the potentials and
     /// are left out.
-    pub(super) fn new(nodes: usize, terms: &[JumpTerm], weights: &[f64]) -> Network {
+    pub(super) fn new(nodes: usize, terms: &[JumpTerm], weights: &[f64]) -> Result<Network, NumericError> {
+        check_stopped()?;
         let mut scale = 0.0f64;
         let mut arcs = Vec::with_capacity(terms.len());
         let mut term_of = Vec::with_capacity(terms.len());
         for (e, term) in terms.iter().enumerate() {
+            check_step(e)?;
             scale = scale.max(term.shift.abs()).max(term.limit.unwrap_or(0.0));
             if term.from != term.to && (weights[e] > 0.0 || term.limit.is_some()) {
                 arcs.push(Arc {
@@ -69,8 +73,11 @@ impl Network {
                 term_of.push(e as u32);
             }
         }
-        let (reached, links) = spanning_forest(nodes, &arcs);
+        check_stopped()?;
+        let (reached, links) = spanning_forest(nodes, &arcs)?;
+        check_stopped()?;
         let (callers, forest) = in_preorder(&arcs, &reached, &links);
+        check_stopped()?;
         let mut number = vec![0u32; nodes];
         for (new, old) in callers.iter().enumerate() {
             number[*old as usize] = new as u32;
@@ -79,6 +86,7 @@ impl Network {
             arc.from = number[arc.from as usize];
             arc.to = number[arc.to as usize];
         }
+        check_stopped()?;
         // Sort arcs by their first node.
         let firsts = arcs.iter().enumerate().map(|(a, arc)| (arc.from.min(arc.to), a as u32));
         let (_, order) = CompressedRows::new(nodes, firsts).into_parts();
@@ -89,7 +97,7 @@ impl Network {
             place[*a as usize] = k as u32;
         }
         let forest = forest.iter().map(|&a| if a == NONE { NONE } else { place[a as usize] }).collect();
-        Network { arcs: sorted, terms: sorted_terms, callers, forest, scale }
+        Ok(Network { arcs: sorted, terms: sorted_terms, callers, forest, scale })
     }
 
     pub(super) fn nodes(&self) -> usize {
@@ -176,9 +184,11 @@ pub(super) fn incidence<'a>(
 /// last. Its branches therefore meet at boxed terms, where jumps are cheap, or along a valley of
 /// the distance between two of them, which for a broken curve is straight across the gap. The jumps
 /// of the starting potentials lie there.
-fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
+fn spanning_forest(nodes: usize, arcs: &[Arc]) -> Result<(Vec<u32>, Vec<u32>), NumericError> {
     let incidence = incidence(nodes, arcs.iter().enumerate().map(|(a, arc)| (a as u32, arc)));
+    check_stopped()?;
     let distance = distance_to_boxed(nodes, arcs, &incidence);
+    check_stopped()?;
     let mut reached = vec![false; nodes];
     let mut order: Vec<u32> = Vec::with_capacity(nodes);
     let mut forest = Vec::with_capacity(nodes);
@@ -191,6 +201,7 @@ fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
         roots[*d as usize].push(v as u32);
     }
     for &root in roots.iter().rev().flatten() {
+        check_step(order.len())?;
         if reached[root as usize] {
             continue;
         }
@@ -207,6 +218,7 @@ fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
             if std::mem::replace(&mut reached[v as usize], true) {
                 continue;
             }
+            check_step(order.len())?;
             order.push(v);
             forest.push(a);
             for &a in incidence.row(v as usize) {
@@ -220,7 +232,7 @@ fn spanning_forest(nodes: usize, arcs: &[Arc]) -> (Vec<u32>, Vec<u32>) {
             }
         }
     }
-    (order, forest)
+    Ok((order, forest))
 }
 
 /// Renumbers the forest in preorder, so that subtrees are contiguous in memory.

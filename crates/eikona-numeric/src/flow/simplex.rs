@@ -10,6 +10,7 @@ use super::error::{Contradiction, FlowError};
 use super::network::{NONE, Network};
 use super::tree::Tree;
 use super::{State, Statistics};
+use crate::error::NumericError;
 use crate::observer::check_stopped;
 
 /// Arc data for pricing and cycle traversal, in one cache line.
@@ -49,8 +50,11 @@ pub(super) fn solve(
     work_limit: u64,
     statistics: &mut Statistics,
 ) -> Result<Option<State>, FlowError> {
-    let mut simplex = Simplex::new(network, tolerance);
+    check_stopped()?;
+    let mut simplex = Simplex::new(network, tolerance)?;
+    check_stopped()?;
     simplex.integrate();
+    check_stopped()?;
     let mut work = 0u64;
     loop {
         let finished = simplex.run(work_limit, &mut work, statistics)?;
@@ -60,6 +64,7 @@ pub(super) fn solve(
         }
         // Remove the rounding accumulated in the potentials, which could hide a violation.
         simplex.integrate();
+        check_stopped()?;
         if simplex.violations() == 0 {
             break;
         }
@@ -76,7 +81,7 @@ pub(super) fn solve(
 }
 
 impl<'a> Simplex<'a> {
-    fn new(network: &'a Network, tolerance: f64) -> Self {
+    fn new(network: &'a Network, tolerance: f64) -> Result<Self, NumericError> {
         let below = network.arcs.iter().map(|arc| SimplexArc {
             from: arc.from,
             to: arc.to,
@@ -93,15 +98,17 @@ impl<'a> Simplex<'a> {
             upper: f64::INFINITY,
             flow: 0.0,
         });
-        Simplex {
+        let arcs = below.chain(above).collect();
+        check_stopped()?;
+        Ok(Simplex {
             network,
-            arcs: below.chain(above).collect(),
-            tree: Tree::new(network),
+            arcs,
+            tree: Tree::new(network)?,
             tolerance,
             candidates: Vec::new(),
             collected: 0,
             cursor: 0,
-        }
+        })
     }
 
     /// Pivots until no arc can enter. Returns false if the work limit was reached.

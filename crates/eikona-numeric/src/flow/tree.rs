@@ -1,6 +1,8 @@
 //! Spanning-tree basis of the network simplex.
 
 use super::network::{NONE, Network};
+use crate::error::NumericError;
+use crate::observer::check_step;
 
 /// Spanning forest in preorder: one doubly linked ring per component, so that a subtree and its
 /// complement are contiguous in the ring and either can be traversed.
@@ -29,7 +31,10 @@ struct Node {
 
 impl Tree {
     /// Builds the forest of a network.
-    pub(super) fn new(network: &Network) -> Tree {
+    ///
+    /// # Errors
+    /// [`NumericError::Stopped`].
+    pub(super) fn new(network: &Network) -> Result<Tree, NumericError> {
         let n = network.nodes();
         let mut root: Vec<u32> = (0..n as u32).collect();
         let mut nodes: Vec<Node> = (0..n as u32)
@@ -45,6 +50,7 @@ impl Tree {
             .collect();
         // Parents have smaller indices than their children.
         for v in 0..n {
+            check_step(v)?;
             let a = network.forest[v];
             if a != NONE {
                 let parent = network.across(a, v as u32);
@@ -56,6 +62,7 @@ impl Tree {
         let mut tree = Tree { nodes, root, stem: Vec::new() };
         // Insert each finished subtree right after its parent, before subtrees inserted earlier.
         for v in (0..n as u32).rev() {
+            check_step(v as usize)?;
             let Node { parent, size, last, .. } = tree.nodes[v as usize];
             if parent != NONE {
                 let after = tree.nodes[parent as usize].next;
@@ -67,7 +74,7 @@ impl Tree {
                 tree.nodes[parent as usize].size += size;
             }
         }
-        tree
+        Ok(tree)
     }
 
     #[inline]

@@ -6,6 +6,7 @@ use eikona_mesh::{
     Curve, CurveKind, DisjointSets, Edge, EdgeField, Face, FaceField, MeshError, Provenance, SurfaceCurves,
     SurfacePoint, TriangleMesh, Vertex, VertexField,
 };
+use eikona_numeric::check_stopped;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Pieces of curves with fewer edges than this are short: see [`Embedded::split_short`].
@@ -232,6 +233,7 @@ impl Embedded {
         }
         let lines = self.curves.iter().zip(&nodes).map(|(c, nodes)| Line { kind: c.kind, up: c.up, nodes });
         let points: Vec<SurfacePoint> = self.points.iter().map(|&v| v.into()).collect();
+        check_stopped()?;
         let mut finer = embed_lines(&self.mesh, &lines.collect::<Vec<_>>(), &points)?;
         for (curve, (coarse, steps)) in finer.curves.iter_mut().zip(self.curves.iter().zip(&steps)) {
             curve.segments.iter_mut().for_each(|s| *s = coarse.segments[steps[*s]]);

@@ -28,6 +28,7 @@ use eikona_mesh::{
     CurveError, CurveKind, Edge, Face, Located, Provenance, SegmentHost, SurfaceCurves, SurfacePoint,
     TriangleMesh, Vertex, segment_host,
 };
+use eikona_numeric::check_stopped;
 use face::{FaceCurves, FaceCut, SAME, Stop, cut_face};
 use std::collections::{BTreeMap, BTreeSet};
 use triangulation::{ONE, Point};
@@ -84,6 +85,7 @@ struct Line<'a> {
 
 fn embed_lines(mesh: &TriangleMesh, lines: &[Line], points: &[SurfacePoint]) -> Result<Embedded, EmbedError> {
     let mut plan = Plan::of(mesh, lines, points)?;
+    check_stopped()?;
     let cuts = plan.cut_faces()?;
     assemble(&plan, cuts, lines)
 }
@@ -211,6 +213,7 @@ impl<'a> Plan<'a> {
         for _ in 0..ROUNDS {
             let mut next = BTreeSet::new();
             for &face in &waiting {
+                check_stopped()?;
                 let (sides, curves) = self.curves_in(face);
                 match cut_face(&curves) {
                     Ok(done) => {
@@ -348,6 +351,7 @@ fn assemble(plan: &Plan, cuts: BTreeMap<Face, Cut>, lines: &[Line]) -> Result<Em
     }
     let edge_vertex = |e: Edge, i: usize| Vertex(first_on_edge.get(&e).map_or(0, |first| first + i as u32));
 
+    check_stopped()?;
     // Vertices of each cut face by their numbers in it.
     let mut vertices_of: BTreeMap<Face, Vec<Vertex>> = BTreeMap::new();
     for (&face, cut) in &cuts {
@@ -386,7 +390,9 @@ fn assemble(plan: &Plan, cuts: BTreeMap<Face, Cut>, lines: &[Line]) -> Result<Em
         }
         parents.resize(faces.len(), face);
     }
+    check_stopped()?;
     let new = TriangleMesh::new(positions, faces)?;
+    check_stopped()?;
 
     // Chains of the segments through faces.
     let mut chain_of: Vec<Vec<Vertex>> = vec![Vec::new(); plan.nodes.len()];

@@ -1,7 +1,8 @@
 //! Rescaling of meshes at the ends of the range of doubles, where areas overflow or underflow.
 
-use crate::geometry::triangle::{Triangle, lay_out, power_of_two_near};
+use crate::geometry::triangle::{Triangle, power_of_two_near};
 use eikona_mesh::{Face, TriangleMesh};
+use eikona_numeric::{NumericError, check_step};
 
 /// Coordinates between this and its inverse need no rescaling: areas and their products stay far
 /// from the ends of the range.
@@ -17,9 +18,15 @@ fn unit_near(largest: f64) -> f64 {
     if (SMALL..=1.0 / SMALL).contains(&largest) { 1.0 } else { power_of_two_near(largest) }
 }
 
-/// Returns the triangles of all faces in this unit of length.
-pub(crate) fn lay_out_in(mesh: &TriangleMesh, unit: f64) -> Vec<Triangle> {
-    if unit == 1.0 { lay_out(mesh) } else { mesh.faces().map(|f| face_in(mesh, f, unit)).collect() }
+/// Returns the triangles of all faces in this unit of length. Fails if the observer stops the
+/// computation.
+pub(crate) fn lay_out_in(mesh: &TriangleMesh, unit: f64) -> Result<Vec<Triangle>, NumericError> {
+    let mut triangles = Vec::with_capacity(mesh.face_count());
+    for face in mesh.faces() {
+        check_step(face.index())?;
+        triangles.push(if unit == 1.0 { Triangle::of_face(mesh, face) } else { face_in(mesh, face, unit) });
+    }
+    Ok(triangles)
 }
 
 /// Returns the triangle of a face in this unit of length.

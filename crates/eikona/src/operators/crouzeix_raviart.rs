@@ -3,7 +3,7 @@
 
 use crate::geometry::Triangle;
 use eikona_mesh::{Edge, Face, Halfedge, TriangleMesh};
-use eikona_numeric::{Complex, Graph, Scalar, SymmetricMatrix};
+use eikona_numeric::{Complex, Graph, NumericError, Scalar, SymmetricMatrix, check_step};
 use std::ops::Range;
 
 /// Representation of the vector at an edge, which its faces share.
@@ -26,11 +26,14 @@ pub trait EdgeFrames {
     /// [`read`](Self::read)).
     fn add(&self, mesh: &TriangleMesh, x: &mut [Self::Value], h: Halfedge, value: Complex);
     /// Assembles the mass matrix and the connection Laplacian on these unknowns.
+    ///
+    /// # Errors
+    /// [`NumericError::Stopped`].
     fn connection_laplacian(
         &self,
         mesh: &TriangleMesh,
         triangles: &[Triangle],
-    ) -> ConnectionLaplacian<Self::Value>;
+    ) -> Result<ConnectionLaplacian<Self::Value>, NumericError>;
 
     /// Returns a vector of zeros.
     fn zeros(&self) -> Vec<Self::Value> {
@@ -78,7 +81,7 @@ impl EdgeFrames for ComplexFrames {
         &self,
         mesh: &TriangleMesh,
         triangles: &[Triangle],
-    ) -> ConnectionLaplacian<Complex> {
+    ) -> Result<ConnectionLaplacian<Complex>, NumericError> {
         let edges = self.edges;
         let mut graph = Graph { unknowns: edges, pairs: Vec::with_capacity(3 * mesh.face_count()) };
         let mut mass = vec![0.0; edges];
@@ -87,6 +90,7 @@ impl EdgeFrames for ComplexFrames {
             off_diagonal: Vec::with_capacity(3 * mesh.face_count()),
         };
         for (face, t) in mesh.faces().zip(triangles) {
+            check_step(face.index())?;
             let e = mesh.face_edges(face);
             let follows = [0, 1, 2].map(|k| mesh.follows_edge(face.halfedge(k)));
             for k in 0..3 {
@@ -103,7 +107,7 @@ impl EdgeFrames for ComplexFrames {
                 matrix.off_diagonal.push(t.angles[next].conj() * sign);
             }
         }
-        ConnectionLaplacian { graph, mass, matrix }
+        Ok(ConnectionLaplacian { graph, mass, matrix })
     }
 }
 
@@ -156,13 +160,14 @@ impl RealFrames {
         mesh: &TriangleMesh,
         triangles: &[Triangle],
         faces: impl Iterator<Item = Face>,
-    ) -> ConnectionLaplacian<f64> {
+    ) -> Result<ConnectionLaplacian<f64>, NumericError> {
         let unknowns = self.unknowns();
         let mut graph = Graph { unknowns, pairs: Vec::new() };
         let mut mass = vec![0.0; unknowns];
         let mut matrix = SymmetricMatrix { diagonal: vec![0.0; unknowns], off_diagonal: Vec::new() };
         let mut terms: Vec<(usize, Complex)> = Vec::new();
         for face in faces {
+            check_step(face.index())?;
             let t = &triangles[face.index()];
             for k in 0..3 {
                 let (h, next) = (face.halfedge(k), face.halfedge((k + 1) % 3));
@@ -187,7 +192,7 @@ impl RealFrames {
                 }
             }
         }
-        ConnectionLaplacian { graph, mass, matrix }
+        Ok(ConnectionLaplacian { graph, mass, matrix })
     }
 }
 
@@ -209,7 +214,11 @@ impl EdgeFrames for RealFrames {
     fn add(&self, mesh: &TriangleMesh, x: &mut [f64], h: Halfedge, value: Complex) {
         visit_real(mesh, &self.first, h, |unknown, c| x[unknown] += c.re * value.re + c.im * value.im);
     }
-    fn connection_laplacian(&self, mesh: &TriangleMesh, triangles: &[Triangle]) -> ConnectionLaplacian<f64> {
+    fn connection_laplacian(
+        &self,
+        mesh: &TriangleMesh,
+        triangles: &[Triangle],
+    ) -> Result<ConnectionLaplacian<f64>, NumericError> {
         self.connection_laplacian_of(mesh, triangles, mesh.faces())
     }
 }

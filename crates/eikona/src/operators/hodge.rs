@@ -1,9 +1,10 @@
 //! Hodge star of 1-forms, and the projection to their harmonic part (SWN section 3.3).
 
 use crate::geometry::IntrinsicTriangulation;
-use eikona_mesh::{Face, Halfedge, Orientation, TriangleMesh};
+use eikona_mesh::{DisjointSets, Face, Halfedge, Orientation, TriangleMesh};
 use eikona_numeric::{
-    Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, nested_dissection_order,
+    Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, check_step, check_stopped,
+    nested_dissection_order,
 };
 
 /// Hodge system on faces, `d1 *1^-1 d1^T`, factored.
@@ -27,9 +28,11 @@ impl Hodge {
         let mut graph = Graph { unknowns: mesh.face_count(), pairs: Vec::new() };
         let mut matrix = SymmetricMatrix { diagonal: vec![0.0; mesh.face_count()], off_diagonal: Vec::new() };
         for h in triangulation.halfedges() {
+            check_step(h.index())?;
             matrix.diagonal[h.face().index()] += inverse_star[h.index()];
         }
         for h in triangulation.halfedges() {
+            check_step(h.index())?;
             let Some((other, same_direction)) = triangulation.other(h) else { continue };
             debug_assert_ne!(h.face(), other.face(), "flips leave no triangle glued to itself");
             if h < other {
@@ -38,9 +41,11 @@ impl Hodge {
                 matrix.off_diagonal.push(if same_direction { entry } else { -entry });
             }
         }
-        for first in closed_patches(mesh) {
+        check_stopped()?;
+        for first in closed_patches(mesh)? {
             matrix.diagonal[first.index()] *= 2.0;
         }
+        check_stopped()?;
         let centres: Vec<[f64; 3]> = triangulation
             .corners
             .iter()
@@ -49,6 +54,7 @@ impl Hodge {
                 [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
             })
             .collect();
+        check_stopped()?;
         let order = nested_dissection_order(&graph, &centres)?;
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
         Ok(Hodge { factor: Cholesky::within(resources, symbolic.into(), &matrix)?, inverse_star })
@@ -62,7 +68,9 @@ impl Hodge {
         form: &[f64],
     ) -> Result<(Vec<f64>, f64), NumericError> {
         let curl: Vec<f64> = form.chunks_exact(3).map(|sides| sides.iter().sum()).collect();
+        check_stopped()?;
         let potential = self.factor.solve(&curl)?;
+        check_stopped()?;
         let residual = self.factor.residual(&potential, &curl);
         let at = |h: Halfedge| potential[h.face().index()];
         let harmonic = triangulation.form(|h| {
@@ -75,8 +83,12 @@ impl Hodge {
     }
 }
 
-/// Returns the first face of each closed orientable patch.
-fn closed_patches(mesh: &TriangleMesh) -> Vec<Face> {
+/// Returns the first face of each closed orientable patch: a set of faces connected through edges
+/// of two faces.
+fn closed_patches(mesh: &TriangleMesh) -> Result<Vec<Face>, NumericError> {
+    if mesh.is_consistently_oriented() {
+        return closed_sheets(mesh);
+    }
     let orientation = Orientation::of(mesh);
     let mut closed: Vec<bool> = orientation.patches.iter().map(|p| p.is_orientable()).collect();
     for e in mesh.edges() {
@@ -86,5 +98,23 @@ fn closed_patches(mesh: &TriangleMesh) -> Vec<Face> {
             }
         }
     }
-    orientation.patches.iter().zip(closed).filter(|(_, closed)| *closed).map(|(p, _)| p.first_face).collect()
+    let patches = orientation.patches.iter().zip(closed).filter(|(_, closed)| *closed);
+    Ok(patches.map(|(patch, _)| patch.first_face).collect())
+}
+
+/// [`closed_patches`] of a consistently oriented mesh. Every patch is orientable.
+fn closed_sheets(mesh: &TriangleMesh) -> Result<Vec<Face>, NumericError> {
+    let mut sheets = DisjointSets::new(mesh.face_count());
+    let mut rim = Vec::new();
+    for e in mesh.edges() {
+        check_step(e.index())?;
+        match mesh.edge_halfedges(e) {
+            [a, b] => sheets.join(a.face().0, b.face().0),
+            halfedges => rim.extend(halfedges.iter().map(|h| h.face())),
+        }
+    }
+    let mut found = vec![false; mesh.face_count()];
+    rim.into_iter().for_each(|face| found[sheets.find(face.0) as usize] = true);
+    let is_first = |f: &Face| !std::mem::replace(&mut found[sheets.find(f.0) as usize], true);
+    Ok(mesh.faces().filter(is_first).collect())
 }

@@ -4,7 +4,8 @@
 use crate::geometry::IntrinsicTriangulation;
 use eikona_mesh::{DisjointSets, Halfedge, Vertex};
 use eikona_numeric::{
-    Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, nested_dissection_order,
+    Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, check_stopped,
+    nested_dissection_order,
 };
 use std::sync::Arc;
 
@@ -22,6 +23,7 @@ impl JumpLaplacian {
         let sides = |&[a, b, c]: &[Vertex; 3]| [[a.0, b.0], [b.0, c.0], [c.0, a.0]];
         let pairs = triangulation.corners.iter().flat_map(sides).collect();
         let graph = Graph { unknowns: positions.len(), pairs };
+        check_stopped()?;
         let order = nested_dissection_order(&graph, positions)?;
         Ok(JumpLaplacian { symbolic: Symbolic::new(&graph, Ordering::Given(&order))?.into() })
     }
@@ -45,11 +47,13 @@ impl JumpLaplacian {
             matrix.diagonal[i] += weight;
             matrix.diagonal[j] += weight;
         }
+        check_stopped()?;
         let parts = parts(triangulation, excluded);
         for first in (0..parts.len()).filter(|&v| parts[v] == v as u32) {
             let diagonal = &mut matrix.diagonal[first];
             *diagonal += if *diagonal > 0.0 { *diagonal } else { 1.0 };
         }
+        check_stopped()?;
         Cholesky::within(resources, self.symbolic.clone(), &matrix)
     }
 }
@@ -99,7 +103,9 @@ pub(crate) fn solve_jump_equation(
     differences: &[f64],
 ) -> Result<(Vec<f64>, f64), NumericError> {
     let rhs = right_hand_side(triangulation, excluded, differences);
+    check_stopped()?;
     let base = factor.solve(&rhs)?;
+    check_stopped()?;
     let residual = factor.residual(&base, &rhs);
     Ok((base, residual))
 }

@@ -26,6 +26,7 @@ use crate::signed_heat::level_sets::{Constraint, Row};
 use crate::signed_heat::options::LevelSets;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{CurveKind, TriangleMesh};
+use eikona_numeric::check_stopped;
 
 /// Curves with a cost up to this are constrained firmly.
 const AFFORDABLE: f64 = 0.75;
@@ -104,14 +105,17 @@ impl Integration {
         source: &Source,
     ) -> Result<Integrated, SignedHeatError> {
         let edge = mean_edge_length(mesh, triangles);
+        check_stopped()?;
         let broken = self.broken_components(mesh, source);
         let signed = self.has_signed(mesh, source);
         let at_first = |broken: &bool| if *broken { Constraint::Soft(FIRM / edge) } else { Constraint::Zero };
         let mut constraints: Vec<Constraint> = broken.iter().map(at_first).collect();
         let held = self.constrained(mesh, triangles, b, source, &constraints)?;
 
+        check_stopped()?;
         let (along, pieces) =
             self.rows(mesh, triangles, source, &vec![Constraint::Soft(1.0); self.component_count]);
+        check_stopped()?;
         let crossed = self.crossed_components(mesh, source);
         // A single closed piece can not contradict itself. Nor can closed curves that cross: near
         // each crossing the unit field turns between their normals, and the levels of the free fit
@@ -123,6 +127,7 @@ impl Integration {
             .map(|(c, pieces)| signed[c] && (broken[c] || pieces > 1 && !crossed[c]))
             .collect();
         let free = if judged.contains(&true) { self.fit(b)?.values } else { held.values.clone() };
+        check_stopped()?;
         let disagreements = self.disagreements(&along, pieces, b, &free, &held.values);
         let mut changed = false;
         for c in (0..self.component_count).filter(|&c| judged[c]) {

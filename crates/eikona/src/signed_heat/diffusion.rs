@@ -11,6 +11,7 @@ use crate::signed_heat::source::{Deposit, Source};
 use eikona_mesh::{Edge, Face, TriangleMesh};
 use eikona_numeric::{
     Cholesky, Complex, CompressedRows, Graph, NumericError, Ordering, Scalar, Symbolic, SymmetricMatrix,
+    check_step, check_stopped,
 };
 use std::sync::Arc;
 
@@ -138,9 +139,10 @@ impl<F: EdgeFrames> PreparedOn<F> {
         vertex_order: &[u32],
         frames: F,
     ) -> Result<Self, NumericError> {
-        let operator = frames.connection_laplacian(mesh, triangles);
+        let operator = frames.connection_laplacian(mesh, triangles)?;
         let edge_of_unknown = frames.edge_of_unknown(mesh);
         let order = induced_order(mesh, &edge_of_unknown, vertex_order);
+        check_stopped()?;
         let symbolic = Symbolic::new(&operator.graph, Ordering::Given(&order))?;
         Ok(PreparedOn { frames, operator, symbolic, edge_of_unknown })
     }
@@ -165,7 +167,7 @@ impl<F: EdgeFrames + Clone> DiffusionOn<F> {
         time: f64,
         threads: usize,
     ) -> Result<Self, SignedHeatError> {
-        let operator = self.frames.connection_laplacian(mesh, triangles);
+        let operator = self.frames.connection_laplacian(mesh, triangles)?;
         let symbolic = self.factor.symbolic().clone();
         Self::new(self.frames.clone(), operator, symbolic, self.edge_of_unknown.clone(), time, threads)
     }
@@ -264,7 +266,9 @@ impl<F: EdgeFrames> DiffusionOn<F> {
     ) -> Result<Self, SignedHeatError> {
         let ConnectionLaplacian { graph, mass, matrix } = operator;
         drop::<Graph>(graph);
-        let factor = Cholesky::on_threads(symbolic, &mass_plus(&mass, time, matrix), threads)
+        let matrix = mass_plus(&mass, time, matrix);
+        check_stopped()?;
+        let factor = Cholesky::on_threads(symbolic, &matrix, threads)
             .map_err(|fault| at_edge(&edge_of_unknown, fault))?;
         Ok(DiffusionOn { frames, factor, mass, edge_of_unknown, time })
     }
@@ -317,6 +321,7 @@ impl<F: EdgeFrames> DiffusionOn<F> {
             kept_normals: None,
         };
         let mut values = source.values(mesh, &self.frames, triangles, options.sign, self.time);
+        check_stopped()?;
         let mut x = self.first_vectors(&mut values, &mut field)?;
         if options.preserve_source_normals {
             let kept;
@@ -357,6 +362,7 @@ impl<F: EdgeFrames> DiffusionOn<F> {
     ) -> Result<Vec<F::Value>, SignedHeatError> {
         scale_to_one(values);
         let x = self.solve(values)?;
+        check_stopped()?;
         field.residual = field.residual.max(self.factor.residual(&x, values));
         field.stages += 1;
         Ok(x)
@@ -371,13 +377,20 @@ impl<F: EdgeFrames> DiffusionOn<F> {
     ) -> Result<(), SignedHeatError> {
         let mut unknown: Vec<Face> = mesh.faces().filter(|f| !field.reached[f.index()]).collect();
         loop {
+            check_stopped()?;
             field.frontier.clear();
             let before = unknown.len();
             let shortest = SHORTEST * largest_part(&x);
-            unknown.retain(|&face| !self.read_face(mesh, triangles, &x, face, shortest, field));
+            for (i, face) in std::mem::take(&mut unknown).into_iter().enumerate() {
+                check_step(i)?;
+                if !self.read_face(mesh, triangles, &x, face, shortest, field) {
+                    unknown.push(face);
+                }
+            }
             if unknown.is_empty() || unknown.len() == before {
                 return Ok(());
             }
+            check_stopped()?;
             let values = self.next_stage(mesh, triangles, field);
             x = self.solve_at(mesh, &values, &unknown)?;
             field.stages += 1;

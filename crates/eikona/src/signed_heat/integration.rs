@@ -13,8 +13,8 @@ use crate::signed_heat::slivers::Slivers;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{CurveKind, Located, TriangleMesh};
 use eikona_numeric::{
-    Cholesky, Complex, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, nested_dissection_order,
-    side_by_side,
+    Cholesky, Complex, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, check_step,
+    check_stopped, nested_dissection_order, side_by_side,
 };
 use std::sync::Arc;
 
@@ -106,6 +106,7 @@ impl PreparedIntegration {
         beside: impl FnOnce(&[u32]) -> R + Send,
     ) -> Result<(Self, R), NumericError> {
         let laplacian = CotanLaplacian::new(mesh, triangles);
+        check_stopped()?;
         let vertex_order = nested_dissection_order(&laplacian.graph, mesh.positions())?;
         let analyse = || Symbolic::new(&laplacian.graph, Ordering::Given(&vertex_order));
         let (symbolic, other) = side_by_side(threads, analyse, || beside(&vertex_order));
@@ -128,10 +129,12 @@ impl PreparedIntegration {
         component_count: usize,
         memory: Memory,
     ) -> Result<Integration, SignedHeatError> {
+        check_stopped()?;
         let mut laplacian = self.laplacian;
         let mut grounded = Vec::with_capacity(component_count);
         let mut is_grounded = vec![false; component_count];
         for (v, component) in component_of_vertex.iter().enumerate() {
+            check_step(v)?;
             match component {
                 None => laplacian.matrix.diagonal[v] = 1.0, // occurs in no equation
                 Some(c) if !is_grounded[*c as usize] => {
@@ -141,16 +144,22 @@ impl PreparedIntegration {
                 Some(_) => {}
             }
         }
+        check_stopped()?;
         let mut size_of_component = vec![0.0; component_count];
-        for (corners, t) in mesh.triangles().iter().zip(triangles) {
+        for (f, (corners, t)) in mesh.triangles().iter().zip(triangles).enumerate() {
+            check_step(f)?;
             if let Some(c) = component_of_vertex[corners[0] as usize] {
                 size_of_component[c as usize] += t.area;
             }
         }
         size_of_component.iter_mut().for_each(|a| *a = a.sqrt());
+        check_stopped()?;
         let matrix = grounded_matrix(&laplacian, grounded.iter());
         let factor = Cholesky::on_threads(Arc::new(self.symbolic), &matrix, memory.resources.threads)
             .map_err(at_vertex)?;
+        check_stopped()?;
+        let slivers = Slivers::of(mesh, triangles)?;
+        check_stopped()?;
         Ok(Integration {
             laplacian,
             grounded,
@@ -159,7 +168,7 @@ impl PreparedIntegration {
             component_of_vertex,
             component_count,
             size_of_component,
-            slivers: Slivers::of(mesh, triangles),
+            slivers,
             memory,
         })
     }
@@ -296,6 +305,7 @@ impl Integration {
         // Deviation: eq. 13 is printed without the minus, see `divergence`.
         let mut b = divergence(mesh, triangles, field);
         b.iter_mut().for_each(|x| *x = -*x);
+        check_stopped()?;
         let mut result = match self.constraints(level_sets) {
             Some(constraints) => {
                 let chosen = ChosenLevelSets::given(level_sets);
@@ -304,6 +314,7 @@ impl Integration {
             None if level_sets == LevelSets::Free => self.free(mesh, &b, source)?,
             None => self.automatic(mesh, triangles, &b, source)?,
         };
+        check_stopped()?;
         let mut component_reached = vec![false; self.component_count];
         for (corners, _) in mesh.triangles().iter().zip(reached).filter(|(_, r)| **r) {
             if let Some(c) = self.component_of_vertex[corners[0] as usize] {

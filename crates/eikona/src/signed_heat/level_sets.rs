@@ -23,7 +23,9 @@ use crate::signed_heat::options::LevelSets;
 use crate::signed_heat::refinement::refined;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{DisjointSets, Located, Segment, SegmentHost, TriangleMesh};
-use eikona_numeric::{Cholesky, ConjugateGradient, NumericError, Ordering, Symbolic, SymmetricMatrix};
+use eikona_numeric::{
+    Cholesky, ConjugateGradient, NumericError, Ordering, Symbolic, SymmetricMatrix, check_stopped,
+};
 use std::cell::Cell;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -160,9 +162,11 @@ impl Integration {
         constraints: &[Constraint],
     ) -> Result<Integrated, SignedHeatError> {
         let (mut rows, groups) = self.rows(mesh, triangles, source, constraints);
+        check_stopped()?;
         let levels = self.free_levels(&mut rows, groups, constraints);
         let at_vertex = |fault| at_vertex(at_piece(fault, &rows));
         let (symbolic, matrix) = self.penalised(mesh, &rows, levels).map_err(at_vertex)?;
+        check_stopped()?;
         self.memory.check(symbolic.predicted_bytes::<f64>(self.memory.resources.threads))?;
         let factor =
             Cholesky::on_threads(symbolic, &matrix, self.memory.resources.threads).map_err(at_vertex)?;
@@ -195,6 +199,7 @@ impl Integration {
             let Some(step) = step else { break };
             x.iter_mut().zip(&change).for_each(|(x, c)| *x -= step * c);
         }
+        check_stopped()?;
         let mut multipliers = iteration.into_solution();
         // Adds the force of the penalty to the multipliers, so that the residual includes it.
         for (m, row) in multipliers.iter_mut().zip(&rows) {
@@ -260,6 +265,7 @@ impl Integration {
     ) -> Result<(Arc<Symbolic>, SymmetricMatrix<f64>), NumericError> {
         let vertices = mesh.vertex_count();
         let mut matrix = grounded_matrix(&self.laplacian, self.ungrounded_by(rows).iter());
+        check_stopped()?;
         matrix.diagonal.resize(vertices + levels, 0.0);
         let mut meetings = Vec::new();
         for row in rows {

@@ -209,7 +209,7 @@ impl<'a> Strip<'a> {
     ) -> Result<Strip<'a>, NumericError> {
         let faces = around(mesh, rows, RINGS);
         let frames = RealFrames::of_part(mesh, &faces);
-        let operator = frames.connection_laplacian_of(mesh, triangles, faces.into_iter());
+        let operator = frames.connection_laplacian_of(mesh, triangles, faces.into_iter())?;
         let mut matrix = mass_plus(&operator.mass, time, operator.matrix);
         matrix.diagonal.iter_mut().filter(|d| **d == 0.0).for_each(|d| *d = 1.0); // in no equation
         let mut graph = operator.graph;

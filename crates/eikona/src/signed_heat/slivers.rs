@@ -3,6 +3,7 @@
 use crate::Warning;
 use crate::geometry::Triangle;
 use eikona_mesh::{DisjointSets, ElementId, Face, TriangleMesh};
+use eikona_numeric::{NumericError, check_step};
 
 /// Edges with at least this cotangent weight are stiff: they keep the values at their ends
 /// together. Their faces have a height below about 1e-3 of their longest side.
@@ -50,15 +51,19 @@ impl Slivers {
     /// that common motion, so the rounding error counts relative to those. A few slivers in a good
     /// mesh lose as many digits as their weights have; a region of slivers of height `h` loses
     /// `h^-2`, since the other weights are as small as `h`.
-    pub fn of(mesh: &TriangleMesh, triangles: &[Triangle]) -> Option<Slivers> {
+    pub fn of(mesh: &TriangleMesh, triangles: &[Triangle]) -> Result<Option<Slivers>, NumericError> {
         let weight = |e| {
             let halfedges = mesh.edge_halfedges(e).iter();
             let weights = halfedges.map(|h| 0.5 * triangles[h.face().index()].cotangent((h.side() + 2) % 3));
             weights.sum::<f64>().abs()
         };
-        let weights: Vec<f64> = mesh.edges().map(weight).collect();
+        let mut weights = Vec::with_capacity(mesh.edge_count());
+        for e in mesh.edges() {
+            check_step(e.index())?;
+            weights.push(weight(e));
+        }
         if weights.iter().all(|w| *w < STIFF) {
-            return None;
+            return Ok(None);
         }
         let mut sets = DisjointSets::new(mesh.vertex_count());
         for e in mesh.edges().filter(|e| weights[e.index()] >= STIFF) {
@@ -68,6 +73,7 @@ impl Slivers {
         let (group, count) = sets.numbers();
         let (mut stiff, mut loose) = (vec![0.0; count], vec![0.0; count]);
         for e in mesh.edges() {
+            check_step(e.index())?;
             let [a, b] = mesh.edge_vertices(e).map(|v| group[v.index()] as usize);
             if a == b {
                 stiff[a] += weights[e.index()];
@@ -86,7 +92,6 @@ impl Slivers {
             })
         };
         let count = mesh.faces().filter(is_stiff).count();
-        let first = mesh.faces().find(is_stiff)?;
-        Some(Slivers { count, first })
+        Ok(mesh.faces().find(is_stiff).map(|first| Slivers { count, first }))
     }
 }

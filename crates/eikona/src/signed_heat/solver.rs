@@ -4,7 +4,7 @@
 use crate::Warning;
 use crate::curves::side::consistently_oriented;
 use crate::geometry::vector::{add, dot, normalize, scale, sub};
-use crate::geometry::{Triangle, lay_out};
+use crate::geometry::{Triangle, lay_out_in};
 use crate::operators::divergence;
 use crate::phases::{Phases, Running};
 use crate::signed_heat::confidence::confidence;
@@ -19,7 +19,7 @@ use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
 use eikona_mesh::{Components, ElementId, Face, FaceField, SurfaceCurves, TriangleMesh, Vertex, VertexField};
-use eikona_numeric::{Complex, Resources};
+use eikona_numeric::{Complex, Resources, check_stopped};
 use std::sync::OnceLock;
 
 /// Signed heat solver for one triangle mesh: factors both systems once, for any number of sources.
@@ -77,10 +77,12 @@ impl Solver {
         }
         let mut warnings = Vec::new();
         let mesh = consistently_oriented(mesh, &mut warnings);
-        let triangles = lay_out(&mesh);
+        check_stopped()?;
+        let triangles = lay_out_in(&mesh, 1.0)?;
         check_scale(&triangles)?;
         warnings.extend(degenerate_faces(&triangles));
         let time = choose_time(&mesh, &triangles, options.time)?;
+        check_stopped()?;
         let components = Components::of(&mesh);
         phases.next("analysis")?;
 
@@ -155,6 +157,7 @@ impl Solver {
             });
         }
         let AtTime { time, diffusion } = self.at_time_for(source, &mut phases)?;
+        check_stopped()?;
         let curves = source.curves.len();
         let source = Source::new(&self.mesh, !diffusion.is_real(), source)?;
         phases.next("diffusion")?;
@@ -173,6 +176,7 @@ impl Solver {
         phases.next("integration")?;
 
         // Step III: integrate.
+        check_stopped()?;
         let weighted = with_hanging.as_ref().map(|fit| fit.weighted(&field.vectors));
         let integration = with_hanging.as_ref().map_or(&self.integration, |fit| &fit.integration);
         let integrated = integration.integrate(
@@ -188,6 +192,7 @@ impl Solver {
             .confidence
             .then(|| confidence(&self.mesh, &self.triangles, &source, &field, &integrated.values));
 
+        check_stopped()?;
         let has_source = self.integration.has_source(&self.mesh, &source);
         let levels = source.means(&self.mesh, curves, &integrated.values);
         let mut warnings = source.warnings;

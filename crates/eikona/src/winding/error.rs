@@ -27,7 +27,7 @@ pub enum WindingError {
     },
     /// The mesh could not be cut along the curves.
     #[error(transparent)]
-    Embed(#[from] EmbedError),
+    Embed(EmbedError),
     /// The curve runs along an edge too often.
     #[error(
         "the curve runs more than {most} times in one direction along the edge from {}; remove repeated copies of the curve",
@@ -58,6 +58,15 @@ pub enum WindingError {
     /// The linear program could not be solved.
     #[error("the linear program for the nonbounding part of the curve failed: {0}")]
     Program(UnsolvedProgram),
+}
+
+impl From<EmbedError> for WindingError {
+    fn from(fault: EmbedError) -> Self {
+        match fault {
+            EmbedError::Stopped(fault) => fault.into(),
+            fault => WindingError::Embed(fault),
+        }
+    }
 }
 
 /// Why the linear program could not be solved.

@@ -4,7 +4,9 @@ use crate::geometry::Triangle;
 use crate::winding::error::WindingError;
 use crate::winding::solution::ProgramReport;
 use eikona_mesh::{DisjointSets, Edge, TriangleMesh};
-use eikona_numeric::{Contradiction, FlowError, JumpOptions, JumpSolution, JumpTerm, minimise_jumps};
+use eikona_numeric::{
+    Contradiction, FlowError, JumpOptions, JumpSolution, JumpTerm, check_step, check_stopped, minimise_jumps,
+};
 use std::collections::BTreeSet;
 
 /// The nonbounding part of a curve.
@@ -36,6 +38,7 @@ pub(crate) fn nonbounding_part(
     let mut edges = Vec::new();
     let mut terms = Vec::new();
     for e in mesh.edges() {
+        check_step(e.index())?;
         let &[a, b] = mesh.edge_halfedges(e) else { continue };
         let (from, to) = (a.face().index() as u32, b.face().index() as u32);
         let length = triangles[a.face().index()].lengths[a.index() % 3];
@@ -58,6 +61,7 @@ pub(crate) fn nonbounding_part(
     }
     let (solution, attempts, freed) = minimise_with_limits(mesh.face_count(), &mut terms, MAX_REPAIRS)
         .map_err(|fault| WindingError::of_program(fault, mesh, &edges))?;
+    check_stopped()?;
     let mut jump = vec![0.0; mesh.edge_count()];
     for (&e, &t) in edges.iter().zip(&solution.jumps) {
         jump[e.index()] = if curve[e.index()] < 0 { -t } else { t };

@@ -20,6 +20,7 @@ use crate::winding::surface::Surface;
 use crate::winding::walks::{segments_of, walks};
 use crate::winding::warnings::{cancelled_or_ignored, faces_without_value, narrow_rings, several_fans};
 use eikona_mesh::{Curve, CurveKind, Face, Provenance, Segment, SurfaceCurves, TriangleMesh};
+use eikona_numeric::{begin_phase, check_stopped};
 
 /// A mesh with its factored operators, reused from curve to curve.
 ///
@@ -41,13 +42,15 @@ impl Solver {
     /// them.
     ///
     /// # Errors
-    /// [`WindingError::NoFaces`].
+    /// [`WindingError::NoFaces`]; [`NumericError::Stopped`](eikona_numeric::NumericError::Stopped).
     pub fn new(mesh: &TriangleMesh, options: &SolverOptions) -> Result<Solver, WindingError> {
         if mesh.face_count() == 0 {
             return Err(WindingError::NoFaces);
         }
+        begin_phase("geometry")?;
         let mut warnings = Vec::new();
         let oriented = consistently_oriented(mesh, &mut warnings);
+        check_stopped()?;
         let mut cuts = mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() > 2);
         if let Some(first) = cuts.next() {
             let first = mesh.edge_vertices(first);
@@ -56,7 +59,9 @@ impl Solver {
         let flipped = mesh.faces().filter(|f| mesh.face_vertices(*f) != oriented.face_vertices(*f)).collect();
         let provenance =
             Provenance::identity(mesh.vertex_count(), mesh.face_count()).with_flipped_faces(flipped);
-        Ok(Solver { surface: Surface::new(oriented, options.resources()), oriented: provenance, warnings })
+        check_stopped()?;
+        let surface = Surface::new(oriented, options.resources())?;
+        Ok(Solver { surface, oriented: provenance, warnings })
     }
 
     /// Returns the mesh that curves refer to: the input, with faces flipped to a consistent
@@ -120,7 +125,8 @@ impl Solver {
             let largest = children.max_by(|a, b| area(a).total_cmp(&area(b)));
             options.reference = Reference::Face(largest.ok_or(WindingError::no_such_reference(face))?);
         }
-        let cut = Surface::new(embedded.mesh.clone(), self.surface.resources);
+        check_stopped()?;
+        let cut = Surface::new(embedded.mesh.clone(), self.surface.resources)?;
         let Embedded { mesh, provenance, curves: walks, .. } = embedded;
         let curve = |w: &EmbeddedCurve| {
             let nodes = w.vertices.iter().map(|&v| v.into()).collect();
@@ -167,7 +173,8 @@ fn finished(
         winding = winding.straightened(surface.consistent, options.completion, surface.unit);
         winding.report.phases.0.extend(phases.finish().0);
     }
-    let triangles = lay_out_in(&winding.mesh, surface.unit);
+    check_stopped()?;
+    let triangles = lay_out_in(&winding.mesh, surface.unit)?;
     let report = &mut winding.report;
     report.uncertain_area = share_of_area(&triangles, |f| winding.margin.as_slice()[f] < UNCERTAIN);
     if report.uncertain_area > MUCH_UNCERTAIN {
@@ -191,6 +198,7 @@ fn solve_along_edges(
     let mesh = &surface.mesh;
     let (chain, steps) = Chain::of(mesh, surface.consistent, curves, segments, &mut warnings)?;
     warnings.extend(cancelled_or_ignored(&chain));
+    check_stopped()?;
     let found = solve_chain(surface, &chain.jump, options, &mut phases)?;
     warnings.extend(several_fans(&found.coordinates, provenance));
     warnings.extend(narrow_rings(&found.freed, mesh, provenance));

@@ -12,6 +12,7 @@ use crate::winding::options::{Completion, WindingOptions};
 use crate::winding::solution::ProgramReport;
 use crate::winding::surface::{Prepared, Surface};
 use eikona_mesh::{Edge, TriangleMesh, Vertex};
+use eikona_numeric::check_stopped;
 
 /// Results of the steps for jumps at edges.
 pub(super) struct Found {
@@ -66,6 +67,7 @@ pub(super) fn solve_chain(
         phases.next("linear program")?;
         residual = residual.max(harmonic.residual);
         // Without endpoints the jumps are exactly those of the curve.
+        check_stopped()?;
         let shift = if harmonic.is_whole { jump.clone() } else { jumps_of(mesh, &harmonic.in_faces) };
         let part = nonbounding_part(mesh, &surface.triangles, curve, &shift, options.epsilon)?;
         for (corner, value) in residual_function.iter_mut().enumerate() {
@@ -89,6 +91,7 @@ pub(super) fn solve_chain(
 
     phases.next("labels")?;
     let islands = Islands::of(mesh, &prepared.on.triangulation, &excluded);
+    check_stopped()?;
     let labels = labels(mesh, &surface.triangles, &islands, &values, curve, &nonbounding, options.reference);
     drop(prepared);
     Ok(Found {
@@ -119,6 +122,7 @@ fn harmonic_part(
     if !is_whole {
         (form, residual) = prepared.on.hodge(&surface.mesh)?.harmonic_part(triangulation, &form)?;
     }
+    check_stopped()?;
     if form.iter().all(|x| x.abs() <= NO_HARMONIC_PART) {
         return Ok(None);
     }
