@@ -107,7 +107,7 @@ fn check_jumps(w: &Winding, options: &WindingOptions) {
     // Straightened loops may run along the curve, and add to its own jump there.
     let limits_kept = is_ordinary(mesh)
         && straightened(w) == 0
-        && w.report.program.as_ref().is_none_or(|program| program.freed == 0);
+        && w.report.program.as_ref().is_none_or(|program| program.relaxed == 0);
     for e in mesh.edges() {
         let (c, t) = (f64::from(w.jump[e]), w.nonbounding[e]);
         assert!(t.is_finite(), "{e}: {t}");
@@ -239,7 +239,7 @@ fn check_reversal(solver: &Solver, curves: &SurfaceCurves, options: &WindingOpti
     };
     if w.is_cut()
         || w.report.warnings.iter().any(is_carried)
-        || program.freed > 0
+        || program.relaxed > 0
         || curves.curves.iter().any(|c| c.up.is_some())
     {
         return;

@@ -8,7 +8,7 @@ use clap::Args;
 use eikona_mesh::io::{MeshFile, MeshFormat, MeshOut, read_mesh_as, read_mesh_bytes, without_gzip};
 use eikona_mesh::{
     Face, Fault, MeshError, PolygonMesh, PolygonQuality, Provenance, RepairedPolygons, Stitched,
-    SurfacePoint, TriangleMesh, Vertex, drop_broken_polygons, drop_degenerate_faces, weld_polygons,
+    SurfacePoint, TriangleMesh, Vertex, counted, drop_broken_polygons, drop_degenerate_faces, weld_polygons,
 };
 use serde_json::{Value, json};
 use std::io::Read;
@@ -158,17 +158,13 @@ impl MeshInput {
             let lost: usize = faces.iter().map(|f| file.mesh.face(f.index()).len()).sum();
             let doubled = corners(&file.mesh) - lost - corners(&dropped.mesh);
             if doubled > 0 {
-                session.note(&format!(
-                    "removed {doubled} corners that repeat the vertex of the corner \
-                 before"
-                ));
+                let corners = counted(doubled, "corner that repeats", "corners that repeat");
+                session.note(&format!("removed {corners} the vertex of the corner before"));
                 repairs.push(json!({"repair": "remove doubled corners", "corners": doubled}));
             }
             if !faces.is_empty() {
-                session.note(&format!(
-                    "dropped {} faces that repeat a vertex or have fewer than 3 corners",
-                    faces.len()
-                ));
+                let count = counted(faces.len(), "face that repeats", "faces that repeat");
+                session.note(&format!("dropped {count} a vertex or with fewer than 3 corners"));
                 repairs.push(
                     json!({"repair": "drop broken faces", "dropped_faces": ids(faces.iter().map(|f| f.0))}),
                 );
@@ -207,16 +203,17 @@ impl MeshInput {
         let mut polygon_quality = None;
         if !surface.is_triangular() {
             session.note(&format!(
-                "triangulated {} polygons into {} triangles: fans from the first corner where these do not \
-                 fold over, ear clipping elsewhere",
-                surface.face_count(),
-                mesh.face_count()
+                "triangulated {} into {}: fans from the first corner where these do not fold over, ear clipping \
+                 elsewhere",
+                counted(surface.face_count(), "polygon", "polygons"),
+                counted(mesh.face_count(), "triangle", "triangles")
             ));
             let quality = session.phase("polygons", || PolygonQuality::of(surface));
             if let Some(first) = quality.self_crossing.first() {
                 let count = quality.self_crossing.len();
                 let sentence = format!(
-                    "{count} self-crossing polygons (first: {first}), whose triangles overlap; correct the file"
+                    "{} (first: {first}), whose triangles overlap; correct the file",
+                    counted(count, "self-crossing polygon", "self-crossing polygons")
                 );
                 let warned = Warned::new("self_crossing_polygons", sentence).about(path.display());
                 session.warn(warned.with("count", count).with("first", *first));
@@ -400,10 +397,12 @@ fn weld_note(because_stl: bool, from: usize, to: usize, lost: usize) -> String {
              which the results refer to (--weld=TOL also merges near ones, --weld=off merges none)"
         )
     } else {
-        format!("merged {from} vertices into {to}, which the results refer to; the report contains the map")
+        let from = counted(from, "vertex", "vertices");
+        format!("merged {from} into {to}, which the results refer to; the report contains the map")
     };
     if lost > 0 {
-        text += &format!("; dropped {lost} faces with fewer than 3 corners left");
+        let faces = counted(lost, "face", "faces");
+        text += &format!("; dropped {faces} with fewer than 3 corners left");
     }
     text
 }

@@ -9,8 +9,8 @@ use crate::source::{SourceArguments, files_read, read_source_if_any, warn_of_sid
 use clap::Args;
 use eikona::curves::{CurveReport, MeetingKind};
 use eikona_mesh::{
-    Face, Fault, Orientation, PolygonQuality, Quality, Seams, SurfaceCurves, Topology, TriangleMesh, slivers,
-    validate,
+    Face, Fault, Orientation, PolygonQuality, Quality, Seams, SurfaceCurves, Topology, TriangleMesh, counted,
+    slivers, validate,
 };
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
@@ -166,8 +166,8 @@ fn advice(fault: &Fault, orientation: &Orientation, seams: &Seams) -> String {
          point source"
             .into(),
         Fault::InconsistentOrientation { .. } if orientation.is_orientable() => format!(
-            "sdf flips {} faces internally; repair the file if other programs need it",
-            orientation.flipped_faces().len()
+            "sdf flips {} internally; repair the file if other programs need it",
+            counted(orientation.flipped_faces().len(), "face", "faces")
         ),
         Fault::InconsistentOrientation { .. } => {
             "the surface is not orientable: give signed curves an `up` direction in JSON, or use --unsigned"
@@ -193,18 +193,16 @@ fn advice(fault: &Fault, orientation: &Orientation, seams: &Seams) -> String {
 fn mesh_text(input: &MeshInput, topology: &Topology, quality: &Quality) -> String {
     let mesh = &input.mesh;
     let mut text = String::new();
-    let polygons = if input.file.mesh.is_triangular() {
-        "triangles".to_string()
-    } else {
-        format!("triangles from {} polygons", input.file.mesh.face_count())
-    };
+    let mut triangles = counted(mesh.face_count(), "triangle", "triangles");
+    if !input.file.mesh.is_triangular() {
+        triangles += &format!(" from {}", counted(input.file.mesh.face_count(), "polygon", "polygons"));
+    }
     let _ = writeln!(
         text,
-        "{}: {} vertices, {} edges, {} {polygons}",
+        "{}: {}, {}, {triangles}",
         input.path.display(),
-        mesh.vertex_count(),
-        mesh.edge_count(),
-        mesh.face_count()
+        counted(mesh.vertex_count(), "vertex", "vertices"),
+        counted(mesh.edge_count(), "edge", "edges")
     );
     if mesh.face_count() == 0 {
         let _ = writeln!(text, "  surface      none: the mesh has vertices but no faces, which sdf needs");
@@ -216,8 +214,10 @@ fn mesh_text(input: &MeshInput, topology: &Topology, quality: &Quality) -> Strin
             let genus = c.genus.map_or(String::new(), |g| format!(", genus {g}"));
             let _ = writeln!(
                 text,
-                "    component {i}: {} faces from face {}, {} boundary loops{genus}",
-                c.face_count, c.first_face.0, c.boundary_loop_count
+                "    component {i}: {} from face {}, {}{genus}",
+                counted(c.face_count, "face", "faces"),
+                c.first_face.0,
+                counted(c.boundary_loop_count, "boundary loop", "boundary loops")
             );
         }
         if topology.components.len() > SHOWN {
@@ -355,7 +355,7 @@ fn topology_json(topology: &Topology, orientation: &Orientation) -> Value {
         "boundary_loops": topology.boundary_loops.iter().map(|l| l.halfedges.len()).collect::<Vec<_>>(),
         "euler_characteristic": topology.euler_characteristic,
         "manifold": topology.is_manifold(), "orientable": topology.is_orientable(), "closed": topology.is_closed(),
-        "consistently_wound": orientation.is_consistent(), "faces_to_turn": orientation.flipped_faces().len(),
+        "consistently_oriented": orientation.is_consistent(), "faces_to_flip": orientation.flipped_faces().len(),
     })
 }
 
@@ -389,11 +389,11 @@ fn curves_text(curves: &SurfaceCurves, report: &CurveReport, all: bool) -> Strin
     let length = |x: f64| rounded(x, 6, x);
     let _ = writeln!(
         text,
-        "curves: {} with {} segments, length {}; {} isolated points",
+        "curves: {} with {}, length {}; {}",
         curves.curves.len(),
-        curves.segment_count(),
+        counted(curves.segment_count(), "segment", "segments"),
         length(report.length()),
-        curves.points.len()
+        counted(curves.points.len(), "isolated point", "isolated points")
     );
     let shown = if all { usize::MAX } else { SHOWN };
     for (i, (curve, facts)) in curves.curves.iter().zip(&report.curves).enumerate().take(shown) {
@@ -401,8 +401,8 @@ fn curves_text(curves: &SurfaceCurves, report: &CurveReport, all: bool) -> Strin
         let closed = if facts.closed { "closed" } else { "open" };
         let _ = writeln!(
             text,
-            "  curve {i}: {kind}, {closed}, {} nodes, length {}",
-            curve.nodes.len(),
+            "  curve {i}: {kind}, {closed}, {}, length {}",
+            counted(curve.nodes.len(), "node", "nodes"),
             length(facts.length)
         );
     }
@@ -414,25 +414,26 @@ fn curves_text(curves: &SurfaceCurves, report: &CurveReport, all: bool) -> Strin
         let largest = gaps.iter().fold(0.0f64, |a, b| a.max(*b));
         let _ = writeln!(
             text,
-            "  {} open ends; the nearest other end is at most {} away",
-            report.open_ends.len(),
+            "  {}; the nearest other end is at most {} away",
+            counted(report.open_ends.len(), "open end", "open ends"),
             length(largest)
         );
     }
-    for (kind, words) in [
-        (MeetingKind::Crossing, "crossings inside faces"),
-        (MeetingKind::SharedNode, "nodes visited more than once"),
-        (MeetingKind::Touching, "nodes that touch another segment"),
+    for (kind, one, several) in [
+        (MeetingKind::Crossing, "crossing inside a face", "crossings inside faces"),
+        (MeetingKind::SharedNode, "node visited more than once", "nodes visited more than once"),
+        (MeetingKind::Touching, "node that touches another segment", "nodes that touch another segment"),
     ] {
         let found: Vec<_> = report.meetings.iter().filter(|m| m.kind == kind).collect();
         if let Some(first) = found.first() {
             let place = together(first.position, ", ");
-            let _ = writeln!(text, "  {} {words} (first: {place})", found.len());
+            let _ = writeln!(text, "  {} (first: {place})", counted(found.len(), one, several));
         }
     }
-    if !report.doubled.is_empty() {
-        let sum = length(report.doubled.iter().map(|d| d.length).sum());
-        let _ = writeln!(text, "  {} pieces covered twice, total length {sum}", report.doubled.len());
+    if !report.overlaps.is_empty() {
+        let sum = length(report.overlaps.iter().map(|d| d.length).sum());
+        let pieces = counted(report.overlaps.len(), "piece", "pieces");
+        let _ = writeln!(text, "  {pieces} covered twice, total length {sum}");
     }
     text
 }
@@ -470,6 +471,6 @@ fn curves_json(curves: &SurfaceCurves, report: &CurveReport, all: bool) -> Value
     json!({
         "curves": each, "points": curves.points.len(), "segments": curves.segment_count(), "length": report.length(),
         "open_ends": ends, "meeting_count": report.meetings.len(), "meetings": meetings,
-        "doubled_pieces": report.doubled.len(), "truncated": report.truncated,
+        "overlaps": report.overlaps.len(), "truncated": report.truncated,
     })
 }

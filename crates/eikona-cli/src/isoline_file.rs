@@ -6,7 +6,7 @@ use crate::session::Session;
 use crate::warned::Warned;
 use clap::Args;
 use eikona::contour::{
-    FLAT, isolines, obj_lines, ply_edges, polylines, round_levels, spaced_levels, svg_paths,
+    FLATNESS_TOLERANCE, isolines, obj_lines, ply_edges, polylines, round_levels, spaced_levels, svg_paths,
 };
 use eikona_mesh::{CurveFile, CurveFormat, Quality, SurfaceCurves, TriangleMesh, VertexField, format_curves};
 use serde_json::json;
@@ -75,7 +75,7 @@ pub fn check_flat_for_svg(arguments: &IsolineArguments, mesh: &TriangleMesh) -> 
     }
     let Some([low, high]) = Quality::of(mesh).bounding_box else { return Ok(()) };
     let size = (high[0] - low[0]).max(high[1] - low[1]);
-    if high[2] - low[2] <= FLAT * size {
+    if high[2] - low[2] <= FLATNESS_TOLERANCE * size {
         return Ok(());
     }
     Err(Failure::Usage(format!(

@@ -12,7 +12,7 @@ use eikona::spatial::Bvh;
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh, write_mesh_bytes};
 use eikona_mesh::shapes::{self, shape_descriptions};
 use eikona_mesh::{
-    CurveFile, CurveFormat, CurveKind, Quality, SpacePolyline, SurfaceCurves, TriangleMesh, damage,
+    CurveFile, CurveFormat, CurveKind, Quality, SpacePolyline, SurfaceCurves, TriangleMesh, counted, damage,
     format_curves,
 };
 use serde_json::json;
@@ -134,7 +134,8 @@ pub fn run(arguments: &MakeArguments, general: &General) -> Result<u8, Failure> 
     session.report.options.insert("seed".into(), json!(arguments.damage.seed));
     session.report.result.insert("vertices".into(), json!(mesh.vertex_count()));
     session.report.result.insert("faces".into(), json!(mesh.face_count()));
-    session.note(&format!("{shape}: {} vertices, {} faces", mesh.vertex_count(), mesh.face_count()));
+    let vertices = counted(mesh.vertex_count(), "vertex", "vertices");
+    session.note(&format!("{shape}: {vertices}, {}", counted(mesh.face_count(), "face", "faces")));
 
     let warnings = if output == Path::new("-") {
         let mut bytes = Vec::new();

@@ -14,7 +14,7 @@ use clap::Args;
 use eikona::signed_heat::{
     DiffusionTime, LevelSets, SignConvention, Solution, SolveOptions, Solver, SolverOptions,
 };
-use eikona_mesh::{CurveKind, SurfaceCurves};
+use eikona_mesh::{CurveKind, SurfaceCurves, counted};
 use eikona_render::{ColorMap, Coloring, Levels, ScalarField, Scene, Values};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -223,15 +223,15 @@ fn solve(
             ("soft_weight", weight),
             ("level_sets_reason", json!(report.level_sets.reason)),
             ("stages", json!(report.stages)),
-            ("real_form", json!(report.preparation.real_form)),
+            ("real_frames", json!(report.preparation.real_frames)),
             ("factor_bytes", json!(report.preparation.factor_bytes)),
             ("needed_bytes", json!(report.preparation.needed_bytes)),
             ("diffusion_residual", json!(report.diffusion_residual)),
             ("integration_residual", json!(report.integration_residual)),
             ("constraint_violation", json!(report.constraint_violation)),
             (
-                "kept_normals",
-                json!(report.kept_normals.as_ref().map(|kept| json!({
+                "normal_constraints",
+                json!(report.normal_constraints.as_ref().map(|kept| json!({
                     "iterations": kept.iterations, "residual": kept.residual, "tolerance": kept.tolerance,
                 }))),
             ),
@@ -244,12 +244,12 @@ fn solve(
     if let Some([low, high]) = range {
         let size = high.abs().max(low.abs());
         session.note(&format!(
-            "distance from {} to {} at {} vertices, to {} segments and {} points",
+            "distance from {} to {} at {}, to {} and {}",
             rounded(low, 6, size),
             rounded(high, 6, size),
-            input.mesh.vertex_count() - undefined,
-            report.source_segments,
-            report.source_points
+            counted(input.mesh.vertex_count() - undefined, "vertex", "vertices"),
+            counted(report.source_segments, "segment", "segments"),
+            counted(report.source_points, "point", "points")
         ));
     }
     session.detail(&format!(

@@ -4,7 +4,7 @@ use crate::exit::Failure;
 use crate::input::vertex_map;
 use crate::session::Session;
 use crate::warned::Warned;
-use eikona_mesh::{Components, MeshError, Seams, Stitched, SurfaceCurves, TriangleMesh, stitch};
+use eikona_mesh::{Components, MeshError, Seams, Stitched, SurfaceCurves, TriangleMesh, counted, stitch};
 use serde_json::{Value, json};
 
 /// Largest distance between boundaries that `--stitch` joins.
@@ -51,9 +51,11 @@ pub fn stitch_mesh(
         String::new()
     };
     session.note(&format!(
-        "stitched: {} vertices merged into others, {} inserted into edges, {} faces split; widest gap \
-         {:.1e}{results}",
-        stitched.joined_vertices, stitched.inserted_vertices, stitched.divided_faces, stitched.largest_gap
+        "stitched: {} merged into others, {} inserted into edges, {} split; widest gap {:.1e}{results}",
+        counted(stitched.joined_vertices, "vertex", "vertices"),
+        stitched.inserted_vertices,
+        counted(stitched.divided_faces, "face", "faces"),
+        stitched.largest_gap
     ));
     let facts = json!({
         "repair": "stitch", "tolerance": tolerance, "joined_vertices": stitched.joined_vertices,
@@ -107,12 +109,13 @@ pub fn warn_of_seams(mesh: &TriangleMesh, source: &SurfaceCurves, session: &mut 
     let mut parts = Vec::new();
     if let Some(h) = seams.hanging.first() {
         let [a, b] = mesh.edge_vertices(h.edge);
-        let (count, vertices) = counted(seams.hanging.len(), "lies inside an edge", "lie inside edges");
-        parts.push(format!("{count} {vertices} of other faces (first: {} between {a} and {b})", h.vertex));
+        let count = seams.hanging.len();
+        let lie = counted(count, "boundary vertex lies inside an edge", "boundary vertices lie inside edges");
+        parts.push(format!("{lie} of other faces (first: {} between {a} and {b})", h.vertex));
     }
     if let Some(j) = seams.joints.first() {
-        let (count, vertices) = counted(seams.joints.len(), "touches", "touch");
-        parts.push(format!("{count} {vertices} another one (first: {} and {})", j.vertex, j.to));
+        let touch = counted(seams.joints.len(), "boundary vertex touches", "boundary vertices touch");
+        parts.push(format!("{touch} another one (first: {} and {})", j.vertex, j.to));
     }
     let gap = match seams.largest_gap() {
         0.0 => String::new(),
@@ -126,8 +129,4 @@ pub fn warn_of_seams(mesh: &TriangleMesh, source: &SurfaceCurves, session: &mut 
     );
     let warned = Warned::new("open_seams", sentence);
     session.warn(warned.with("hanging", seams.hanging.len()).with("joints", seams.joints.len()));
-}
-
-fn counted(count: usize, one: &'static str, many: &'static str) -> (String, &'static str) {
-    if count == 1 { ("1 boundary vertex".into(), one) } else { (format!("{count} boundary vertices"), many) }
 }

@@ -12,7 +12,7 @@ use eikona::spatial::Bvh;
 use eikona_mesh::io::without_gzip;
 use eikona_mesh::{
     Curve, CurveError, CurveFile, CurveFormat, CurveKind, Located, Quality, SpacePolyline, SurfaceCurves,
-    SurfacePoint, TriangleMesh, curve_text, curves_from_lines, read_curves_bytes, segment_host,
+    SurfacePoint, TriangleMesh, counted, curve_text, curves_from_lines, read_curves_bytes, segment_host,
 };
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -326,7 +326,7 @@ fn read_points(
             let left_out = file.curves.curves.len() + file.polylines.len();
             if left_out > 0 && !arguments.curve.contains(path) {
                 let path = path.display();
-                let counted = if left_out == 1 { "1 curve".into() } else { format!("{left_out} curves") };
+                let counted = counted(left_out, "curve", "curves");
                 let sentence =
                     format!("{path} has {counted}, which --points ignores; --curve {path} uses both");
                 session.warn(Warned::new("ignored_curves", sentence).with("count", left_out));
@@ -398,8 +398,8 @@ fn bring_to_mesh(
     }
     if traced_curves + lines.len() > 0 {
         session.detail(&format!(
-            "{name}: traced {} curves; points in space are at most {largest:.3e} from the mesh",
-            traced_curves + lines.len()
+            "{name}: traced {}; points in space are at most {largest:.3e} from the mesh",
+            counted(traced_curves + lines.len(), "curve", "curves")
         ));
     }
     facts.push(json!({

@@ -11,7 +11,7 @@ use crate::source::{SourceArguments, files_read, read_source};
 use crate::winding_file::{Formats, write_outputs};
 use clap::Args;
 use eikona::winding::{
-    Completion, CompletionReport, CompletionShape, Diagnosis, EPSILONS, Orientation, Reference, Solver,
+    Completion, CompletionReport, CompletionShape, Diagnosis, EPSILON_RANGE, Orientation, Reference, Solver,
     SolverOptions, Winding, WindingOptions,
 };
 use eikona_mesh::{Face, SurfaceCurves};
@@ -134,7 +134,7 @@ impl OutputArguments {
 }
 
 fn parse_epsilon(text: &str) -> Result<f64, String> {
-    within(text, &EPSILONS)
+    within(text, &EPSILON_RANGE)
 }
 
 /// Runs the command and returns the exit code.
@@ -302,7 +302,7 @@ fn completion_json(completion: &CompletionReport) -> serde_json::Value {
     json!({
         "pieces": completion.pieces,
         "straightened": completion.straightened,
-        "kept": completion.kept,
+        "on_edges": completion.on_edges,
         "length_before": completion.length_before,
         "length_after": completion.length_after,
     })

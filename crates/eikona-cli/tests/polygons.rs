@@ -35,7 +35,7 @@ fn an_l_has_area_3_planar_distances_and_regions_of_area_2_and_1() {
     assert_eq!(facts["topology"]["components"][0]["euler_characteristic"], 1);
     let text = folder.done("inspect L.obj");
     assert!(text.text().contains("1 not convex (first: face 0)"), "{}", text.text());
-    assert!(text.stderr.contains("triangulated 1 polygons into 4 triangles"), "{}", text.stderr);
+    assert!(text.stderr.contains("triangulated 1 polygon into 4 triangles"), "{}", text.stderr);
 
     // From (0, 1) to the reflex corner: the unit square above it is on the left.
     folder.write("line.obj", "v 0 1 0\nv 1 1 0\nl 1 2\n");
@@ -74,7 +74,7 @@ fn a_polygon_with_a_hole_has_area_8_and_is_not_dropped() {
 fn a_bow_tie_gives_a_warning() {
     let folder = Folder::new();
     folder.write("tie.obj", "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n");
-    folder.warned("inspect tie.obj", &["tie.obj", "1 self-crossing polygons (first: face 0)"]);
+    folder.warned("inspect tie.obj", &["tie.obj", "1 self-crossing polygon (first: face 0)"]);
     let facts = inspected(&folder, "tie.obj");
     assert_eq!(facts["polygons"]["self_crossing"], json!({"count": 1, "first": 0}));
 }

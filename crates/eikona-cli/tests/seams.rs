@@ -51,7 +51,7 @@ fn a_t_junction_is_reported_and_stitched() {
         &["1 boundary vertex lies inside an edge", "vertex 4 between vertex 1 and vertex 2", "--stitch"],
     );
     let stitched = folder.done("sdf t.obj --curve c.obj -o d.csv --stitch --strict --report r.json");
-    assert!(stitched.stderr.contains("1 inserted into edges, 1 faces split"), "{}", stitched.stderr);
+    assert!(stitched.stderr.contains("1 inserted into edges, 1 face split"), "{}", stitched.stderr);
     let right = [0.0, 1.0, 1.0, 0.0, 1.0, 2.0, 2.0, 2.0];
     for (v, (d, right)) in folder.column("d.csv", "distance").iter().zip(right).enumerate() {
         assert!((d - right).abs() < 1e-12, "vertex {v}: {d}, not {right}");
@@ -168,7 +168,7 @@ fn curve_files_keep_the_numbers_of_the_file_after_stitching() {
     // Edges 5 and 7 of the file connect vertex 1 to 5 and to 6; the split face precedes them.
     folder.write("n.txt", "signed_curve\ne 5 0.5\ne 7 0.5\n");
     let by_file = folder.done("inspect t.obj --stitch --curve n.txt").text();
-    assert!(by_file.contains("1 segments, length 0.250000;"), "{by_file}");
+    assert!(by_file.contains("1 segment, length 0.250000;"), "{by_file}");
     folder.done("winding t.obj --stitch --curve x1.json --reference 5 --keep-short -o w.csv");
     let parents = folder.column("w.csv", "parent");
     // The node at (1, 0.25) splits the lower part of face 0 again, and face 3 next to it.

@@ -121,8 +121,8 @@ fn inspection_counts_faults_and_pieces() {
     let facts: serde_json::Value = serde_json::from_slice(&outcome.stdout).unwrap();
     assert_eq!(facts["topology"]["components"][0]["genus"], 1);
     assert_eq!(facts["topology"]["euler_characteristic"], 0);
-    assert_eq!(facts["topology"]["consistently_wound"], false);
-    assert_eq!(facts["topology"]["faces_to_turn"], 40);
+    assert_eq!(facts["topology"]["consistently_oriented"], false);
+    assert_eq!(facts["topology"]["faces_to_flip"], 40);
     let flipped = &facts["faults"]["inconsistent_edges"];
     assert!(flipped["count"].as_u64().unwrap() > 50);
     assert_eq!(flipped["first"].as_array().unwrap().len(), 5);

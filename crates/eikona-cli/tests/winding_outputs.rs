@@ -92,7 +92,7 @@ fn gaps_are_closed_straight_or_along_edges() {
     let report = std::fs::read_to_string(folder.0.join("r.json")).unwrap();
     let report: serde_json::Value = serde_json::from_str(&report).unwrap();
     let completion = &report["result"]["completion"];
-    assert!(completion["straightened"] == 1 && completion["kept"] == 0, "{completion}");
+    assert!(completion["straightened"] == 1 && completion["on_edges"] == 0, "{completion}");
     assert!((completion["length_after"].as_f64().unwrap() - 0.6).abs() < 1e-9, "{completion}");
     folder.done(&format!("{solve} --completion-shape edges"));
     assert!(longest(&folder) > 0.1, "a path along edges deviates");

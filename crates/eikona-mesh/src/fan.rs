@@ -1,8 +1,8 @@
 //! Vertex fans: the faces around a vertex, in the order in which they share edges.
 
-use crate::disjoint_sets::DisjointSets;
 use crate::id::{Corner, Edge, Halfedge, Vertex};
 use crate::mesh::{Neighbour, TriangleMesh};
+use crate::union_find::UnionFind;
 
 /// A maximal chain of faces around a vertex, each sharing an edge at the vertex with the next.
 ///
@@ -197,11 +197,11 @@ pub(crate) fn far_boundary(mesh: &TriangleMesh, h: Halfedge, v: Vertex) -> Optio
 
 /// Sets of corners that are joined across edges at their vertex, nonmanifold edges included: one
 /// set per umbrella of a vertex. Faces of fans that meet at a nonmanifold edge are in one set.
-pub(crate) fn umbrellas(mesh: &TriangleMesh) -> DisjointSets {
+pub(crate) fn umbrellas(mesh: &TriangleMesh) -> UnionFind {
     let corner_at = |h: Halfedge, v: Vertex| {
         if mesh.origin(h) == v { h.corner() } else { h.next().corner() }
     };
-    let mut sets = DisjointSets::new(mesh.halfedge_count());
+    let mut sets = UnionFind::new(mesh.halfedge_count());
     for e in mesh.edges() {
         for v in mesh.edge_vertices(e) {
             for pair in mesh.edge_halfedges(e).windows(2) {
@@ -240,7 +240,7 @@ mod tests {
         let mut umbrellas = umbrellas(&fin());
         let corners = fin().vertex_corners(Vertex(0)).to_vec();
         let one =
-            |i: usize, j: usize, sets: &mut DisjointSets| sets.find(corners[i].0) == sets.find(corners[j].0);
+            |i: usize, j: usize, sets: &mut UnionFind| sets.find(corners[i].0) == sets.find(corners[j].0);
         assert!(one(0, 2, &mut umbrellas) && !one(0, 3, &mut umbrellas));
     }
 

@@ -9,7 +9,6 @@
 mod curve;
 mod curve_io;
 pub mod damage;
-mod disjoint_sets;
 mod error;
 mod fan;
 mod field;
@@ -29,6 +28,7 @@ pub mod shapes;
 mod slivers;
 mod stitch;
 mod topology;
+mod union_find;
 mod validate;
 pub mod vector;
 mod warning;
@@ -38,7 +38,6 @@ pub use curve_io::{
     CurveFile, CurveFormat, SpacePolyline, curve_text, curves_from_lines, format_curves, read_curves,
     read_curves_bytes, write_curves, write_curves_json,
 };
-pub use disjoint_sets::DisjointSets;
 pub use error::{CurveError, Fault, FileError, MeshError};
 pub use fan::{Crossing, VertexFan};
 pub use field::{CornerField, EdgeField, FaceField, Field, HalfedgeField, VertexField};
@@ -57,5 +56,6 @@ pub use seams::{HangingVertex, Joint, SEAM_TOLERANCE, Seams};
 pub use slivers::{SLIVER, Sliver, slivers};
 pub use stitch::{Stitched, stitch};
 pub use topology::{BoundaryLoop, Component, Components, NonmanifoldVertex, Topology};
+pub use union_find::UnionFind;
 pub use validate::validate;
-pub use warning::FileWarning;
+pub use warning::{FileWarning, counted};

@@ -42,7 +42,7 @@ pub struct RepairedPolygons {
 ///
 /// # Errors
 /// [`MeshError::Parameter`] if the tolerance is negative, not finite, or too small relative to the
-/// coordinates to exceed rounding (below 2^-44 of the largest coordinate); use 0 instead.
+/// coordinates to exceed rounding (below 1e-13 of the largest coordinate); use 0 instead.
 ///
 /// # Cost
 /// O(V + F); for a million separate triangles about 0.5 s at tolerance 0 and 1 s at a larger one.
@@ -270,9 +270,9 @@ pub(crate) fn keep_vertices(positions: &[[f64; 3]], target: &[u32]) -> (Vec<[f64
 /// target.
 fn weld_targets(positions: &[[f64; 3]], tolerance: f64) -> Result<Vec<u32>, MeshError> {
     let largest = positions.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
-    // Cell coordinates in the grid of `nearest_kept` must be exact to a small part of a cell: 2^-10
-    // with this bound.
-    const TOLERANCES: f64 = (1u64 << 44) as f64;
+    // Cell coordinates in the grid of `nearest_kept` must be exact to a small part of a cell: below
+    // 2^-10 with this bound.
+    const TOLERANCES: f64 = 1e13;
     if !tolerance.is_finite() || tolerance < 0.0 || (tolerance > 0.0 && largest / tolerance > TOLERANCES) {
         return Err(MeshError::Parameter {
             name: "tolerance",

@@ -1,12 +1,12 @@
 //! The topology of a mesh: connected components, sheets, boundary loops, Euler characteristic,
 //! genus, and nonmanifold elements.
 
-use crate::disjoint_sets::DisjointSets;
 use crate::fan::{far_boundary, umbrellas};
 use crate::field::{FaceField, VertexField};
 use crate::id::{Edge, Face, Halfedge, Vertex};
 use crate::mesh::TriangleMesh;
 use crate::orientation::Flood;
+use crate::union_find::UnionFind;
 
 /// The topology of a triangle mesh of any kind. It depends on the faces only, not on positions.
 ///
@@ -43,7 +43,7 @@ pub struct Topology {
     pub boundary_loops: Vec<BoundaryLoop>,
     /// Number of connected components of the boundary. Loops that touch at a vertex are one
     /// component, so this is at most the number of loops, and equal to it on a manifold.
-    pub boundary_piece_count: usize,
+    pub boundary_component_count: usize,
     /// V - E + F, where V excludes unreferenced vertices.
     pub euler_characteristic: i64,
     /// Edges with more than two faces, in increasing order.
@@ -141,7 +141,7 @@ impl Topology {
             component_of_vertex,
             components: Vec::new(),
             boundary_loops,
-            boundary_piece_count: boundary.piece_count(mesh),
+            boundary_component_count: boundary.component_count(mesh),
             euler_characteristic: (mesh.vertex_count() - unreferenced_vertices.len()) as i64
                 - mesh.edge_count() as i64
                 + mesh.face_count() as i64,
@@ -222,7 +222,7 @@ impl Topology {
 
 /// Returns the sheet of each face, numbered by first face, and the number of sheets.
 fn sheets(mesh: &TriangleMesh) -> (FaceField<u32>, usize) {
-    let mut sets = DisjointSets::new(mesh.face_count());
+    let mut sets = UnionFind::new(mesh.face_count());
     for e in mesh.edges() {
         for pair in mesh.edge_halfedges(e).windows(2) {
             sets.join(pair[0].face().0, pair[1].face().0);
@@ -256,7 +256,7 @@ impl Components {
 }
 
 fn connect_through_vertices(mesh: &TriangleMesh) -> (FaceField<u32>, VertexField<Option<u32>>, usize) {
-    let mut sets = DisjointSets::new(mesh.vertex_count());
+    let mut sets = UnionFind::new(mesh.vertex_count());
     for &[a, b, c] in mesh.triangles() {
         sets.join(a, b);
         sets.join(a, c);
@@ -369,8 +369,8 @@ impl Boundary {
     }
 
     /// Returns the number of components when edges are connected through vertices.
-    fn piece_count(&self, mesh: &TriangleMesh) -> usize {
-        let mut sets = DisjointSets::new(mesh.vertex_count());
+    fn component_count(&self, mesh: &TriangleMesh) -> usize {
+        let mut sets = UnionFind::new(mesh.vertex_count());
         for &h in &self.halfedges {
             sets.join(mesh.origin(h).0, mesh.tip(h).0);
         }

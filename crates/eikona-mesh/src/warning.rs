@@ -239,6 +239,7 @@ impl fmt::Display for FileWarning {
                  joined"
             ),
             NoMesh => write!(f, "the scene contains no mesh"),
+            IgnoredElements { element, count: 1 } => write!(f, "1 element \"{element}\" was ignored"),
             IgnoredElements { element, count } => write!(f, "{count} elements \"{element}\" were ignored"),
             IgnoredFields { element, names, reason } => {
                 write!(f, "fields of \"{element}\" were ignored: {}", names.join(", "))?;
@@ -253,28 +254,33 @@ impl fmt::Display for FileWarning {
                 names.join(", ")
             ),
             MissingValues { field, count: Some(count) } => {
-                write!(f, "{count} vertices have no {field}; it is NaN there")
+                write!(f, "{} no {field}; it is NaN there", counted(*count, "vertex has", "vertices have"))
             }
             MissingValues { field, count: None } => {
                 write!(f, "some vertices have no {field}; it is NaN there")
             }
             StripJoints { count } => {
-                write!(f, "{count} degenerate triangles that join strips were omitted")
+                let triangles = counted(*count, "degenerate triangle", "degenerate triangles");
+                write!(f, "omitted {triangles} joining strips")
             }
             VertexCells { count } => {
-                write!(f, "{count} vertex cells were ignored; their points were kept")
+                let cells = counted(*count, "vertex cell", "vertex cells");
+                write!(f, "ignored {cells}; their points were kept")
             }
             SkinnedMeshes { count, first_node } => write!(
                 f,
-                "{count} skinned meshes (first: node {first_node}) were read as stored: their joints are ignored \
-                 and, as the specification requires, so is the transform of the node"
+                "read {} as stored (first: node {first_node}): the joints are ignored and, as the specification \
+                 requires, so is the transform of the node",
+                counted(*count, "skinned mesh", "skinned meshes")
             ),
             MorphTargets { count, first_mesh } => {
-                write!(f, "the morph targets of {count} meshes (first: mesh {first_mesh}) were ignored")
+                let meshes = counted(*count, "mesh", "meshes");
+                write!(f, "the morph targets of {meshes} (first: mesh {first_mesh}) were ignored")
             }
             Instances { count, first_node } => write!(
                 f,
-                "{count} nodes (first: node {first_node}) have instances of their mesh, which were ignored"
+                "ignored the mesh instances of {} (first: node {first_node})",
+                counted(*count, "node", "nodes")
             ),
             LostDigits { faces, of, spacing, reach } => write!(
                 f,
@@ -293,7 +299,8 @@ impl fmt::Display for FileWarning {
                     format.name()
                 )?;
                 if *collapsed > 0 {
-                    write!(f, "; {collapsed} of {of} positions then coincide with others")?;
+                    let coincide = if *collapsed == 1 { "coincides" } else { "coincide" };
+                    write!(f, "; {collapsed} of {of} positions then {coincide} with others")?;
                 }
                 write!(f, "; write .ply, .vtp, .obj or .off, or move the mesh closer to the origin")
             }
@@ -319,4 +326,15 @@ impl fmt::Display for FileWarning {
             }
         }
     }
+}
+
+/// Returns a count with its noun.
+///
+/// ```
+/// use eikona_mesh::counted;
+/// assert_eq!(counted(1, "vertex", "vertices"), "1 vertex");
+/// assert_eq!(counted(0, "face was", "faces were") + " flipped", "0 faces were flipped");
+/// ```
+pub fn counted(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
 }

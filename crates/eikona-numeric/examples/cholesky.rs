@@ -118,7 +118,7 @@ impl Torus {
         let (numeric, factor) = fastest(factor);
         let solve = |count: usize| fastest(|| factor.solve_many(&self.rhs[..count]).expect("finite"));
         let measured = [1, 2, 8].map(solve);
-        let residuals = measured[2].1.iter().zip(&self.rhs).map(|(x, rhs)| factor.residual(x, rhs));
+        let residuals = measured[2].1.iter().zip(&self.rhs).map(|(x, rhs)| factor.relative_residual(x, rhs));
         Measured {
             symbolic,
             numeric,
@@ -180,7 +180,7 @@ impl Torus {
         let symbolic_of_ours =
             Symbolic::new(&self.graph, Ordering::Given(&self.order)).expect("a valid pattern");
         let ours = Cholesky::new(symbolic_of_ours.into(), &self.matrix).expect("definite");
-        let residuals = measured[2].1.chunks(n).zip(&self.rhs).map(|(x, rhs)| ours.residual(x, rhs));
+        let residuals = measured[2].1.chunks(n).zip(&self.rhs).map(|(x, rhs)| ours.relative_residual(x, rhs));
         Measured {
             symbolic,
             numeric,

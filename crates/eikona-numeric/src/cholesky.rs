@@ -184,7 +184,7 @@ impl<T: Scalar> Cholesky<T> {
     ///
     /// # Panics
     /// If `x` or `rhs` has fewer values than unknowns.
-    pub fn residual(&self, x: &[T], rhs: &[T]) -> f64 {
+    pub fn relative_residual(&self, x: &[T], rhs: &[T]) -> f64 {
         let s = &*self.symbolic;
         // In elimination order, neighbours lie close together in memory.
         let x: Vec<T> = s.order().iter().map(|&i| x[i as usize]).collect();

@@ -38,7 +38,7 @@ pub use compressed_rows::CompressedRows;
 pub use conjugate_gradient::ConjugateGradient;
 pub use error::NumericError;
 pub use flow::{
-    Certificate, Contradiction, FlowError, JumpMethod, JumpOptions, JumpSolution, JumpStatistics, JumpTerm,
+    Certificate, InfeasibleCycle, JumpError, JumpMethod, JumpOptions, JumpSolution, JumpStatistics, JumpTerm,
     minimise_jumps,
 };
 pub use graph::Graph;

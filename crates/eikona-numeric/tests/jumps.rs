@@ -6,7 +6,7 @@ mod jump_instances;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT};
 use eikona_numeric::{
-    Contradiction, FlowError, JumpMethod, JumpOptions, JumpSolution, JumpTerm, minimise_jumps,
+    InfeasibleCycle, JumpError, JumpMethod, JumpOptions, JumpSolution, JumpTerm, minimise_jumps,
 };
 use jump_instances::*;
 
@@ -202,19 +202,19 @@ fn errors_name_the_term() {
     let good = term(0, 1, 0.0, 1.0, None);
     let error_for = |bad: JumpTerm| minimise_jumps(2, &[good, bad], &JumpOptions::default()).unwrap_err();
     for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        let error = |what| FlowError::NonFinite { term: 1, what };
+        let error = |what| JumpError::NonFinite { term: 1, what };
         assert_eq!(error_for(JumpTerm { shift: value, ..good }), error("shift"));
         assert_eq!(error_for(JumpTerm { weight: value, ..good }), error("weight"));
         assert_eq!(error_for(JumpTerm { limit: Some(value), ..good }), error("limit"));
     }
-    assert_eq!(error_for(term(0, 1, 0.0, -1.0, None)), FlowError::NegativeWeight { term: 1, weight: -1.0 });
+    assert_eq!(error_for(term(0, 1, 0.0, -1.0, None)), JumpError::NegativeWeight { term: 1, weight: -1.0 });
     assert_eq!(
         error_for(term(0, 1, 0.0, 1.0, Some(0.0))),
-        FlowError::NonPositiveLimit { term: 1, limit: 0.0 }
+        JumpError::NonPositiveLimit { term: 1, limit: 0.0 }
     );
-    assert_eq!(error_for(term(0, 2, 0.0, 1.0, None)), FlowError::NoSuchNode { term: 1, node: 2, nodes: 2 });
+    assert_eq!(error_for(term(0, 2, 0.0, 1.0, None)), JumpError::NoSuchNode { term: 1, node: 2, nodes: 2 });
     let options = JumpOptions { perturbation: f64::NAN, ..JumpOptions::default() };
-    assert!(matches!(minimise_jumps(2, &[good], &options), Err(FlowError::BadPerturbation { .. })));
+    assert!(matches!(minimise_jumps(2, &[good], &options), Err(JumpError::BadPerturbation { .. })));
 }
 
 #[test]
@@ -225,13 +225,13 @@ fn infeasible_limits_are_reported() {
         terms[2].shift = -0.5;
         terms.push(term(5, 2, 0.0, 1.0, Some(1.0)));
         terms.push(term(0, 2, 0.0, 1.0, None));
-        let [mut cycle] = contradictions(6, &terms, &with(method)).try_into().unwrap();
+        let [mut cycle] = infeasible_cycles(6, &terms, &with(method)).try_into().unwrap();
         cycle.terms.sort_unstable();
         assert_eq!(cycle.terms, [0, 1, 2, 3, 4]);
         assert!((cycle.excess - 0.5).abs() < 1e-15);
         // More than the sum of all limits.
         terms[2].shift = 5.25;
-        let [cycle] = contradictions(6, &terms, &with(method)).try_into().unwrap();
+        let [cycle] = infeasible_cycles(6, &terms, &with(method)).try_into().unwrap();
         assert_eq!((cycle.terms.len(), cycle.excess), (5, 0.25));
         // Exactly the sum of all limits.
         terms[2].shift = 5.0;
@@ -239,13 +239,13 @@ fn infeasible_limits_are_reported() {
         assert_eq!(jumps[..5], [1.0; 5]);
     }
     let loops: Vec<_> = [0.5, 2.0, -3.0].map(|shift| term(0, 0, shift, 1.0, Some(1.0))).into();
-    let named = |e, excess| Contradiction { terms: vec![e], excess };
-    assert_eq!(contradictions(1, &loops, &JumpOptions::default()), [named(1, 1.0), named(2, 3.0)]);
+    let named = |e, excess| InfeasibleCycle { terms: vec![e], excess };
+    assert_eq!(infeasible_cycles(1, &loops, &JumpOptions::default()), [named(1, 1.0), named(2, 3.0)]);
 }
 
-fn contradictions(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Vec<Contradiction> {
+fn infeasible_cycles(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Vec<InfeasibleCycle> {
     match minimise_jumps(nodes, terms, options) {
-        Err(FlowError::Infeasible { cycles, .. }) => cycles,
+        Err(JumpError::Infeasible { cycles, .. }) => cycles,
         other => panic!("{other:?}"),
     }
 }
@@ -272,7 +272,7 @@ fn all_infeasible_cycles_are_reported_at_once() {
     // Add these after the rings, so that ring terms keep their indices.
     terms.extend((1..nodes).map(|v| term(v - 1, v, 0.0, 1.0, None)));
     let error = minimise_jumps(nodes as usize, &terms, &JumpOptions::default()).unwrap_err();
-    let FlowError::Infeasible { cycles, work } = &error else { panic!("{error}") };
+    let JumpError::Infeasible { cycles, work } = &error else { panic!("{error}") };
     let mut found: Vec<_> = cycles.iter().map(|cycle| cycle.terms.clone()).collect();
     found.iter_mut().for_each(|terms| terms.sort_unstable());
     found.sort();
@@ -283,7 +283,7 @@ fn all_infeasible_cycles_are_reported_at_once() {
 
     let options = JumpOptions { work_limit: 10_000, ..JumpOptions::default() };
     let error = minimise_jumps(nodes as usize, &terms, &options).unwrap_err();
-    assert_eq!(error, FlowError::WorkLimit { work: 10_000 });
+    assert_eq!(error, JumpError::WorkLimit { work: 10_000 });
 }
 
 #[test]
@@ -304,7 +304,9 @@ fn all_terms_boxed() {
             term.shift -= 0.6;
         }
         let mut met = vec![false; nodes];
-        for Contradiction { terms: cycle, excess } in contradictions(nodes, &terms, &JumpOptions::default()) {
+        for InfeasibleCycle { terms: cycle, excess } in
+            infeasible_cycles(nodes, &terms, &JumpOptions::default())
+        {
             // The terms form a cycle: every node occurs twice, and in no other cycle.
             let mut ends: Vec<u32> = cycle.iter().flat_map(|&e| [terms[e].from, terms[e].to]).collect();
             ends.sort_unstable();
@@ -377,7 +379,7 @@ fn work_limit_is_respected() {
     for method in METHODS {
         let options = JumpOptions { work_limit: 20_000, ..with(method) };
         let result = minimise_jumps(nodes, &terms, &options);
-        assert_eq!(result, Err(FlowError::WorkLimit { work: 20_000 }));
+        assert_eq!(result, Err(JumpError::WorkLimit { work: 20_000 }));
     }
 }
 

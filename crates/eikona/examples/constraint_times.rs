@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("  {phase:14} {:8.1} ms", duration.as_secs_f64() * 1e3);
     }
     println!("  residuals {:.1e} {:.1e}", report.diffusion_residual, report.integration_residual);
-    println!("  normals {:?}", report.kept_normals);
+    println!("  normals {:?}", report.normal_constraints);
     println!("  constraint violation {:?}", report.constraint_violation);
     if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
         status.lines().filter(|line| line.starts_with("VmHWM")).for_each(|line| println!("  {line}"));

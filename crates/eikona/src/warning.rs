@@ -1,7 +1,7 @@
 //! Warnings of all solvers, as data.
 
 use crate::curves::SegmentId;
-use eikona_mesh::{Face, SurfacePoint, Vertex};
+use eikona_mesh::{Face, SurfacePoint, Vertex, counted};
 use serde::Serialize;
 use std::fmt;
 
@@ -415,11 +415,6 @@ impl fmt::Display for Warning {
             }
         }
     }
-}
-
-/// Formats a count with its noun: "1 face", "2 faces".
-fn counted(count: usize, one: &str, several: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { several })
 }
 
 /// Names nodes, at most the first five: "node 7", "nodes 1, 3".

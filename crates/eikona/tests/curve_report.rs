@@ -30,7 +30,7 @@ fn lengths_and_open_ends() {
     assert!(!found.curves[0].closed);
     let nearest: Vec<_> = found.open_ends.iter().map(|e| e.nearest.unwrap()).collect();
     assert_eq!(nearest[1], (0, 0.25), "the end of the square is nearest to its own start");
-    assert_eq!((found.meetings.len(), found.doubled.len()), (0, 0));
+    assert_eq!((found.meetings.len(), found.overlaps.len()), (0, 0));
     let closed = report(&mesh, vec![Curve::signed(vertices(&[6, 7, 12, 6]))]);
     assert!(closed.curves[0].closed && closed.open_ends.is_empty() && closed.meetings.is_empty());
 }
@@ -72,11 +72,11 @@ fn doubled_pieces_and_segments_across_faces() {
     let set = SurfaceCurves { curves, points: Vec::new() };
     let found = CurveReport::of(&mesh, &set).unwrap();
     let id = |curve, node| SegmentId { curve, node };
-    assert_eq!(found.doubled.len(), 2);
-    assert_eq!(found.doubled[0].segments, [id(0, 0), id(1, 0)]);
-    assert_eq!((found.doubled[0].same_direction, found.doubled[0].length), (false, 0.5));
-    assert_eq!(found.doubled[1].segments, [id(0, 1), id(2, 0)]);
-    assert_eq!((found.doubled[1].same_direction, found.doubled[1].length), (true, 0.25));
+    assert_eq!(found.overlaps.len(), 2);
+    assert_eq!(found.overlaps[0].segments, [id(0, 0), id(1, 0)]);
+    assert_eq!((found.overlaps[0].same_direction, found.overlaps[0].length), (false, 0.5));
+    assert_eq!(found.overlaps[1].segments, [id(0, 1), id(2, 0)]);
+    assert_eq!((found.overlaps[1].same_direction, found.overlaps[1].length), (true, 0.25));
     assert_eq!(found.curves[3].across_faces, [0]);
     assert_eq!(found.curves[3].zero_length, [1]);
     assert_eq!(found.warnings(&set).len(), 3);
@@ -137,7 +137,7 @@ fn curves_of_the_data_folder_are_reported() {
             found.length(),
             found.open_ends.len(),
             found.meetings.len(),
-            found.doubled.len(),
+            found.overlaps.len(),
             found.warnings(&file.curves)
         );
         assert!(found.curves.iter().all(|c| c.across_faces.is_empty()));
@@ -169,6 +169,6 @@ fn a_hub_passed_many_times_is_fast() {
         let there_and_back = (0..n).flat_map(|i| [0, 1 + i * 7919 % n]).chain([0]);
         let found = report(&fan, vec![Curve::signed(there_and_back.map(Vertex))]);
         assert!(found.curves[0].closed && !found.curves[0].one_sided);
-        assert!(found.truncated && found.doubled.iter().all(|d| !d.same_direction));
+        assert!(found.truncated && found.overlaps.iter().all(|d| !d.same_direction));
     }
 }

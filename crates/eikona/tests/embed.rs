@@ -2,7 +2,7 @@
 
 mod embedding;
 mod shapes;
-use eikona::cut::{EmbedError, SHORT, embed_curves};
+use eikona::cut::{EmbedError, SHORT_PIECE_EDGES, embed_curves};
 use eikona_mesh::{
     Curve, CurveError, CurveKind, Face, MeshError, SurfaceCurves, SurfacePoint, Topology, TriangleMesh,
     Vertex, VertexField,
@@ -165,7 +165,7 @@ fn short_pieces_get_eight_edges() {
     ]));
     let finer = embed_with("short inside", &mesh, &curves, 0.0).split_short().unwrap();
     check("short inside, finer", &mesh, &curves, &finer, 0.0);
-    assert!(finer.curves[0].segments.len() >= SHORT);
+    assert!(finer.curves[0].segments.len() >= SHORT_PIECE_EDGES);
 }
 
 #[test]

@@ -187,7 +187,7 @@ fn two_sided_curve_on_a_moebius_band() {
     let source = SurfaceCurves { curves, points: Vec::new() };
     for level_sets in [LevelSets::Free, LevelSets::Zero] {
         let solution = solve(&mesh, &source, PAPER_TIME, level_sets);
-        assert!(solution.report.preparation.real_form);
+        assert!(solution.report.preparation.real_frames);
         assert!(!solution.report.all_warnings().any(|w| w.kind() == "one_sided_curve"));
         let worst = largest_difference(solution.distance.as_slice(), &exact);
         println!("two-sided on a Moebius band, {level_sets:?}: {worst:.2e}");

@@ -24,7 +24,7 @@ fn factor_of_a_book_is_linear_in_its_pages() {
     };
     let (small, large) = (solve(500), solve(2000));
     let bytes = |s: &eikona::signed_heat::Solution| s.report.preparation.factor_bytes as f64;
-    assert!(small.report.preparation.real_form);
+    assert!(small.report.preparation.real_frames);
     assert!(bytes(&large) < 5.0 * bytes(&small), "{} and {} bytes", bytes(&small), bytes(&large));
     // The result is the same on all pages.
     let outer = &large.distance.as_slice()[2..];

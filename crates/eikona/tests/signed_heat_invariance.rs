@@ -184,7 +184,7 @@ fn flipped_faces_change_nothing() {
             assert_same(&name, before.distance.as_slice(), after.distance.as_slice(), tolerance(level_sets));
             let warned = after.report.all_warnings().any(|w| w.kind() == "faces_flipped");
             assert!(warned, "{name}: no warning");
-            assert!(!after.report.preparation.real_form);
+            assert!(!after.report.preparation.real_frames);
         }
     }
 }
@@ -202,7 +202,7 @@ fn flipped_faces_change_nothing_in_the_real_form() {
     let mesh = TriangleMesh::new(positions, faces).unwrap();
     let source = zero_level(&mesh, |p| 0.9 * (p[0] - 3.3) + 0.1 * p[1]);
     let before = solve(&mesh, &source, PAPER_TIME, LevelSets::Free);
-    assert!(before.report.preparation.real_form);
+    assert!(before.report.preparation.real_frames);
     for seed in 0..3 {
         let flipped = damage::flip_faces(&mesh, 0.3, seed).unwrap().mesh;
         let after = solve(&flipped, &source, PAPER_TIME, LevelSets::Free);

@@ -46,7 +46,7 @@ fn fin_on_a_strip() {
         let source = SurfaceCurves::from_curve(Curve::signed(curve));
         for level_sets in [LevelSets::Free, LevelSets::Zero] {
             let solution = solve(&mesh, &source, PAPER_TIME, level_sets);
-            assert!(solution.report.preparation.real_form);
+            assert!(solution.report.preparation.real_frames);
             for v in mesh.vertices() {
                 let [x, _, z] = mesh.position(v);
                 let d = solution.distance[v];
@@ -387,7 +387,7 @@ fn curves_through_a_hub_of_many_faces() {
     let across = Curve::signed([rim(n / 2), 0, rim(0)].map(Vertex));
     let source = SurfaceCurves { curves: vec![across; 200], points: Vec::new() };
     let solution = solve(&mesh, &source, DiffusionTime::Coefficient(10.0), LevelSets::Zero);
-    assert!(solution.report.preparation.real_form);
+    assert!(solution.report.preparation.real_frames);
     for v in mesh.vertices().filter(|&v| mesh.position(v)[1].abs() > 0.1) {
         // Most faces are counter-clockwise, so left is above.
         let y = mesh.position(v)[1];

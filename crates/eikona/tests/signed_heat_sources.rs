@@ -189,7 +189,7 @@ fn preserved_normals_keep_corners() {
     let options = SolveOptions { preserve_source_normals: true, ..SolveOptions::default() };
     let solution = solver(&mesh, PAPER_TIME).solve(&line, &options).unwrap();
     assert!(errors(&mesh, solution.distance.as_slice(), |p| p[0] - 0.7).largest < 1e-7);
-    assert_eq!(solution.report.kept_normals.unwrap().iterations, 0);
+    assert_eq!(solution.report.normal_constraints.unwrap().iterations, 0);
     assert!(solution.report.warnings.is_empty());
 }
 
@@ -254,7 +254,7 @@ fn preserved_normals_take_few_iterations() {
                 let options = SolveOptions { preserve_source_normals: true, ..levels(LevelSets::Free) };
                 let solver = solver(mesh, DiffusionTime::Coefficient(coefficient));
                 let report = solver.solve(&source, &options).unwrap().report;
-                let kept = report.kept_normals.clone().unwrap();
+                let kept = report.normal_constraints.clone().unwrap();
                 println!("{name}, {curve}, coefficient {coefficient}: {kept:?}");
                 assert!(kept.iterations <= 24 && kept.residual <= kept.tolerance, "{kept:?}");
                 assert!(
@@ -296,7 +296,7 @@ fn contradictory_normals() {
         let options = SolveOptions { preserve_source_normals: true, ..levels(LevelSets::Free) };
         let solution =
             solver(&mesh, DiffusionTime::Coefficient(coefficient)).solve(&source, &options).unwrap();
-        let kept = solution.report.kept_normals.clone().unwrap();
+        let kept = solution.report.normal_constraints.clone().unwrap();
         println!("contradictory, coefficient {coefficient}: {kept:?}");
         assert!(solution.distance.as_slice().iter().all(|d| d.is_finite()));
         let warned = solution.report.warnings.iter().any(|w| w.kind() == "tilted_normals");

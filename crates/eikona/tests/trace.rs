@@ -45,7 +45,7 @@ fn a_line_on_a_flat_grid_keeps_its_length() {
         let traced = trace(&mesh, &[a, b], false);
         let exact = ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)).sqrt();
         assert!((length(&mesh, &traced.curve) - exact).abs() < 1e-11, "{a:?} {b:?}");
-        assert!(traced.subdivided.is_empty() && traced.edge_paths.is_empty());
+        assert!(traced.subdivided.is_empty() && traced.replaced.is_empty());
     }
     let along = trace(&mesh, &[[0.0, 0.0, 1.0], [1.0, 0.0, 1.0]], false);
     assert_eq!(along.curve.nodes.len(), 38);
@@ -67,7 +67,7 @@ fn a_latitude_circle_converges_to_its_length() {
                 })
                 .collect();
             let traced = trace(&mesh, &circle, true);
-            assert!(traced.edge_paths.is_empty());
+            assert!(traced.replaced.is_empty());
             (length(&mesh, &traced.curve) - TAU * r).abs()
         })
         .into();
@@ -112,7 +112,7 @@ fn the_shortest_path_replaces_a_walk_around_a_hole() {
     let mesh = TriangleMesh::new(mesh.positions().to_vec(), keep).unwrap();
     let traced = trace(&mesh, &[[0.1, 0.5, 0.0], [0.9, 0.5, 0.0]], false);
     // The hole is equally wide on both sides of the line.
-    assert_eq!((traced.edge_paths.len(), traced.ambiguous.len(), traced.warnings().len()), (1, 1, 2));
+    assert_eq!((traced.replaced.len(), traced.ambiguous.len(), traced.warnings().len()), (1, 1, 2));
     let exact = 2.0 * (0.2f64.powi(2) + 0.2f64.powi(2)).sqrt() + 0.4;
     let found = length(&mesh, &traced.curve);
     println!("round a hole: {found}, shortest {exact}");
@@ -136,7 +136,7 @@ fn random_polylines_on_rough_surfaces() {
         let traced = trace(&mesh, &points, closed);
         walked += traced.curve.nodes.len();
         halved += traced.subdivided.len();
-        replaced += traced.edge_paths.len();
+        replaced += traced.replaced.len();
         // A traced curve stays as it is.
         let again = trace_curve(&mesh, &traced.curve).unwrap();
         assert_eq!(again.curve.nodes.len(), traced.curve.nodes.len());
@@ -247,7 +247,7 @@ fn circles_are_traced_on_meshes_of_the_data_folder() {
                     "{name}: {} nodes, {} halved, {} by edge path, {:?}",
                     traced.curve.nodes.len(),
                     traced.subdivided.len(),
-                    traced.edge_paths.len(),
+                    traced.replaced.len(),
                     start.elapsed()
                 );
             }

@@ -243,7 +243,7 @@ fn paths_around_a_thin_plate_pass_the_nearest_rim() {
         let nodes = [[top[0], top[1], 0.01], [bottom[0], bottom[1], -0.01]];
         let (traced, path) = trace(&mesh, &nodes, false);
         assert!((length(&path) / exact - 1.0).abs() < 1e-9, "{} {exact}", length(&path));
-        assert_eq!(traced.edge_paths.len() + traced.subdivided.len() + traced.shortened.len(), 1);
+        assert_eq!(traced.replaced.len() + traced.subdivided.len() + traced.shortened.len(), 1);
     }
 }
 

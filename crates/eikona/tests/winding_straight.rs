@@ -315,7 +315,7 @@ fn straightened_completions_agree_with_those_on_edges() {
             let w = solve(mesh, &sides);
             if let Some(report) = w.report.completion {
                 straightened += report.straightened;
-                kept += report.kept;
+                kept += report.on_edges;
             }
         }
     }

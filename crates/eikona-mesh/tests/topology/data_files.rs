@@ -110,7 +110,7 @@ fn compare(polygons: &PolygonMesh, cells: &[&str]) -> Vec<String> {
     same("components", topology.components.len().to_string(), count(cells[6]));
     // The table counts connected components of the boundary; where it is nonmanifold, several loops
     // may touch in one component.
-    same("boundary components", topology.boundary_piece_count.to_string(), count(cells[7]));
+    same("boundary components", topology.boundary_component_count.to_string(), count(cells[7]));
     if topology.is_manifold() {
         same("boundary loops", topology.boundary_loops.len().to_string(), count(cells[7]));
         same("sheets", topology.sheet_count.to_string(), count(cells[6]));
@@ -172,7 +172,7 @@ fn split_files_are_manifolds_with_the_same_loops() {
         let after = Topology::of(&split.mesh);
         assert!(after.is_manifold(), "{name}");
         assert_eq!(after.boundary_loops.len(), before.boundary_loops.len(), "{name}");
-        assert_eq!(after.boundary_piece_count, after.boundary_loops.len(), "{name}");
+        assert_eq!(after.boundary_component_count, after.boundary_loops.len(), "{name}");
         assert_eq!(after.components.len(), before.sheet_count, "{name}");
         for c in &after.components {
             let genus = c.genus.map(i64::from).expect("orientable");

@@ -81,7 +81,7 @@ fn loops_that_touch_at_a_vertex_stay_apart() {
     );
     let topology = Topology::of(&bow_tie);
     assert_eq!(topology.boundary_loops.iter().map(|l| l.halfedges.len()).collect::<Vec<_>>(), [3, 3]);
-    assert_eq!(topology.boundary_piece_count, 1);
+    assert_eq!(topology.boundary_component_count, 1);
     assert_eq!(topology.nonmanifold_vertices, [NonmanifoldVertex { vertex: Vertex(0), fans: 2 }]);
     assert_eq!((topology.sheet_count, topology.components.len()), (2, 1));
 }
@@ -98,7 +98,7 @@ fn three_triangles_at_one_edge() {
     assert_eq!(shape, [(4, true), (2, false)]);
     let chain = &topology.boundary_loops[1];
     assert_eq!(chain.vertices.len(), 3);
-    assert_eq!(topology.boundary_piece_count, 1);
+    assert_eq!(topology.boundary_component_count, 1);
     // Orientation is not transported across the edge: each blade is its own patch.
     let orientation = Orientation::of(&book(3));
     assert_eq!(orientation.patches.len(), 3);

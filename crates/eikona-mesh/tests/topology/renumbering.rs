@@ -69,7 +69,7 @@ fn invariants(mesh: &TriangleMesh) -> String {
         t.sheet_count,
         t.boundary_loops.len(),
         boundary_edges,
-        t.boundary_piece_count,
+        t.boundary_component_count,
         t.nonmanifold_edges.len(),
     );
     format!("{counts:?} {fans:?} {components:?}")

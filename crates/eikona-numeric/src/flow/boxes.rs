@@ -1,6 +1,6 @@
 //! Feasibility of the limits of boxed terms.
 
-use super::error::{Contradiction, FlowError};
+use super::error::{InfeasibleCycle, JumpError};
 use super::network::{Arc, NONE, Network, incidence};
 use crate::CompressedRows;
 use crate::observer::check_stopped;
@@ -14,7 +14,7 @@ use crate::observer::check_stopped;
 /// infeasible components.
 ///
 /// # Errors
-/// [`FlowError::WorkLimit`].
+/// [`JumpError::WorkLimit`].
 ///
 /// # Cost
 /// O(boxed terms) if few are violated; O(nodes x terms) of the boxed subgraph at worst.
@@ -24,7 +24,7 @@ pub(super) fn enforce_limits(
     tolerance: f64,
     work_limit: u64,
     work: &mut u64,
-) -> Result<Vec<Contradiction>, FlowError> {
+) -> Result<Vec<InfeasibleCycle>, JumpError> {
     let arcs = &network.arcs;
     let boxed = || arcs.iter().enumerate().filter(|(_, arc)| arc.is_boxed()).map(|(a, arc)| (a as u32, arc));
     if boxed().all(|(_, arc)| within(arc, arc.jump(potentials), tolerance)) {
@@ -67,11 +67,11 @@ pub(super) fn enforce_limits(
         if lowered >= members || round == members {
             lowered = 0;
             *work += members as u64;
-            search.contradictions(&mut found);
+            search.infeasible_cycles(&mut found);
         }
         check_stopped()?;
         if *work > work_limit {
-            return Err(FlowError::WorkLimit { work: work_limit });
+            return Err(JumpError::WorkLimit { work: work_limit });
         }
     }
     // For components not dropped, this is reached through rounding only: a cycle infeasible by
@@ -115,7 +115,7 @@ impl<'a> Search<'a> {
 
     /// Finds the cycles of the predecessor graph and drops their components. Every node has one
     /// predecessor, so no two cycles share a node.
-    fn contradictions(&mut self, found: &mut Vec<Contradiction>) {
+    fn infeasible_cycles(&mut self, found: &mut Vec<InfeasibleCycle>) {
         for &v in &self.members {
             self.seen[v as usize] = NONE;
         }
@@ -145,7 +145,7 @@ impl<'a> Search<'a> {
     }
 
     /// The cycle of predecessor arcs through a node.
-    fn cycle(&self, first: u32) -> Contradiction {
+    fn cycle(&self, first: u32) -> InfeasibleCycle {
         let (mut v, mut total, mut terms) = (first, 0.0, Vec::new());
         loop {
             let a = self.predecessor[v as usize];
@@ -158,6 +158,6 @@ impl<'a> Search<'a> {
             }
         }
         terms.reverse();
-        Contradiction { terms, excess: -total }
+        InfeasibleCycle { terms, excess: -total }
     }
 }

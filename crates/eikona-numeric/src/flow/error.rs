@@ -5,7 +5,7 @@ use thiserror::Error;
 
 /// Cycle of boxed terms whose jumps cannot all lie within their limits.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Contradiction {
+pub struct InfeasibleCycle {
     /// Terms of the cycle, in cyclic order.
     pub terms: Vec<usize>,
     /// Amount by which the jumps around the cycle exceed what the limits allow.
@@ -15,7 +15,7 @@ pub struct Contradiction {
 /// Error of jump minimisation. Terms are named by their index in the caller's list.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
-pub enum FlowError {
+pub enum JumpError {
     /// A term refers to a node that does not exist.
     #[error("term {term} refers to node {node}, but there are only {nodes} nodes")]
     NoSuchNode {
@@ -62,7 +62,7 @@ pub enum FlowError {
         /// At least one infeasible cycle for each infeasible component of the graph of boxed terms;
         /// no two share a node. In addition, each infeasible term that joins a node to itself.
         /// Further cycles may appear once these are resolved.
-        cycles: Vec<Contradiction>,
+        cycles: Vec<InfeasibleCycle>,
         /// Steps taken to find them.
         work: u64,
     },
@@ -97,7 +97,7 @@ pub enum FlowError {
 }
 
 /// Describes the first cycle, of which only some terms are listed, and counts the others.
-fn describe(cycles: &[Contradiction]) -> String {
+fn describe(cycles: &[InfeasibleCycle]) -> String {
     const MOST: usize = 8;
     let Some(first) = cycles.first() else { return "no cycle is known".into() };
     let noun = if first.terms.len() == 1 { "term" } else { "terms" };

@@ -21,7 +21,7 @@ mod simplex;
 mod tree;
 
 pub use certificate::Certificate;
-pub use error::{Contradiction, FlowError};
+pub use error::{InfeasibleCycle, JumpError};
 
 use crate::observer::check_stopped;
 use network::Network;
@@ -157,10 +157,10 @@ const PATIENCE: u64 = 2000;
 /// limits are then rounded at about 2^-50 of the largest number, which makes all potentials exact.
 ///
 /// # Errors
-/// A [`FlowError`] that names the term: indices out of range, numbers that are not finite, negative
-/// weights, limits that are not positive. [`FlowError::Infeasible`] with cycles of terms whose
-/// limits contradict each other. [`FlowError::WorkLimit`] if `options.work_limit` is too small.
-/// [`FlowError::Uncertified`] if the solution fails its optimality check.
+/// A [`JumpError`] that names the term: indices out of range, numbers that are not finite, negative
+/// weights, limits that are not positive. [`JumpError::Infeasible`] with cycles of terms whose
+/// limits contradict each other. [`JumpError::WorkLimit`] if `options.work_limit` is too small.
+/// [`JumpError::Uncertified`] if the solution fails its optimality check.
 ///
 /// # Cost
 /// On graphs dual to a triangulated torus, one thread of a shared machine (`examples/jumps.rs`):
@@ -194,13 +194,13 @@ const PATIENCE: u64 = 2000;
 /// assert_eq!(solution.jumps, [0.0, 0.25, 0.75]);
 /// assert_eq!(solution.objective, 0.25 * 1.0 + 0.75 * 2.0);
 /// assert!(solution.certificate.gap.abs() < 1e-9);
-/// # Ok::<(), eikona_numeric::FlowError>(())
+/// # Ok::<(), eikona_numeric::JumpError>(())
 /// ```
 pub fn minimise_jumps(
     nodes: usize,
     terms: &[JumpTerm],
     options: &JumpOptions,
-) -> Result<JumpSolution, FlowError> {
+) -> Result<JumpSolution, JumpError> {
     check(nodes, terms, options)?;
     check_stopped()?;
     let perturb = |term: &JumpTerm| term.weight * (1.0 + options.perturbation * fraction(term.key));
@@ -220,7 +220,7 @@ pub fn minimise_jumps(
         &mut work,
     )?);
     if !cycles.is_empty() {
-        return Err(FlowError::Infeasible { cycles, work });
+        return Err(JumpError::Infeasible { cycles, work });
     }
     let mut program = Program { nodes, terms, weights, network, start, options };
     let mut statistics = Statistics { method: JumpMethod::PrimalDual, pivots: 0, levels: 0, work };
@@ -236,7 +236,7 @@ pub fn minimise_jumps(
     match solution.certificate.is_accepted() {
         true => Ok(solution),
         false => {
-            Err(FlowError::Uncertified { gap: solution.certificate.gap, worst: solution.certificate.worst() })
+            Err(JumpError::Uncertified { gap: solution.certificate.gap, worst: solution.certificate.worst() })
         }
     }
 }
@@ -256,7 +256,7 @@ struct Program<'a> {
 impl Program<'_> {
     /// Solves with the method selected by the options, or by the rule of [`minimise_jumps`]. Jumps
     /// up to `tolerance` count as zero. The certificate is yet to be checked.
-    fn solve(&self, tolerance: f64, statistics: &mut Statistics) -> Result<JumpSolution, FlowError> {
+    fn solve(&self, tolerance: f64, statistics: &mut Statistics) -> Result<JumpSolution, JumpError> {
         let Program { nodes, terms, weights, network, start, options } = self;
         let few = || distinct_jump_sizes(network, start, tolerance) <= FEW_SIZES;
         statistics.method = options.method.unwrap_or_else(|| match few() {
@@ -275,7 +275,7 @@ impl Program<'_> {
             statistics.method = JumpMethod::NetworkSimplex;
             found = simplex::solve(network, tolerance, options.work_limit, statistics)?;
         }
-        let mut state = found.ok_or(FlowError::WorkLimit { work: options.work_limit })?;
+        let mut state = found.ok_or(JumpError::WorkLimit { work: options.work_limit })?;
         check_stopped()?;
         let arc_jumps = exact::snap_jumps(network, &mut state, tolerance);
         check_stopped()?;
@@ -318,31 +318,31 @@ fn tolerance(network: &Network, start: &[f64]) -> f64 {
     (TOLERANCE * jumps).max(ROUNDING * network.largest_number(start))
 }
 
-fn check(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Result<(), FlowError> {
+fn check(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Result<(), JumpError> {
     let perturbation = options.perturbation;
     if !(0.0..=0.1).contains(&perturbation) {
-        return Err(FlowError::BadPerturbation { perturbation });
+        return Err(JumpError::BadPerturbation { perturbation });
     }
     if nodes >= u32::MAX as usize || 2 * terms.len() >= u32::MAX as usize / 2 {
-        return Err(FlowError::TooLarge { nodes, terms: terms.len() });
+        return Err(JumpError::TooLarge { nodes, terms: terms.len() });
     }
     for (e, term) in terms.iter().enumerate() {
         for node in [term.from, term.to] {
             if node as usize >= nodes {
-                return Err(FlowError::NoSuchNode { term: e, node, nodes });
+                return Err(JumpError::NoSuchNode { term: e, node, nodes });
             }
         }
         let limit = term.limit.unwrap_or(1.0);
         for (what, value) in [("shift", term.shift), ("weight", term.weight), ("limit", limit)] {
             if !value.is_finite() {
-                return Err(FlowError::NonFinite { term: e, what });
+                return Err(JumpError::NonFinite { term: e, what });
             }
         }
         if term.weight < 0.0 {
-            return Err(FlowError::NegativeWeight { term: e, weight: term.weight });
+            return Err(JumpError::NegativeWeight { term: e, weight: term.weight });
         }
         if limit <= 0.0 {
-            return Err(FlowError::NonPositiveLimit { term: e, limit });
+            return Err(JumpError::NonPositiveLimit { term: e, limit });
         }
     }
     Ok(())
@@ -350,11 +350,11 @@ fn check(nodes: usize, terms: &[JumpTerm], options: &JumpOptions) -> Result<(), 
 
 /// Boxed terms that join a node to itself and whose jump, which is their shift, is outside their
 /// limits.
-fn infeasible_loops(terms: &[JumpTerm]) -> Vec<Contradiction> {
+fn infeasible_loops(terms: &[JumpTerm]) -> Vec<InfeasibleCycle> {
     let outside = |(e, term): (usize, &JumpTerm)| {
         let limit = term.limit.filter(|_| term.from == term.to)?;
         let excess = (-term.shift).max(term.shift - limit);
-        (excess > 0.0).then(|| Contradiction { terms: vec![e], excess })
+        (excess > 0.0).then(|| InfeasibleCycle { terms: vec![e], excess })
     };
     terms.iter().enumerate().filter_map(outside).collect()
 }

@@ -6,7 +6,7 @@
 //! minus its reduced cost. The leaving arc is the last blocking arc along the cycle from the apex
 //! (Cunningham 1976), so the basis stays strongly feasible and never repeats.
 
-use super::error::{Contradiction, FlowError};
+use super::error::{InfeasibleCycle, JumpError};
 use super::network::{NONE, Network};
 use super::tree::Tree;
 use super::{State, Statistics};
@@ -49,7 +49,7 @@ pub(super) fn solve(
     tolerance: f64,
     work_limit: u64,
     statistics: &mut Statistics,
-) -> Result<Option<State>, FlowError> {
+) -> Result<Option<State>, JumpError> {
     check_stopped()?;
     let mut simplex = Simplex::new(network, tolerance)?;
     check_stopped()?;
@@ -117,12 +117,12 @@ impl<'a> Simplex<'a> {
         work_limit: u64,
         work: &mut u64,
         statistics: &mut Statistics,
-    ) -> Result<bool, FlowError> {
+    ) -> Result<bool, JumpError> {
         loop {
             let Some(arc) = self.price(work) else { return Ok(true) };
             if let Err(contradiction) = self.pivot(arc, work) {
                 let work = statistics.work + *work;
-                return Err(FlowError::Infeasible { cycles: vec![contradiction], work });
+                return Err(JumpError::Infeasible { cycles: vec![contradiction], work });
             }
             statistics.pivots += 1;
             check_stopped()?;
@@ -184,7 +184,7 @@ impl<'a> Simplex<'a> {
 
     /// Augments the cycle closed by the entering arc as far as possible, then exchanges it for the
     /// leaving arc.
-    fn pivot(&mut self, entering: usize, work: &mut u64) -> Result<(), Contradiction> {
+    fn pivot(&mut self, entering: usize, work: &mut u64) -> Result<(), InfeasibleCycle> {
         let arc = self.arcs[entering];
         let jump = arc.shift + self.tree.potential(arc.from) - self.tree.potential(arc.to);
         let more = jump > 0.0;
@@ -248,7 +248,14 @@ impl<'a> Simplex<'a> {
     }
 
     /// Returns the cycle closed by an arc as an infeasible cycle of terms.
-    fn contradiction(&self, entering: usize, tail: u32, head: u32, apex: u32, excess: f64) -> Contradiction {
+    fn contradiction(
+        &self,
+        entering: usize,
+        tail: u32,
+        head: u32,
+        apex: u32,
+        excess: f64,
+    ) -> InfeasibleCycle {
         let mut cycle = vec![entering];
         for mut v in [tail, head] {
             while v != apex {
@@ -259,7 +266,7 @@ impl<'a> Simplex<'a> {
         let boxed: Vec<usize> =
             (0..self.network.arcs.len()).filter(|&a| self.network.arcs[a].is_boxed()).collect();
         let arc_of = |a: usize| a.checked_sub(self.network.arcs.len()).map_or(a, |above| boxed[above]);
-        Contradiction {
+        InfeasibleCycle {
             terms: cycle.into_iter().map(|a| self.network.terms[arc_of(a)] as usize).collect(),
             excess,
         }

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 pub type Polyline = Vec<[f64; 3]>;
 
 /// Flatness tolerance for SVG: the range of z as a share of the larger side in x or y.
-pub const FLAT: f64 = 1e-9;
+pub const FLATNESS_TOLERANCE: f64 = 1e-9;
 
 /// Returns the positions of the nodes of each curve in space.
 ///
@@ -73,7 +73,7 @@ pub fn ply_edges(lines: &[Polyline]) -> Result<String, FileError> {
 /// own unit.
 ///
 /// # Errors
-/// [`FileError::Unsupported`] if the points do not all have the same z (up to [`FLAT`]), or are not
+/// [`FileError::Unsupported`] if the points do not all have the same z (up to [`FLATNESS_TOLERANCE`]), or are not
 /// finite.
 pub fn svg_paths(lines: &[Polyline]) -> Result<String, FileError> {
     let lines = checked(lines)?;
@@ -88,7 +88,7 @@ pub fn svg_paths(lines: &[Polyline]) -> Result<String, FileError> {
         (low, high) = ([0.0; 3], [1.0, 1.0, 0.0]);
     }
     let size = (high[0] - low[0]).max(high[1] - low[1]);
-    if high[2] - low[2] > FLAT * size {
+    if high[2] - low[2] > FLATNESS_TOLERANCE * size {
         return Err(FileError::Unsupported(format!(
             "SVG can hold flat curves only, but z runs from {} to {}; write OBJ or PLY, or project the curves",
             low[2], high[2]

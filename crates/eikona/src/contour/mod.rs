@@ -9,7 +9,7 @@ mod levels;
 mod plane_cut;
 
 pub use error::ContourError;
-pub use export::{FLAT, Polyline, obj_lines, ply_edges, polylines, svg_paths};
+pub use export::{FLATNESS_TOLERANCE, Polyline, obj_lines, ply_edges, polylines, svg_paths};
 pub use isolines::{LevelSet, isolines};
 pub use levels::{MAX_LEVELS, round_levels, spaced_levels};
 pub use plane_cut::{Wave, plane_cut, wavy_plane_cut};

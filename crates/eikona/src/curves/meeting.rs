@@ -1,6 +1,6 @@
 //! Detects where segments of curves meet: within each face, along each edge and at each node.
 
-use super::report::{CurveReport, Doubled, LISTED, Meeting, MeetingKind, SegmentId};
+use super::report::{CurveReport, MAX_LISTED, Meeting, MeetingKind, Overlap, SegmentId};
 use crate::geometry::vector::{distance, lerp};
 use eikona_mesh::{Located, SegmentHost, TriangleMesh};
 use std::collections::BTreeMap;
@@ -51,7 +51,7 @@ pub(super) fn find(mesh: &TriangleMesh, segments: &[Hosted], visits: &[Visit], r
         along_edge(mesh, group, nodes, report, &mut budget);
     }
     report.meetings.sort_by_key(|m| m.segments);
-    report.doubled.sort_by_key(|d| d.segments);
+    report.overlaps.sort_by_key(|d| d.segments);
 }
 
 fn list_meeting(
@@ -61,17 +61,17 @@ fn list_meeting(
     position: [f64; 3],
 ) {
     segments.sort();
-    if report.meetings.len() < LISTED {
+    if report.meetings.len() < MAX_LISTED {
         report.meetings.push(Meeting { segments, kind, position });
     } else {
         report.truncated = true;
     }
 }
 
-fn list_doubled(report: &mut CurveReport, mut segments: [SegmentId; 2], same_direction: bool, length: f64) {
+fn list_overlap(report: &mut CurveReport, mut segments: [SegmentId; 2], same_direction: bool, length: f64) {
     segments.sort();
-    if report.doubled.len() < LISTED {
-        report.doubled.push(Doubled { segments, same_direction, length });
+    if report.overlaps.len() < MAX_LISTED {
+        report.overlaps.push(Overlap { segments, same_direction, length });
     } else {
         report.truncated = true;
     }
@@ -126,7 +126,7 @@ fn in_pair(mesh: &TriangleMesh, a: &Hosted, b: &Hosted, report: &mut CurveReport
     let shared = a.ends.map(|p| b.ends.contains(&p));
     if shared[0] && shared[1] {
         let length = distance(a.ends[0].position(mesh), a.ends[1].position(mesh));
-        list_doubled(report, [a.id, b.id], a.ends[0] == b.ends[0], length);
+        list_overlap(report, [a.id, b.id], a.ends[0] == b.ends[0], length);
         return;
     }
     if shared[0] || shared[1] {
@@ -171,7 +171,7 @@ fn along_edge(
             };
             *budget = rest;
             let common = (high.min(high_b) - low.max(low_b)) / (high - low) * length;
-            list_doubled(report, [s.id, b.id], along == along_b, common);
+            list_overlap(report, [s.id, b.id], along == along_b, common);
         }
         let begin = nodes.partition_point(|n| n.0 <= low);
         for (_, visit) in nodes[begin..].iter().take_while(|n| n.0 < high) {

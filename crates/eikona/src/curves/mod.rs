@@ -16,7 +16,7 @@ mod vertex_path;
 mod walk;
 
 pub use error::TraceError;
-pub use report::{CurveFacts, CurveReport, Doubled, LISTED, Meeting, MeetingKind, OpenEnd, SegmentId};
+pub use report::{CurveFacts, CurveReport, MAX_LISTED, Meeting, MeetingKind, OpenEnd, Overlap, SegmentId};
 pub use straighten::straighten_curve;
 pub(crate) use straighten::{path_length, straighten_around, straighten_loop};
 pub use trace::{DEFAULT_TOLERANCE, Traced, trace_curve, trace_polyline};

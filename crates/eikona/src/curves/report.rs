@@ -12,7 +12,7 @@ use eikona_mesh::{
 use serde::Serialize;
 
 /// Largest number of meetings, and of doubled pieces, that a report lists.
-pub const LISTED: usize = 10_000;
+pub const MAX_LISTED: usize = 10_000;
 
 /// A segment of a set of curves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -76,7 +76,7 @@ pub struct Meeting {
 
 /// A piece that two segments cover.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Doubled {
+pub struct Overlap {
     /// The two segments.
     pub segments: [SegmentId; 2],
     /// Whether they run in the same direction; in opposite directions they cancel as signed
@@ -96,7 +96,7 @@ pub struct CurveReport {
     /// Places where curves cross or touch themselves or each other.
     pub meetings: Vec<Meeting>,
     /// Pieces covered twice.
-    pub doubled: Vec<Doubled>,
+    pub overlaps: Vec<Overlap>,
     /// Whether there are more meetings or doubled pieces than listed.
     pub truncated: bool,
 }
@@ -170,8 +170,8 @@ impl CurveReport {
                 warnings.push(warning(count));
             }
         };
-        let same_direction = self.doubled.iter().filter(|d| d.same_direction).count();
-        add(self.doubled.len() - same_direction, |count| Warning::OppositeOverlaps { count });
+        let same_direction = self.overlaps.iter().filter(|d| d.same_direction).count();
+        add(self.overlaps.len() - same_direction, |count| Warning::OppositeOverlaps { count });
         add(same_direction, |count| Warning::Overlaps { count });
         let crossings = self.meetings.iter().filter(|m| m.kind == MeetingKind::Crossing).count();
         add(crossings, |count| Warning::Crossings { count });

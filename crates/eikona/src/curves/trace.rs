@@ -56,7 +56,7 @@ pub struct Traced {
     pub subdivided: Vec<usize>,
     /// Input nodes whose following segment does not follow the surface and was replaced by the
     /// shortest path.
-    pub edge_paths: Vec<usize>,
+    pub replaced: Vec<usize>,
     /// Input nodes whose following segment would take a detour and was replaced by the shortest
     /// path.
     pub shortened: Vec<usize>,
@@ -77,7 +77,7 @@ impl Traced {
             }
         };
         add(&self.merged, |nodes| Warning::MergedNodes { nodes });
-        add(&self.edge_paths, |nodes| Warning::ReplacedSegments { nodes });
+        add(&self.replaced, |nodes| Warning::ReplacedSegments { nodes });
         add(&self.ambiguous, |nodes| Warning::AmbiguousSegments { nodes, tolerance: AMBIGUOUS });
         add(&self.uncompared, |nodes| Warning::UncomparedSegments { nodes });
         warnings
@@ -293,7 +293,7 @@ impl<'a> Tracer<'a> {
                 [vec![a], walk.path].concat()
             }
             None => {
-                let list = if arrived { &mut traced.shortened } else { &mut traced.edge_paths };
+                let list = if arrived { &mut traced.shortened } else { &mut traced.replaced };
                 list.push(node);
                 shortest
             }

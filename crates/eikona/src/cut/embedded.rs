@@ -3,14 +3,14 @@
 use super::{EmbedError, Line, embed_lines};
 use crate::geometry::{face_in, unit_of};
 use eikona_mesh::{
-    Curve, CurveKind, DisjointSets, Edge, EdgeField, Face, FaceField, MeshError, Provenance, SurfaceCurves,
-    SurfacePoint, TriangleMesh, Vertex, VertexField,
+    Curve, CurveKind, Edge, EdgeField, Face, FaceField, MeshError, Provenance, SurfaceCurves, SurfacePoint,
+    TriangleMesh, UnionFind, Vertex, VertexField,
 };
 use eikona_numeric::check_stopped;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Pieces of curves with fewer edges than this are short: see [`Embedded::split_short`].
-pub const SHORT: usize = 8;
+pub const SHORT_PIECE_EDGES: usize = 8;
 
 /// A mesh cut along curves.
 #[derive(Clone, Debug)]
@@ -192,7 +192,7 @@ impl Embedded {
         })
     }
 
-    /// Bisects the edges of every open piece of the curves with fewer than [`SHORT`] edges until it
+    /// Bisects the edges of every open piece of the curves with fewer than [`SHORT_PIECE_EDGES`] edges until it
     /// has at least as many.
     ///
     /// Methods whose functions are multivalued at the ends of an open curve exclude those vertices
@@ -251,7 +251,7 @@ pub(crate) fn parts_of_short_edges(
 ) -> BTreeMap<[Vertex; 2], usize> {
     let mut edges: BTreeSet<[Vertex; 2]> = BTreeSet::new();
     let mut leaving_less_arriving: BTreeMap<Vertex, i64> = BTreeMap::new();
-    let mut pieces = DisjointSets::new(mesh.vertex_count());
+    let mut pieces = UnionFind::new(mesh.vertex_count());
     for ends in curves.iter().flat_map(|c| c.vertices.windows(2)) {
         pieces.join(ends[0].0, ends[1].0);
         edges.insert(sorted(ends[0], ends[1]));
@@ -269,7 +269,7 @@ pub(crate) fn parts_of_short_edges(
     let mut parts = BTreeMap::new();
     for edge in edges {
         let piece = pieces.find(edge[0].0);
-        let count = SHORT.div_ceil(edges_of[&piece]).next_power_of_two();
+        let count = SHORT_PIECE_EDGES.div_ceil(edges_of[&piece]).next_power_of_two();
         if count > 1 && open.contains(&piece) {
             parts.insert(edge, count);
         }

@@ -19,7 +19,7 @@ mod error;
 mod face;
 mod triangulation;
 
-pub use embedded::{ChainEdge, CurveChain, Embedded, EmbeddedCurve, SHORT, Walk};
+pub use embedded::{ChainEdge, CurveChain, Embedded, EmbeddedCurve, SHORT_PIECE_EDGES, Walk};
 pub(crate) use embedded::{areas_of_pieces, label_of_most, parts_of_short_edges};
 pub use error::EmbedError;
 

@@ -1,7 +1,7 @@
 //! Hodge star of 1-forms, and the projection to their harmonic part (SWN section 3.3).
 
 use crate::geometry::IntrinsicTriangulation;
-use eikona_mesh::{DisjointSets, Face, Halfedge, Orientation, TriangleMesh};
+use eikona_mesh::{Face, Halfedge, Orientation, TriangleMesh, UnionFind};
 use eikona_numeric::{
     Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, check_step, check_stopped,
     nested_dissection_order,
@@ -71,7 +71,7 @@ impl Hodge {
         check_stopped()?;
         let potential = self.factor.solve(&curl)?;
         check_stopped()?;
-        let residual = self.factor.residual(&potential, &curl);
+        let residual = self.factor.relative_residual(&potential, &curl);
         let at = |h: Halfedge| potential[h.face().index()];
         let harmonic = triangulation.form(|h| {
             let across = triangulation
@@ -104,7 +104,7 @@ fn closed_patches(mesh: &TriangleMesh) -> Result<Vec<Face>, NumericError> {
 
 /// [`closed_patches`] of a consistently oriented mesh. Every patch is orientable.
 fn closed_sheets(mesh: &TriangleMesh) -> Result<Vec<Face>, NumericError> {
-    let mut sheets = DisjointSets::new(mesh.face_count());
+    let mut sheets = UnionFind::new(mesh.face_count());
     let mut rim = Vec::new();
     for e in mesh.edges() {
         check_step(e.index())?;

@@ -2,7 +2,7 @@
 //! with these jumps, and its derivative.
 
 use crate::geometry::IntrinsicTriangulation;
-use eikona_mesh::{DisjointSets, Halfedge, Vertex};
+use eikona_mesh::{Halfedge, UnionFind, Vertex};
 use eikona_numeric::{
     Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, check_stopped,
     nested_dissection_order,
@@ -72,7 +72,7 @@ fn included<'a>(
 /// vertices connect; an excluded vertex is a component of its own. The function on each component
 /// is determined up to a constant.
 pub(crate) fn parts(triangulation: &IntrinsicTriangulation, excluded: &[bool]) -> Vec<u32> {
-    let mut parts = DisjointSets::new(excluded.len());
+    let mut parts = UnionFind::new(excluded.len());
     for (_, [i, j]) in included(triangulation, excluded) {
         parts.join(i as u32, j as u32);
     }
@@ -106,7 +106,7 @@ pub(crate) fn solve_jump_equation(
     check_stopped()?;
     let base = factor.solve(&rhs)?;
     check_stopped()?;
-    let residual = factor.residual(&base, &rhs);
+    let residual = factor.relative_residual(&base, &rhs);
     Ok((base, residual))
 }
 

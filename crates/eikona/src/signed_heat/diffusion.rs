@@ -5,7 +5,7 @@ use crate::geometry::Triangle;
 use crate::operators::{ComplexFrames, ConnectionLaplacian, EdgeFrames, RealFrames};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::options::SolveOptions;
-use crate::signed_heat::report::KeptNormals;
+use crate::signed_heat::report::NormalConstraints;
 use crate::signed_heat::sheets::{Entrance, Sheets};
 use crate::signed_heat::source::{Deposit, Source};
 use eikona_mesh::{Edge, Face, TriangleMesh};
@@ -243,7 +243,7 @@ pub(crate) struct UnitField {
     /// factor.
     pub residual: f64,
     /// Convergence of the normal constraints, if they were asked for.
-    pub kept_normals: Option<KeptNormals>,
+    pub normal_constraints: Option<NormalConstraints>,
 }
 
 /// Vectors shorter than this share of the longest have lost their relative accuracy, or are about
@@ -318,7 +318,7 @@ impl<F: EdgeFrames> DiffusionOn<F> {
             frontier: Vec::new(),
             stages: 0,
             residual: 0.0,
-            kept_normals: None,
+            normal_constraints: None,
         };
         let mut values = source.values(mesh, &self.frames, triangles, options.sign, self.time);
         check_stopped()?;
@@ -326,7 +326,7 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         if options.preserve_source_normals {
             let kept;
             (x, kept) = self.preserve_normals(mesh, triangles, source, &values, x)?;
-            field.kept_normals = Some(kept);
+            field.normal_constraints = Some(kept);
         }
         self.read_in_stages(mesh, triangles, x, &mut field)?;
         Ok(field)
@@ -363,7 +363,7 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         scale_to_one(values);
         let x = self.solve(values)?;
         check_stopped()?;
-        field.residual = field.residual.max(self.factor.residual(&x, values));
+        field.residual = field.residual.max(self.factor.relative_residual(&x, values));
         field.stages += 1;
         Ok(x)
     }

@@ -333,7 +333,7 @@ impl Integration {
     pub fn fit(&self, b: &[f64]) -> Result<Fit, SignedHeatError> {
         let Some(slivers) = &self.slivers else {
             let values = self.factor.solve(b).map_err(at_vertex)?;
-            let residual = self.factor.residual(&values, b);
+            let residual = self.factor.relative_residual(&values, b);
             return Ok(Fit { values, residual, warning: None });
         };
         // Values at grounded vertices are zero, so their terms contribute nothing.

@@ -22,7 +22,7 @@ use crate::signed_heat::integration::{
 use crate::signed_heat::options::LevelSets;
 use crate::signed_heat::refinement::refined;
 use crate::signed_heat::source::Source;
-use eikona_mesh::{DisjointSets, Located, Segment, SegmentHost, TriangleMesh};
+use eikona_mesh::{Located, Segment, SegmentHost, TriangleMesh, UnionFind};
 use eikona_numeric::{
     Cholesky, ConjugateGradient, NumericError, Ordering, Symbolic, SymmetricMatrix, check_stopped,
 };
@@ -527,7 +527,7 @@ fn add_outer_product(
 /// Labels the connected components of a graph of items and links, from 0 in the order of their
 /// first items.
 fn connected_pieces(items: usize, links: &[[u32; 2]]) -> Vec<u32> {
-    let mut pieces = DisjointSets::new(items);
+    let mut pieces = UnionFind::new(items);
     links.iter().for_each(|&[a, b]| pieces.join(a, b));
     pieces.numbers().0
 }

@@ -2,7 +2,7 @@
 
 use crate::OptionNameError;
 use crate::option_name::option_names;
-use crate::signed_heat::options::{DiffusionTime, LevelSets, SOFT_WEIGHTS, SignConvention};
+use crate::signed_heat::options::{DiffusionTime, LevelSets, SOFT_WEIGHT_RANGE, SignConvention};
 use crate::signed_heat::time::TIME_COEFFICIENTS;
 use std::fmt;
 use std::str::FromStr;
@@ -28,8 +28,8 @@ impl FromStr for DiffusionTime {
         Ok(match text {
             "auto" => DiffusionTime::Automatic,
             "smooth" => DiffusionTime::SmoothCurves,
-            "gaps" => DiffusionTime::AutomaticForGaps,
-            "rough-gaps" => DiffusionTime::AutomaticForRoughGaps,
+            "gaps" => DiffusionTime::ForGaps,
+            "rough-gaps" => DiffusionTime::ForRoughGaps,
             _ => match text.parse::<f64>() {
                 Ok(c) if TIME_COEFFICIENTS.contains(&c) => DiffusionTime::Coefficient(c),
                 _ => {
@@ -47,8 +47,8 @@ impl fmt::Display for DiffusionTime {
             DiffusionTime::Coefficient(c) => write!(f, "{c}"),
             DiffusionTime::Automatic => f.write_str("auto"),
             DiffusionTime::SmoothCurves => f.write_str("smooth"),
-            DiffusionTime::AutomaticForGaps => f.write_str("gaps"),
-            DiffusionTime::AutomaticForRoughGaps => f.write_str("rough-gaps"),
+            DiffusionTime::ForGaps => f.write_str("gaps"),
+            DiffusionTime::ForRoughGaps => f.write_str("rough-gaps"),
         }
     }
 }
@@ -74,9 +74,9 @@ impl FromStr for LevelSets {
             "per-component" => LevelSets::PerComponent,
             "soft" => LevelSets::Soft(SOFT_WEIGHT),
             _ => match text.strip_prefix("soft=").map(str::parse::<f64>) {
-                Some(Ok(w)) if SOFT_WEIGHTS.contains(&w) => LevelSets::Soft(w),
+                Some(Ok(w)) if SOFT_WEIGHT_RANGE.contains(&w) => LevelSets::Soft(w),
                 Some(_) => {
-                    let (low, high) = (SOFT_WEIGHTS.start(), SOFT_WEIGHTS.end());
+                    let (low, high) = (SOFT_WEIGHT_RANGE.start(), SOFT_WEIGHT_RANGE.end());
                     let expected =
                         format!("soft=W with a weight W from {low:e} to {high:e}, such as soft=100");
                     return Err(OptionNameError::new(text, expected));
@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn every_value_survives_as_text() {
         use DiffusionTime::*;
-        for time in [Automatic, SmoothCurves, AutomaticForGaps, AutomaticForRoughGaps, Coefficient(2.5)] {
+        for time in [Automatic, SmoothCurves, ForGaps, ForRoughGaps, Coefficient(2.5)] {
             assert_eq!(time.to_string().parse(), Ok(time));
         }
         use LevelSets as L;

@@ -6,7 +6,7 @@ use crate::geometry::vector::lerp;
 use crate::operators::{EdgeFrames, RealFrames};
 use crate::signed_heat::diffusion::{DiffusionOn, mass_plus};
 use crate::signed_heat::error::SignedHeatError;
-use crate::signed_heat::report::KeptNormals;
+use crate::signed_heat::report::NormalConstraints;
 use crate::signed_heat::source::Source;
 use eikona_mesh::{CurveKind, Face, Halfedge, Segment, SegmentHost, TriangleMesh};
 use eikona_numeric::{
@@ -34,9 +34,9 @@ impl<F: EdgeFrames> DiffusionOn<F> {
         source: &Source,
         values: &[F::Value],
         free: Vec<F::Value>,
-    ) -> Result<(Vec<F::Value>, KeptNormals), SignedHeatError> {
+    ) -> Result<(Vec<F::Value>, NormalConstraints), SignedHeatError> {
         let rows = TangentRows::new(mesh, triangles, source);
-        let mut kept = KeptNormals { iterations: 0, residual: 0.0, tolerance: TOLERANCE };
+        let mut kept = NormalConstraints { iterations: 0, residual: 0.0, tolerance: TOLERANCE };
         let tangential = rows.apply(mesh, &self.frames, &free);
         let size = rows.size(mesh, &self.frames, &free);
         if norm(&tangential) <= TOLERANCE * size {

@@ -15,9 +15,9 @@ pub enum DiffusionTime {
     /// * Curves without gaps, or with short ones: coefficient 1, growing on fine meshes as `0.005
     ///   sqrt(A) / h` for surface area `A`.
     /// * Curves with a quarter or more missing:
-    ///   [`AutomaticForGaps`](DiffusionTime::AutomaticForGaps).
+    ///   [`ForGaps`](DiffusionTime::ForGaps).
     /// * Rough curves with a quarter or more missing:
-    ///   [`AutomaticForRoughGaps`](DiffusionTime::AutomaticForRoughGaps).
+    ///   [`ForRoughGaps`](DiffusionTime::ForRoughGaps).
     ///
     /// A [`Solver`](super::Solver) is built before any source is known. It first factors the
     /// diffusion operator for curves without gaps, and for each of the other two cases when the
@@ -36,10 +36,10 @@ pub enum DiffusionTime {
     SmoothCurves,
     /// Coefficient 1.5, for curves with gaps (measured by `examples/broken_curves`; 1 and 3 are
     /// nearly as good).
-    AutomaticForGaps,
+    ForGaps,
     /// Coefficient 5, for curves with gaps and rough normals, such as walks along edges: near the
     /// ends of pieces their normals point the wrong way unless longer diffusion averages them.
-    AutomaticForRoughGaps,
+    ForRoughGaps,
 }
 
 impl DiffusionTime {
@@ -49,8 +49,8 @@ impl DiffusionTime {
         match self {
             DiffusionTime::Automatic => match condition(mesh, source) {
                 Condition::Whole => self,
-                Condition::Broken => DiffusionTime::AutomaticForGaps,
-                Condition::BrokenAndRough => DiffusionTime::AutomaticForRoughGaps,
+                Condition::Broken => DiffusionTime::ForGaps,
+                Condition::BrokenAndRough => DiffusionTime::ForRoughGaps,
             },
             other => other,
         }
@@ -91,7 +91,7 @@ pub enum LevelSets {
 
 /// Weights that [`LevelSets::Soft`] allows. Below this range the penalty is lost to rounding; above
 /// it, everything else is.
-pub const SOFT_WEIGHTS: std::ops::RangeInclusive<f64> = 1e-9..=1e12;
+pub const SOFT_WEIGHT_RANGE: std::ops::RangeInclusive<f64> = 1e-9..=1e12;
 
 /// Side of an oriented curve on which the distance is negative.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -130,7 +130,7 @@ pub struct SolveOptions {
     /// Whether to keep the diffused vectors normal to the curves, on average over each passage
     /// through a face or along an edge, so that corners of a curve are not rounded. Default: false.
     /// Costs a handful of back-substitutions, counted by
-    /// [`Report::kept_normals`](super::Report::kept_normals).
+    /// [`Report::normal_constraints`](super::Report::normal_constraints).
     pub preserve_source_normals: bool,
     /// Sign of the distance. Default: [`SignConvention::LeftNegative`].
     pub sign: SignConvention,

@@ -15,7 +15,7 @@ pub struct Preparation {
     /// Predicted bytes needed to build the factors; compared with the memory limit.
     pub needed_bytes: usize,
     /// Whether the real form was needed (nonmanifold edges, or no consistent orientation).
-    pub real_form: bool,
+    pub real_frames: bool,
     /// Warnings about the mesh.
     pub warnings: Vec<Warning>,
 }
@@ -35,7 +35,7 @@ pub struct Report {
     pub diffusion_residual: f64,
     /// Convergence of the normal constraints; `None` unless
     /// [`preserve_source_normals`](super::SolveOptions::preserve_source_normals) is set.
-    pub kept_normals: Option<KeptNormals>,
+    pub normal_constraints: Option<NormalConstraints>,
     /// Relative residual of the fit.
     pub integration_residual: f64,
     /// Level sets, and the reason for them.
@@ -64,7 +64,7 @@ pub struct Report {
 /// Convergence of the constraints that keep the diffused vectors normal to the curves, for
 /// [`preserve_source_normals`](super::SolveOptions::preserve_source_normals).
 #[derive(Clone, Debug, PartialEq)]
-pub struct KeptNormals {
+pub struct NormalConstraints {
     /// Number of conjugate gradient iterations; each costs one back-substitution.
     pub iterations: usize,
     /// Remaining tangential part of the vectors at the curves, relative to their length (root sums
@@ -74,9 +74,9 @@ pub struct KeptNormals {
     pub tolerance: f64,
 }
 
-impl KeptNormals {
+impl NormalConstraints {
     pub(crate) fn warning(&self) -> Option<Warning> {
-        let &KeptNormals { residual, tolerance, iterations } = self;
+        let &NormalConstraints { residual, tolerance, iterations } = self;
         // Written so that a NaN residual warns as well.
         let converged = residual <= tolerance;
         (!converged).then_some(Warning::TiltedNormals { residual, tolerance, iterations })

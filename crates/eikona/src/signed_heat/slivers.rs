@@ -2,7 +2,7 @@
 
 use crate::Warning;
 use crate::geometry::Triangle;
-use eikona_mesh::{DisjointSets, ElementId, Face, TriangleMesh};
+use eikona_mesh::{ElementId, Face, TriangleMesh, UnionFind};
 use eikona_numeric::{NumericError, check_step};
 
 /// Edges with at least this cotangent weight are stiff: they keep the values at their ends
@@ -65,7 +65,7 @@ impl Slivers {
         if weights.iter().all(|w| *w < STIFF) {
             return Ok(None);
         }
-        let mut sets = DisjointSets::new(mesh.vertex_count());
+        let mut sets = UnionFind::new(mesh.vertex_count());
         for e in mesh.edges().filter(|e| weights[e.index()] >= STIFF) {
             let [a, b] = mesh.edge_vertices(e);
             sets.join(a.0, b.0);

@@ -11,8 +11,8 @@ use crate::signed_heat::confidence::confidence;
 use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
 use crate::signed_heat::integration::{Integration, Memory, PreparedIntegration, WithHanging};
-use crate::signed_heat::options::{DiffusionTime, LevelSets, SOFT_WEIGHTS, SolveOptions, SolverOptions};
-use crate::signed_heat::report::{KeptNormals, Preparation, Report};
+use crate::signed_heat::options::{DiffusionTime, LevelSets, SOFT_WEIGHT_RANGE, SolveOptions, SolverOptions};
+use crate::signed_heat::report::{NormalConstraints, Preparation, Report};
 use crate::signed_heat::sheets::Sheets;
 use crate::signed_heat::slivers::degenerate_faces;
 use crate::signed_heat::solution::Solution;
@@ -110,7 +110,7 @@ impl Solver {
             phases: phases.finish(),
             factor_bytes,
             needed_bytes,
-            real_form: diffusion.is_real(),
+            real_frames: diffusion.is_real(),
             warnings,
         };
         Ok(Solver {
@@ -148,7 +148,7 @@ impl Solver {
     pub fn solve(&self, source: &SurfaceCurves, options: &SolveOptions) -> Result<Solution, SignedHeatError> {
         let mut phases = Phases::begin("source")?;
         if let LevelSets::Soft(weight) = options.level_sets
-            && !SOFT_WEIGHTS.contains(&weight)
+            && !SOFT_WEIGHT_RANGE.contains(&weight)
         {
             return Err(SignedHeatError::Option {
                 name: "soft weight",
@@ -197,7 +197,7 @@ impl Solver {
         let levels = source.means(&self.mesh, curves, &integrated.values);
         let mut warnings = source.warnings;
         warnings.extend(integrated.warnings);
-        warnings.extend(field.kept_normals.as_ref().and_then(KeptNormals::warning));
+        warnings.extend(field.normal_constraints.as_ref().and_then(NormalConstraints::warning));
         self.warn_unreached(&integrated.values, &has_source, &mut warnings);
         Ok(Solution {
             distance: VertexField::from(integrated.values),
@@ -209,7 +209,7 @@ impl Solver {
                 phases: phases.finish(),
                 stages: field.stages,
                 diffusion_residual: field.residual,
-                kept_normals: field.kept_normals,
+                normal_constraints: field.normal_constraints,
                 integration_residual: integrated.residual,
                 level_sets: integrated.chosen,
                 constraint_violation: integrated.constraint_violation,
@@ -237,8 +237,8 @@ impl Solver {
         let Some(for_gaps) = &self.for_gaps else { return Ok(&self.diffusion) };
         let wanted = DiffusionTime::Automatic.for_source(&self.mesh, source);
         let for_gaps = match wanted {
-            DiffusionTime::AutomaticForGaps => &for_gaps[0],
-            DiffusionTime::AutomaticForRoughGaps => &for_gaps[1],
+            DiffusionTime::ForGaps => &for_gaps[0],
+            DiffusionTime::ForRoughGaps => &for_gaps[1],
             _ => return Ok(&self.diffusion),
         };
         if let Some(made) = for_gaps.get() {

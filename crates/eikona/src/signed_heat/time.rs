@@ -42,10 +42,8 @@ pub(crate) fn choose_time(
         }
         DiffusionTime::Automatic => of_size(triangles, edge_spacing, SHARE_OF_SIZE),
         DiffusionTime::SmoothCurves => of_size(triangles, edge_spacing, SHARE_FOR_SMOOTH_CURVES),
-        DiffusionTime::AutomaticForGaps => {
-            (GAPS_COEFFICIENT, "automatic: the curves have large gaps".to_string())
-        }
-        DiffusionTime::AutomaticForRoughGaps => {
+        DiffusionTime::ForGaps => (GAPS_COEFFICIENT, "automatic: the curves have large gaps".to_string()),
+        DiffusionTime::ForRoughGaps => {
             (ROUGH_GAPS_COEFFICIENT, "automatic: the curves have large gaps and are rough".to_string())
         }
     };

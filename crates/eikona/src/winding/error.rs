@@ -2,7 +2,7 @@
 
 use crate::cut::EmbedError;
 use eikona_mesh::{CurveError, Edge, Face, TriangleMesh, Vertex};
-use eikona_numeric::FlowError;
+use eikona_numeric::JumpError;
 use eikona_numeric::NumericError;
 use thiserror::Error;
 
@@ -84,24 +84,24 @@ pub struct UnsolvedProgram {
 impl WindingError {
     /// Describes a fault of the linear program in terms of the mesh: term `i` belongs to
     /// `edges[i]`.
-    pub(crate) fn of_program(fault: FlowError, mesh: &TriangleMesh, edges: &[Edge]) -> WindingError {
+    pub(crate) fn of_program(fault: JumpError, mesh: &TriangleMesh, edges: &[Edge]) -> WindingError {
         const REMESH: &str = "if edges differ in length by many orders of magnitude, remesh first";
         let (terms, reason) = match fault {
-            FlowError::Stopped(fault) => return fault.into(),
-            FlowError::NonFinite { term, what } => {
+            JumpError::Stopped(fault) => return fault.into(),
+            JumpError::NonFinite { term, what } => {
                 let what = if what == "shift" { "jump" } else { "length" };
                 (vec![term], format!("the {what} is not finite at the edge from EDGES; {REMESH}"))
             }
-            FlowError::Infeasible { cycles, .. } => {
+            JumpError::Infeasible { cycles, .. } => {
                 let terms = cycles.into_iter().flat_map(|cycle| cycle.terms).collect();
                 let reason = "the jumps cannot stay between zero and the curve's at the edges from EDGES, the only \
                               edges connecting a ring of faces; refine the mesh around them";
                 (terms, reason.into())
             }
-            FlowError::NegativeWeight { term, .. } | FlowError::NonPositiveLimit { term, .. } => {
+            JumpError::NegativeWeight { term, .. } | JumpError::NonPositiveLimit { term, .. } => {
                 (vec![term], format!("invalid length of the edge from EDGES; {REMESH}"))
             }
-            FlowError::WorkLimit { work } => (
+            JumpError::WorkLimit { work } => (
                 vec![],
                 format!(
                     "no optimum within {work:.1e} steps on {} faces; simplify the mesh or close gaps of the curve",
@@ -109,10 +109,10 @@ impl WindingError {
                     work = work as f64
                 ),
             ),
-            FlowError::Uncertified { gap, .. } => {
+            JumpError::Uncertified { gap, .. } => {
                 (vec![], format!("the solution found is not certified as optimal (gap {gap:.0e}); {REMESH}"))
             }
-            FlowError::TooLarge { .. } => {
+            JumpError::TooLarge { .. } => {
                 let (faces, edges) = (mesh.face_count(), mesh.edge_count());
                 (
                     vec![],
@@ -150,7 +150,7 @@ fn named(edges: &[[Vertex; 2]]) -> String {
 mod tests {
     use super::*;
     use eikona_mesh::shapes;
-    use eikona_numeric::Contradiction;
+    use eikona_numeric::InfeasibleCycle;
 
     #[test]
     fn faults_of_the_program_name_edges_and_a_remedy() {
@@ -158,20 +158,20 @@ mod tests {
         let edges: Vec<Edge> = mesh.edges().skip(7).collect();
         let [a, b] = mesh.edge_vertices(edges[2]).map(|v| v.index());
         let named = format!("vertex {a} to {b}");
-        let many = |terms| vec![Contradiction { terms, excess: 0.5 }; 2];
+        let many = |terms| vec![InfeasibleCycle { terms, excess: 0.5 }; 2];
         let faults = [
-            (FlowError::NonFinite { term: 2, what: "weight" }, 1, vec!["length", &named, "remesh"]),
-            (FlowError::NonFinite { term: 2, what: "shift" }, 1, vec!["jump", &named]),
-            (FlowError::NonPositiveLimit { term: 2, limit: 0.0 }, 1, vec![&named]),
+            (JumpError::NonFinite { term: 2, what: "weight" }, 1, vec!["length", &named, "remesh"]),
+            (JumpError::NonFinite { term: 2, what: "shift" }, 1, vec!["jump", &named]),
+            (JumpError::NonPositiveLimit { term: 2, limit: 0.0 }, 1, vec![&named]),
             (
-                FlowError::Infeasible { cycles: many((2..2000).collect()), work: 5 },
+                JumpError::Infeasible { cycles: many((2..2000).collect()), work: 5 },
                 2 * 1998,
                 vec![&named, "and 3993 more", "refine"],
             ),
-            (FlowError::Infeasible { cycles: many(vec![2]), work: 5 }, 2, vec![&named, "refine"]),
-            (FlowError::WorkLimit { work: 30_000_000 }, 0, vec!["3.0e7 steps", "3600 faces", "simplify"]),
-            (FlowError::Uncertified { gap: 1e-3, worst: 1e-2 }, 0, vec!["1e-3", "remesh"]),
-            (FlowError::TooLarge { nodes: 1, terms: 2 }, 0, vec!["3600 faces and 5400 edges"]),
+            (JumpError::Infeasible { cycles: many(vec![2]), work: 5 }, 2, vec![&named, "refine"]),
+            (JumpError::WorkLimit { work: 30_000_000 }, 0, vec!["3.0e7 steps", "3600 faces", "simplify"]),
+            (JumpError::Uncertified { gap: 1e-3, worst: 1e-2 }, 0, vec!["1e-3", "remesh"]),
+            (JumpError::TooLarge { nodes: 1, terms: 2 }, 0, vec!["3600 faces and 5400 edges"]),
         ];
         for (fault, count, words) in faults {
             let error = WindingError::of_program(fault, &mesh, &edges);

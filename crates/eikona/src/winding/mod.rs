@@ -88,9 +88,9 @@ pub use decomposition::Part;
 pub use error::{UnsolvedProgram, WindingError};
 pub use loops::JumpLoop;
 pub use options::{
-    Completion, CompletionShape, Diagnosis, EPSILONS, Reference, SolverOptions, WindingOptions,
+    Completion, CompletionShape, Diagnosis, EPSILON_RANGE, Reference, SolverOptions, WindingOptions,
 };
-pub use orientation::{MOST_STRETCHES, Orientation};
+pub use orientation::{AUTOMATIC_DIAGNOSIS_LIMIT, Orientation};
 pub use solution::{CompletionReport, ProgramReport, Winding, WindingReport};
 pub use solver::Solver;
 pub use split::Split;

@@ -3,9 +3,10 @@
 use crate::geometry::Triangle;
 use crate::winding::error::WindingError;
 use crate::winding::solution::ProgramReport;
-use eikona_mesh::{DisjointSets, Edge, TriangleMesh};
+use eikona_mesh::{Edge, TriangleMesh, UnionFind};
 use eikona_numeric::{
-    Contradiction, FlowError, JumpOptions, JumpSolution, JumpTerm, check_step, check_stopped, minimise_jumps,
+    InfeasibleCycle, JumpError, JumpOptions, JumpSolution, JumpTerm, check_step, check_stopped,
+    minimise_jumps,
 };
 use std::collections::BTreeSet;
 
@@ -18,7 +19,7 @@ pub(crate) struct Nonbounding {
     pub shift_of_face: Vec<f64>,
     pub report: ProgramReport,
     /// Edges of the curve where the jump could not be kept between zero and the curve's.
-    pub freed: Vec<Edge>,
+    pub relaxed: Vec<Edge>,
 }
 
 /// Minimises the length of `shift + D sigma`. Along the curve it costs `epsilon` times its length
@@ -59,7 +60,7 @@ pub(crate) fn nonbounding_part(
             },
         });
     }
-    let (solution, attempts, freed) = minimise_with_limits(mesh.face_count(), &mut terms, MAX_REPAIRS)
+    let (solution, attempts, relaxed) = minimise_with_limits(mesh.face_count(), &mut terms, MAX_REPAIRS)
         .map_err(|fault| WindingError::of_program(fault, mesh, &edges))?;
     check_stopped()?;
     let mut jump = vec![0.0; mesh.edge_count()];
@@ -75,9 +76,9 @@ pub(crate) fn nonbounding_part(
             certificate: solution.certificate,
             statistics: solution.statistics,
             attempts,
-            freed: freed.len(),
+            relaxed: relaxed.len(),
         },
-        freed: freed.into_iter().map(|i| edges[i]).collect(),
+        relaxed: relaxed.into_iter().map(|i| edges[i]).collect(),
     })
 }
 
@@ -90,15 +91,15 @@ const MAX_REPAIRS: usize = 50;
 ///
 /// Where edges of the curve are the only edges connecting a ring of faces, their limits can
 /// contradict each other. Deviation: the paper does not treat this case. Such limits are raised by
-/// the infeasibility, and dropped where that does not help; if contradictions remain, all limits
+/// the infeasibility, and dropped where that does not help; if infeasible_cycles remain, all limits
 /// are dropped in the components joined by edges with limits.
 fn minimise_with_limits(
     faces: usize,
     terms: &mut [JumpTerm],
     most_repairs: usize,
-) -> Result<(JumpSolution, usize, BTreeSet<usize>), FlowError> {
+) -> Result<(JumpSolution, usize, BTreeSet<usize>), JumpError> {
     let options = JumpOptions { work_limit: work_limit(faces, terms.len()), ..JumpOptions::default() };
-    let mut freed = BTreeSet::new();
+    let mut relaxed = BTreeSet::new();
     let mut work_before = 0;
     let mut attempts = 0;
     loop {
@@ -106,16 +107,16 @@ fn minimise_with_limits(
         match minimise_jumps(faces, terms, &options) {
             Ok(mut solution) => {
                 solution.statistics.work += work_before;
-                return Ok((solution, attempts, freed));
+                return Ok((solution, attempts, relaxed));
             }
-            Err(FlowError::Infeasible { cycles, work }) if attempts <= most_repairs + 2 => {
+            Err(JumpError::Infeasible { cycles, work }) if attempts <= most_repairs + 2 => {
                 work_before += work;
                 if attempts <= most_repairs {
-                    raise_limits(terms, &cycles, &mut freed);
+                    raise_limits(terms, &cycles, &mut relaxed);
                 } else {
                     // Contradictions from rounding may show up later: then drop all limits.
                     let everything = attempts > most_repairs + 1;
-                    drop_limits(faces, terms, &cycles, everything, &mut freed);
+                    drop_limits(faces, terms, &cycles, everything, &mut relaxed);
                 }
             }
             Err(fault) => return Err(fault),
@@ -131,10 +132,10 @@ fn work_limit(faces: usize, terms: usize) -> u64 {
 }
 
 /// Raises the limits of cycles by their infeasibility; drops those already raised.
-fn raise_limits(terms: &mut [JumpTerm], cycles: &[Contradiction], freed: &mut BTreeSet<usize>) {
-    for Contradiction { terms: cycle, excess } in cycles {
+fn raise_limits(terms: &mut [JumpTerm], cycles: &[InfeasibleCycle], relaxed: &mut BTreeSet<usize>) {
+    for InfeasibleCycle { terms: cycle, excess } in cycles {
         for &i in cycle {
-            let first_time = freed.insert(i);
+            let first_time = relaxed.insert(i);
             terms[i].limit = terms[i].limit.filter(|_| first_time).map(|limit| limit + 1.001 * excess + 1e-9);
         }
     }
@@ -144,11 +145,11 @@ fn raise_limits(terms: &mut [JumpTerm], cycles: &[Contradiction], freed: &mut BT
 fn drop_limits(
     faces: usize,
     terms: &mut [JumpTerm],
-    cycles: &[Contradiction],
+    cycles: &[InfeasibleCycle],
     everything: bool,
-    freed: &mut BTreeSet<usize>,
+    relaxed: &mut BTreeSet<usize>,
 ) {
-    let mut parts = DisjointSets::new(faces);
+    let mut parts = UnionFind::new(faces);
     terms.iter().filter(|term| term.limit.is_some()).for_each(|term| parts.join(term.from, term.to));
     let mut concerned = vec![everything; faces];
     for &i in cycles.iter().flat_map(|cycle| &cycle.terms) {
@@ -157,7 +158,7 @@ fn drop_limits(
     for (i, term) in terms.iter_mut().enumerate().filter(|(_, term)| term.limit.is_some()) {
         if concerned[parts.find(term.from) as usize] {
             term.limit = None;
-            freed.insert(i);
+            relaxed.insert(i);
         }
     }
 }
@@ -222,25 +223,25 @@ mod tests {
     fn limits_are_raised_and_finally_dropped_in_the_affected_components() {
         let (faces, terms) = pairs_of_rings(6);
         let mut raised = terms.clone();
-        let (solution, attempts, freed) = minimise_with_limits(faces, &mut raised, MAX_REPAIRS).unwrap();
-        assert_eq!((attempts, freed.len()), (2, 3 * 3));
+        let (solution, attempts, relaxed) = minimise_with_limits(faces, &mut raised, MAX_REPAIRS).unwrap();
+        assert_eq!((attempts, relaxed.len()), (2, 3 * 3));
         // Three rings jump by 5.
         assert!((solution.objective - 3.0 * 5.0).abs() < 1e-9);
         for (i, (before, after)) in terms.iter().zip(&raised).enumerate() {
-            assert_eq!(before.limit != after.limit, freed.contains(&i));
+            assert_eq!(before.limit != after.limit, relaxed.contains(&i));
             assert_eq!(before.limit.is_some(), after.limit.is_some());
         }
         // Both rings of every second pair, and the terms connecting them.
         let mut dropped = terms.clone();
-        let (solution, attempts, freed) = minimise_with_limits(faces, &mut dropped, 0).unwrap();
-        assert_eq!((attempts, freed.len()), (2, 3 * 7));
+        let (solution, attempts, relaxed) = minimise_with_limits(faces, &mut dropped, 0).unwrap();
+        assert_eq!((attempts, relaxed.len()), (2, 3 * 7));
         assert!((solution.objective - 3.0 * 5.0).abs() < 1e-9);
-        assert!(dropped.iter().enumerate().all(|(i, term)| term.limit.is_none() || !freed.contains(&i)));
+        assert!(dropped.iter().enumerate().all(|(i, term)| term.limit.is_none() || !relaxed.contains(&i)));
         let free = |terms: &[JumpTerm]| terms.iter().filter(|term| term.limit.is_none()).count();
         assert_eq!(free(&dropped), free(&terms) + 3 * 7);
-        let mut freed = BTreeSet::new();
+        let mut relaxed = BTreeSet::new();
         let mut all = terms;
-        drop_limits(faces, &mut all, &[], true, &mut freed);
+        drop_limits(faces, &mut all, &[], true, &mut relaxed);
         assert_eq!(free(&all), all.len());
     }
 
@@ -248,7 +249,7 @@ mod tests {
     fn the_work_counts_all_attempts() {
         let (faces, mut terms) = pairs_of_rings(6);
         let first = minimise_jumps(faces, &terms, &JumpOptions::default()).unwrap_err();
-        let FlowError::Infeasible { work: before, .. } = first else { panic!("{first}") };
+        let JumpError::Infeasible { work: before, .. } = first else { panic!("{first}") };
         let (solution, ..) = minimise_with_limits(faces, &mut terms, MAX_REPAIRS).unwrap();
         let last = minimise_jumps(faces, &terms, &JumpOptions::default()).unwrap();
         assert_eq!(solution.statistics.work, before + last.statistics.work);

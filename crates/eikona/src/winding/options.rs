@@ -45,7 +45,7 @@ pub enum Reference {
 /// smoother function (measured on the faces, whatever the triangulation of the solve).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Diagnosis {
-    /// If the curve has at most [`MOST_STRETCHES`](super::MOST_STRETCHES) stretches.
+    /// If the curve has at most [`AUTOMATIC_DIAGNOSIS_LIMIT`](super::AUTOMATIC_DIAGNOSIS_LIMIT) stretches.
     #[default]
     Automatic,
     /// Always, up to 2000 stretches; time and memory grow quadratically with their number.
@@ -55,7 +55,7 @@ pub enum Diagnosis {
 }
 
 /// Accepted values of [`WindingOptions::epsilon`].
-pub const EPSILONS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
+pub const EPSILON_RANGE: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 
 /// Options of a [`Solver`](super::Solver), fixed when it is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -20,15 +20,15 @@ use crate::winding::coordinates::Coordinates;
 use crate::winding::error::WindingError;
 use crate::winding::labels::share_of_area;
 use crate::winding::operators::Operators;
-use eikona_mesh::{Curve, DisjointSets, Face, Halfedge, SurfaceCurves, TriangleMesh, Vertex};
+use eikona_mesh::{Curve, Face, Halfedge, SurfaceCurves, TriangleMesh, UnionFind, Vertex};
 use std::collections::BTreeMap;
 
 /// Largest number of stretches that [`Diagnosis::Automatic`](super::Diagnosis::Automatic) checks.
-pub const MOST_STRETCHES: usize = 32;
+pub const AUTOMATIC_DIAGNOSIS_LIMIT: usize = 32;
 
 /// Largest number of stretches that [`Diagnosis::Always`](super::Diagnosis::Always) checks: every
 /// pair is compared.
-pub(super) const MAX_CHECKED: usize = 2000;
+pub(super) const DIAGNOSIS_LIMIT: usize = 2000;
 
 /// A stretch is reversed if its contribution to the energy of the others exceeds this share of its
 /// own energy.
@@ -323,7 +323,7 @@ struct Interaction {
 
 /// Returns the group number of each stretch; stretches that interact share a group.
 fn groups(energy: &[Vec<f64>], has_ends: &[bool]) -> Vec<usize> {
-    let mut groups = DisjointSets::new(energy.len());
+    let mut groups = UnionFind::new(energy.len());
     for p in 0..energy.len() {
         for q in 0..p {
             let matters = energy[p][q].abs() > SHARE * energy[p][p].min(energy[q][q]);

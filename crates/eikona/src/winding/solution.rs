@@ -111,7 +111,7 @@ pub struct CompletionReport {
     pub straightened: usize,
     /// Number of pieces that could not be straightened: their paths would cross other parts of the
     /// completed curve, vanish, or take in regions whose label is certain.
-    pub kept: usize,
+    pub on_edges: usize,
     /// Total length of the straightened pieces along edges, in the unit of the mesh.
     pub length_before: f64,
     /// Their total length after straightening.
@@ -141,7 +141,7 @@ pub struct ProgramReport {
     pub attempts: usize,
     /// Number of curve edges whose jump limit was raised or dropped because the limits were
     /// infeasible: there the nonbounding part need not lie between zero and the curve.
-    pub freed: usize,
+    pub relaxed: usize,
 }
 
 impl ProgramReport {

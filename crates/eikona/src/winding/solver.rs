@@ -11,9 +11,11 @@ use crate::winding::error::WindingError;
 use crate::winding::labels::share_of_area;
 use crate::winding::loops::loops_of;
 use crate::winding::options::{
-    CompletionShape, Diagnosis, EPSILONS, Reference, SolverOptions, WindingOptions,
+    CompletionShape, Diagnosis, EPSILON_RANGE, Reference, SolverOptions, WindingOptions,
 };
-use crate::winding::orientation::{MAX_CHECKED, MOST_STRETCHES, Orientation, Stretches, changed_area};
+use crate::winding::orientation::{
+    AUTOMATIC_DIAGNOSIS_LIMIT, DIAGNOSIS_LIMIT, Orientation, Stretches, changed_area,
+};
 use crate::winding::solution::{Winding, WindingReport};
 use crate::winding::steps::{Found, solve_chain};
 use crate::winding::surface::Surface;
@@ -149,7 +151,7 @@ impl Solver {
             return Err(WindingError::Unsigned { curve });
         }
         let epsilon = options.epsilon;
-        if !EPSILONS.contains(&epsilon) {
+        if !EPSILON_RANGE.contains(&epsilon) {
             let bound = "choose a number from 1e-9 to 1";
             return Err(WindingError::Option { name: "epsilon", value: epsilon, bound });
         }
@@ -201,7 +203,7 @@ fn solve_along_edges(
     check_stopped()?;
     let found = solve_chain(surface, &chain.jump, options, &mut phases)?;
     warnings.extend(several_fans(&found.coordinates, provenance));
-    warnings.extend(narrow_rings(&found.freed, mesh, provenance));
+    warnings.extend(narrow_rings(&found.relaxed, mesh, provenance));
     warnings.extend(faces_without_value(&found.islands, provenance));
 
     phases.next("orientation")?;
@@ -270,11 +272,11 @@ fn orientation(
     let stretches = Stretches::of(steps);
     match options.diagnosis {
         Diagnosis::Never => return Ok(None),
-        Diagnosis::Automatic if stretches.count() > MOST_STRETCHES => return Ok(None),
-        Diagnosis::Always if stretches.count() > MAX_CHECKED => {
+        Diagnosis::Automatic if stretches.count() > AUTOMATIC_DIAGNOSIS_LIMIT => return Ok(None),
+        Diagnosis::Always if stretches.count() > DIAGNOSIS_LIMIT => {
             let count = stretches.count();
             return Err(format!(
-                "it has {count} stretches, more than the {MAX_CHECKED} that can be compared"
+                "it has {count} stretches, more than the {DIAGNOSIS_LIMIT} that can be compared"
             ));
         }
         Diagnosis::Automatic | Diagnosis::Always => {}

@@ -3,7 +3,7 @@
 use crate::winding::corner_values::tip_corner;
 use crate::winding::solution::Winding;
 use eikona_mesh::{
-    DisjointSets, Edge, FaceField, Halfedge, MeshError, Provenance, SurfacePoint, TriangleMesh, Vertex,
+    Edge, FaceField, Halfedge, MeshError, Provenance, SurfacePoint, TriangleMesh, UnionFind, Vertex,
 };
 
 /// A mesh in which regions of different labels share no vertex: see [`Winding::split`].
@@ -46,7 +46,7 @@ impl Winding {
     /// ```
     pub fn split(&self) -> Result<Split, MeshError> {
         let (mesh, labels) = (&self.mesh, &self.labels);
-        let mut fans = DisjointSets::new(mesh.halfedge_count());
+        let mut fans = UnionFind::new(mesh.halfedge_count());
         mesh.edges().for_each(|e| join_across(&mut fans, mesh, e, labels));
 
         let is_split = |v: Vertex| {
@@ -62,7 +62,7 @@ impl Winding {
 /// their order and their corners.
 pub(super) fn cut_open(
     mesh: &TriangleMesh,
-    corners_of: &mut DisjointSets,
+    corners_of: &mut UnionFind,
     is_split: impl Fn(Vertex) -> bool,
 ) -> Result<(TriangleMesh, Provenance), MeshError> {
     let mut positions = mesh.positions().to_vec();
@@ -95,7 +95,7 @@ pub(super) fn cut_open(
 }
 
 /// Joins the corners at both ends of an edge, for those of its faces that have the same label.
-fn join_across(fans: &mut DisjointSets, mesh: &TriangleMesh, e: Edge, labels: &FaceField<i32>) {
+fn join_across(fans: &mut UnionFind, mesh: &TriangleMesh, e: Edge, labels: &FaceField<i32>) {
     let mut join_all = |halfedges: &[Halfedge]| {
         for pair in halfedges.windows(2).filter(|p| labels[p[0].face()] == labels[p[1].face()]) {
             for v in mesh.edge_vertices(e) {

@@ -25,7 +25,7 @@ pub(super) struct Found {
     pub labels: Labels,
     pub residual: f64,
     pub program: Option<ProgramReport>,
-    pub freed: Vec<Edge>,
+    pub relaxed: Vec<Edge>,
 }
 
 /// Harmonic forms below this are rounding errors (jumps are integers): every part of the curve
@@ -62,7 +62,7 @@ pub(super) fn solve_chain(
     };
     let mut nonbounding = vec![0.0; mesh.edge_count()];
     let mut residual_function = vec![0.0; 3 * mesh.face_count()];
-    let (mut program, mut freed) = (None, Vec::new());
+    let (mut program, mut relaxed) = (None, Vec::new());
     if let Some(harmonic) = harmonic {
         phases.next("linear program")?;
         residual = residual.max(harmonic.residual);
@@ -73,7 +73,7 @@ pub(super) fn solve_chain(
         for (corner, value) in residual_function.iter_mut().enumerate() {
             *value = harmonic.in_faces[corner] + part.shift_of_face[corner / 3];
         }
-        (nonbounding, freed) = (part.jump, part.freed);
+        (nonbounding, relaxed) = (part.jump, part.relaxed);
         program = Some(part.report.in_unit(surface.unit));
         phases.next("second jump equation")?;
 
@@ -104,7 +104,7 @@ pub(super) fn solve_chain(
         labels,
         residual,
         program,
-        freed,
+        relaxed,
     })
 }
 

@@ -37,7 +37,11 @@ pub(super) fn faces_without_value(islands: &Islands, provenance: &Provenance) ->
     Some(Warning::FacesWithoutValue { count: faces.len(), first: provenance.face_parent(faces.first()?.0) })
 }
 
-pub(super) fn narrow_rings(freed: &[Edge], mesh: &TriangleMesh, provenance: &Provenance) -> Option<Warning> {
-    let first = mesh.edge_vertices(*freed.first()?).map(|v| place(provenance, v));
-    Some(Warning::NarrowRings { count: freed.len(), first })
+pub(super) fn narrow_rings(
+    relaxed: &[Edge],
+    mesh: &TriangleMesh,
+    provenance: &Provenance,
+) -> Option<Warning> {
+    let first = mesh.edge_vertices(*relaxed.first()?).map(|v| place(provenance, v));
+    Some(Warning::NarrowRings { count: relaxed.len(), first })
 }

@@ -44,7 +44,7 @@ pub fn shape_of_surface(mesh: &TriangleMesh) -> impl PartialEq + std::fmt::Debug
         t.euler_characteristic,
         t.sheet_count,
         components,
-        t.boundary_piece_count,
+        t.boundary_component_count,
         loops,
         fans,
         t.unreferenced_vertices,

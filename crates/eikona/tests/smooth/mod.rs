@@ -52,7 +52,7 @@ pub fn check(input: &TriangleMesh, edges: &Winding, straight: &Winding) {
         return;
     }
     let report = report.unwrap();
-    assert!(report.straightened + report.kept <= report.pieces);
+    assert!(report.straightened + report.on_edges <= report.pieces);
     assert!(report.length_after < report.length_before);
     // Properties of the solution on edges are unchanged.
     assert_eq!(straight.report.program, edges.report.program);

@@ -88,15 +88,15 @@ impl Winding {
         }
         let mut report = CompletionReport { pieces, ..CompletionReport::default() };
         for layer in [&regions, &loops] {
-            report.kept += layer.strands.iter().filter(|s| s.freedom == Freedom::OnEdges).count();
+            report.on_edges += layer.strands.iter().filter(|s| s.freedom == Freedom::OnEdges).count();
             for (_, _, pulled) in layer.moved() {
                 report.straightened += 1;
                 report.length_before += pulled.before;
                 report.length_after += pulled.after;
             }
         }
-        if report.kept > 0 {
-            self.report.warnings.push(Warning::UnstraightenedPieces { count: report.kept, of: pieces });
+        if report.on_edges > 0 {
+            self.report.warnings.push(Warning::UnstraightenedPieces { count: report.on_edges, of: pieces });
         }
         self.report.completion = Some(report);
         match straight {

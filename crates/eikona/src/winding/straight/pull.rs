@@ -3,7 +3,7 @@
 use super::pieces::Piece;
 use crate::curves::{path_length, straighten_around, straighten_loop};
 use crate::winding::split::cut_open;
-use eikona_mesh::{DisjointSets, Located, MeshError, Provenance, TriangleMesh, Vertex};
+use eikona_mesh::{Located, MeshError, Provenance, TriangleMesh, UnionFind, Vertex};
 
 /// The mesh cut open along edges. Faces and halfedges keep their numbers.
 pub(super) struct Slit {
@@ -25,7 +25,7 @@ impl Slit {
     /// Cuts along the `closed` edges. Pieces do not pass the `fixed` vertices. Lengths are measured
     /// in `unit`s.
     pub fn new(mesh: &TriangleMesh, closed: &[bool], fixed: &[Vertex], unit: f64) -> Result<Slit, MeshError> {
-        let mut fans = DisjointSets::new(mesh.halfedge_count());
+        let mut fans = UnionFind::new(mesh.halfedge_count());
         let mut at_cut = vec![false; mesh.vertex_count()];
         for e in mesh.edges() {
             let ends = mesh.edge_vertices(e);

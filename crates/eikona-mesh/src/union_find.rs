@@ -3,22 +3,22 @@
 /// Union-find on the numbers 0, 1, ...; the representative of a set is its smallest member.
 ///
 /// ```
-/// use eikona_mesh::DisjointSets;
-/// let mut sets = DisjointSets::new(5);
+/// use eikona_mesh::UnionFind;
+/// let mut sets = UnionFind::new(5);
 /// sets.join(4, 1);
 /// sets.join(3, 4);
 /// assert_eq!((sets.find(3), sets.find(2)), (1, 2));
 /// assert_eq!(sets.numbers(), ([0, 1, 2, 1, 1].to_vec(), 3));
 /// ```
 #[derive(Clone, Debug)]
-pub struct DisjointSets {
+pub struct UnionFind {
     parent: Vec<u32>,
 }
 
-impl DisjointSets {
+impl UnionFind {
     /// Creates `count` singletons.
     pub fn new(count: usize) -> Self {
-        DisjointSets { parent: (0..count as u32).collect() }
+        UnionFind { parent: (0..count as u32).collect() }
     }
 
     /// Returns the smallest member of the set of `x`.
@@ -27,7 +27,7 @@ impl DisjointSets {
     /// Usually O(1): path halving shortens later searches.
     ///
     /// # Panics
-    /// If `x` is not below the count. [`join`](DisjointSets::join) panics likewise.
+    /// If `x` is not below the count. [`join`](UnionFind::join) panics likewise.
     pub fn find(&mut self, mut x: u32) -> u32 {
         while self.parent[x as usize] != x {
             let up = self.parent[self.parent[x as usize] as usize];
