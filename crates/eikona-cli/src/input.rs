@@ -1,6 +1,7 @@
 //! The input mesh: read from a file or standard input, repaired on request, and triangulated.
 
 use crate::exit::Failure;
+use crate::report::vertex_map;
 use crate::seams::{Stitch, looks_loose, parse_stitch, stitch_mesh};
 use crate::session::Session;
 use crate::warned::Warned;
@@ -374,12 +375,6 @@ impl MeshInput {
         let renamed = self.renamed.rename(point);
         self.stitched.as_ref().map_or(renamed, |stitched| stitched.point(renamed))
     }
-}
-
-/// The new number of each vertex for the report; null if all keep their numbers.
-pub fn vertex_map(provenance: &Provenance, vertices: usize) -> Value {
-    let new = |v: u32| provenance.new_vertex(Vertex(v)).map(|v| v.0);
-    if provenance.keeps_vertices() { Value::Null } else { (0..vertices as u32).map(new).collect() }
 }
 
 /// The polygons, including broken ones, on the welded vertices.

@@ -19,7 +19,6 @@ mod session;
 mod source;
 mod warned;
 mod winding;
-mod winding_file;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};

@@ -2,6 +2,7 @@
 
 use crate::warned::Warned;
 use eikona::signed_heat::Phases;
+use eikona_mesh::{Provenance, Vertex};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::time::Duration;
@@ -102,4 +103,10 @@ pub fn peak_memory_bytes() -> Option<u64> {
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kibibytes * 1024)
+}
+
+/// The new number of each vertex for the report; null if all keep their numbers.
+pub fn vertex_map(provenance: &Provenance, vertices: usize) -> Value {
+    let new = |v: u32| provenance.new_vertex(Vertex(v)).map(|v| v.0);
+    if provenance.keeps_vertices() { Value::Null } else { (0..vertices as u32).map(new).collect() }
 }

@@ -1,7 +1,7 @@
 //! Boundaries that touch without sharing vertices: warnings and the repair.
 
 use crate::exit::Failure;
-use crate::input::vertex_map;
+use crate::report::vertex_map;
 use crate::session::Session;
 use crate::warned::Warned;
 use eikona_mesh::{Components, MeshError, Seams, Stitched, SurfaceCurves, TriangleMesh, counted, stitch};

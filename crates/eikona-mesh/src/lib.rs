@@ -9,6 +9,7 @@
 mod curve;
 mod curve_io;
 pub mod damage;
+mod duplicates;
 mod error;
 mod fan;
 mod field;

@@ -1,6 +1,7 @@
 //! Repairs of a mesh. Each is an explicit function that returns the new mesh and its
 //! [`Provenance`].
 
+use crate::duplicates::{first_at_position, first_with_same_vertices};
 use crate::error::{Fault, MeshError};
 use crate::fan::umbrellas;
 use crate::id::{Face, Vertex};
@@ -10,9 +11,7 @@ use crate::point::SurfacePoint;
 use crate::polygon::{PolygonMesh, cut_polygon};
 use crate::provenance::Provenance;
 use crate::quality::TriangleShape;
-use crate::validate::first_with_same_vertices;
 use std::collections::HashMap;
-use std::hash::{BuildHasher, RandomState};
 
 /// A repaired mesh.
 #[derive(Clone, Debug)]
@@ -281,30 +280,6 @@ fn weld_targets(positions: &[[f64; 3]], tolerance: f64) -> Result<Vec<u32>, Mesh
         });
     }
     Ok(if tolerance == 0.0 { first_at_position(positions) } else { nearest_kept(positions, tolerance) })
-}
-
-/// Returns the first equal position for each one (itself if it is the first). Zero equals minus
-/// zero.
-pub(crate) fn first_at_position(positions: &[[f64; 3]]) -> Vec<u32> {
-    const EMPTY: u32 = u32::MAX;
-    // A table of vertex numbers with open addressing, a few times smaller than a map that stores
-    // the positions. The hash is randomised, so that no input can defeat it; the result does not
-    // depend on it.
-    let hashing = RandomState::new();
-    let mask = (2 * positions.len()).next_power_of_two() - 1;
-    let mut table = vec![EMPTY; mask + 1];
-    let mut first = Vec::with_capacity(positions.len());
-    for (i, p) in positions.iter().enumerate() {
-        let mut slot = hashing.hash_one(p.map(|x| (x + 0.0).to_bits())) as usize & mask;
-        while table[slot] != EMPTY && positions[table[slot] as usize] != *p {
-            slot = (slot + 1) & mask;
-        }
-        if table[slot] == EMPTY {
-            table[slot] = i as u32;
-        }
-        first.push(table[slot]);
-    }
-    first
 }
 
 /// Returns, for each position, the nearest one kept before it within the tolerance; if there is

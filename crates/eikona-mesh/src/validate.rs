@@ -1,11 +1,11 @@
 //! Validation: all faults of a mesh, element by element.
 
+use crate::duplicates::{first_at_position, first_with_same_vertices};
 use crate::error::Fault;
-use crate::id::{Face, Vertex};
+use crate::id::Vertex;
 use crate::mesh::TriangleMesh;
 use crate::orientation::inconsistent_edges;
 use crate::quality::TriangleShape;
-use crate::repair::first_at_position;
 use crate::topology::Topology;
 
 /// Returns all faults of a mesh: unreferenced vertices, coincident vertices, zero-area faces,
@@ -68,25 +68,4 @@ pub fn validate(mesh: &TriangleMesh) -> Vec<Fault> {
             .map(|edge| Fault::InconsistentOrientation { edge, vertices: mesh.edge_vertices(edge) }),
     );
     faults
-}
-
-/// Returns, for each face, the first one with the same three vertices in any order; itself if there
-/// is none before it.
-pub(crate) fn first_with_same_vertices(mesh: &TriangleMesh) -> Vec<Face> {
-    let mut keyed: Vec<([u32; 3], Face)> = mesh
-        .faces()
-        .map(|f| {
-            let mut vertices = mesh.triangles()[f.index()];
-            vertices.sort_unstable();
-            (vertices, f)
-        })
-        .collect();
-    keyed.sort_unstable();
-    let mut first_of: Vec<Face> = mesh.faces().collect();
-    for group in keyed.chunk_by(|a, b| a.0 == b.0) {
-        for (_, f) in group {
-            first_of[f.index()] = group[0].1;
-        }
-    }
-    first_of
 }

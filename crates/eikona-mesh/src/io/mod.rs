@@ -42,6 +42,7 @@ mod vtp;
 mod vtp_arrays;
 mod vtp_write;
 mod words;
+mod write;
 
 #[cfg(test)]
 mod tests;
@@ -50,11 +51,12 @@ pub use atomic::{StagedFile, discard_temporary_files, publish_files, stage_file,
 pub use gltf::read_gltf;
 pub use obj::read_obj;
 pub use off::read_off;
-pub use output::{Encoding, MeshOut, stage_mesh, write_mesh, write_mesh_bytes};
+pub use output::{Encoding, MeshOut};
 pub use ply::read_ply;
 pub use stl::read_stl;
 pub use text::decode_text;
 pub use vtp::read_vtp;
+pub use write::{stage_mesh, write_mesh, write_mesh_bytes};
 
 use crate::error::FileError;
 use crate::polygon::PolygonMesh;

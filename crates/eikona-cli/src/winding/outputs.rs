@@ -1,5 +1,6 @@
 //! Output files of `eikona winding`.
 
+use super::arguments::{OutputArguments, WindingArguments};
 use crate::exit::Failure;
 use crate::field_file::npy_of_labels;
 use crate::input::MeshInput;
@@ -7,7 +8,6 @@ use crate::make::output_curves;
 use crate::picture::{self, draw};
 use crate::session::Session;
 use crate::warned::Warned;
-use crate::winding::{OutputArguments, WindingArguments};
 use eikona::contour::{obj_lines, polylines};
 use eikona::winding::{JumpLoop, Winding};
 use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
