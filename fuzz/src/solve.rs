@@ -36,7 +36,7 @@ pub fn check(bytes: &[u8]) {
         LevelSets::PerComponent,
         LevelSets::Soft(weight),
     ] {
-        match solver.solve(&source, &SolveOptions { level_sets, ..solve_options }) {
+        match solver.solve(&source, &solve_options.with_level_sets(level_sets)) {
             Ok(solution) => {
                 check_solution(&mesh, &solution);
                 black_box(isolines(&mesh, &solution.distance, &[0.0, 0.5]).ok());
@@ -107,16 +107,11 @@ fn solver_options(choices: &mut Choices) -> SolverOptions {
     };
     let threads = if choices.below(16) == 15 { 2 } else { 1 };
     let memory_limit = choices.of([None, None, None, None, None, None, None, Some(0), Some(1 << 30)]);
-    SolverOptions { time, threads, memory_limit }
+    SolverOptions::default().with_time(time).with_threads(threads).with_memory_limit(memory_limit)
 }
 
 fn solve_options(choices: &mut Choices) -> SolveOptions {
-    SolveOptions {
-        level_sets: LevelSets::Free,
-        preserve_source_normals: choices.of([false, true]),
-        sign: choices.of([SignConvention::LeftNegative, SignConvention::LeftPositive]),
-        confidence: choices.of([false, true]),
-    }
+    SolveOptions::default().with_level_sets(LevelSets::Free).with_preserve_source_normals(choices.of([false, true])).with_sign(choices.of([SignConvention::LeftNegative, SignConvention::LeftPositive])).with_confidence(choices.of([false, true]))
 }
 
 /// Builds a patch of a grid, a strip that may be twisted, or arbitrary faces; then corrupts some

@@ -186,17 +186,15 @@ fn solve(
     session: &mut Session,
 ) -> Result<Solution, Failure> {
     let method = &arguments.method;
-    let solver_options = SolverOptions {
-        time: method.time.for_source(&input.mesh, source),
-        threads: session.threads(),
-        memory_limit: method.memory_limit,
-    };
-    let solve_options = SolveOptions {
-        level_sets: method.level_sets,
-        preserve_source_normals: method.preserve_normals,
-        sign: method.sign.unwrap_or_default(),
-        confidence: method.confidence,
-    };
+    let solver_options = SolverOptions::default()
+        .with_time(method.time.for_source(&input.mesh, source))
+        .with_threads(session.threads())
+        .with_memory_limit(method.memory_limit);
+    let solve_options = SolveOptions::default()
+        .with_level_sets(method.level_sets)
+        .with_preserve_source_normals(method.preserve_normals)
+        .with_sign(method.sign.unwrap_or_default())
+        .with_confidence(method.confidence);
     record_options(&solver_options, &solve_options, arguments, session);
     let solver = session.solver("prepare", || Solver::new(&input.mesh, &solver_options))?;
     let solution = session.solver("solve", || solver.solve(source, &solve_options))?;

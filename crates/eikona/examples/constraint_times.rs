@@ -21,9 +21,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{case}: {} faces, {} pieces of curves", mesh.face_count(), source.curves.len());
     let coefficient: f64 = arguments.get(2).map_or(Ok(1.0), |t| t.parse())?;
     let time = DiffusionTime::Coefficient(coefficient);
-    let solver = Solver::new(&mesh, &SolverOptions { time, ..Default::default() })?;
+    let solver = Solver::new(&mesh, &SolverOptions::default().with_time(time))?;
     let options =
-        SolveOptions { level_sets, preserve_source_normals: case == "normals", ..Default::default() };
+        SolveOptions::default().with_level_sets(level_sets).with_preserve_source_normals(case == "normals");
     let report = solver.solve(&source, &options)?.report;
     for (phase, duration) in report.preparation.phases.0.iter().chain(&report.phases.0) {
         println!("  {phase:14} {:8.1} ms", duration.as_secs_f64() * 1e3);

@@ -17,8 +17,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
 
     let time = DiffusionTime::Automatic.for_source(&sphere, &broken);
-    let solver = Solver::new(&sphere, &SolverOptions { time, ..Default::default() })?;
-    let solution = solver.solve(&broken, &SolveOptions { confidence: true, ..Default::default() })?;
+    let solver = Solver::new(&sphere, &SolverOptions::default().with_time(time))?;
+    let solution = solver.solve(&broken, &SolveOptions::default().with_confidence(true))?;
 
     let exact = |z: f64| z.clamp(-1.0, 1.0).asin() - 0.3f64.asin();
     let worst = sphere

@@ -38,7 +38,7 @@ fn main() {
 
 /// Returns whether the solve was finished.
 fn distance(mesh: &TriangleMesh, curves: &SurfaceCurves, threads: usize) -> bool {
-    let options = signed_heat::SolverOptions { threads, ..Default::default() };
+    let options = signed_heat::SolverOptions::default().with_threads(threads);
     let solver = signed_heat::Solver::new(mesh, &options);
     solver.and_then(|solver| solver.solve(curves, &Default::default())).is_ok()
 }

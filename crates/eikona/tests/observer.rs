@@ -41,7 +41,7 @@ fn signed_heat_can_be_stopped_in_every_phase() {
     let source = broken_cut(&torus);
     for threads in [1, 2] {
         let solve = || {
-            let options = signed_heat::SolverOptions { threads, ..Default::default() };
+            let options = signed_heat::SolverOptions::default().with_threads(threads);
             signed_heat::Solver::new(&torus, &options)?.solve(&source, &Default::default())
         };
         let expected = solve().unwrap().distance;

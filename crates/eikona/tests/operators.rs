@@ -7,7 +7,7 @@ mod exact;
 use dense::{Constraint, Dense, FaceFrame, scalar_laplacian, vector_operators};
 use eikona::geometry::lay_out;
 use eikona::operators::{ComplexFrames, CotanLaplacian, EdgeFrames, RealFrames, divergence};
-use eikona::signed_heat::{DiffusionTime, LevelSets, SolveOptions};
+use eikona::signed_heat::{DiffusionTime, LevelSets};
 use eikona_mesh::{
     Curve, Face, Halfedge, SurfaceCurves, TriangleMesh, damage,
     random::Random,
@@ -296,7 +296,7 @@ fn against_twin(pairs: &[(LevelSets, Constraint)], preserve_source_normals: bool
             for coefficient in [1.0, 7.0] {
                 let solver = solver(&mesh, DiffusionTime::Coefficient(coefficient));
                 for &(level_sets, constraint) in pairs {
-                    let options = SolveOptions { preserve_source_normals, ..levels(level_sets) };
+                    let options = levels(level_sets).with_preserve_source_normals(preserve_source_normals);
                     let ours = solver.solve(&source, &options).unwrap().distance.into_vec();
                     let twin = dense::signed_distance(
                         &mesh,

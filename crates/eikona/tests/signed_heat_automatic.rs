@@ -216,8 +216,7 @@ fn components_are_chosen_separately() {
     let found = default_solve(&both, &source);
     assert!(found.report.level_sets.reason.contains("1 other component"), "{:?}", found.report.level_sets);
     let time = DiffusionTime::Coefficient(found.report.time.coefficient);
-    let solver =
-        |mesh: &TriangleMesh| Solver::new(mesh, &SolverOptions { time, ..Default::default() }).unwrap();
+    let solver = |mesh: &TriangleMesh| Solver::new(mesh, &SolverOptions::default().with_time(time)).unwrap();
     let first = solver(&sphere).solve(&whole(&sphere, 0.0), &SolveOptions::default()).unwrap();
     let second = broken(&far, &whole(&far, 5.0), 0.2, 0.1);
     let second = solver(&far).solve(&second, &SolveOptions::default()).unwrap();
@@ -257,7 +256,7 @@ fn no_explicit_choice_is_much_better_than_the_default() {
         times.dedup();
         let solvers: Vec<(DiffusionTime, Solver)> = times
             .into_iter()
-            .map(|time| (time, Solver::new(mesh, &SolverOptions { time, ..Default::default() }).unwrap()))
+            .map(|time| (time, Solver::new(mesh, &SolverOptions::default().with_time(time)).unwrap()))
             .collect();
         for (k, (_, function)) in surfaces::eigenfunctions(mesh, 2).iter().enumerate() {
             let mut random = Random::from_seed(31 + k as u64);
@@ -272,7 +271,7 @@ fn no_explicit_choice_is_much_better_than_the_default() {
                     SurfaceCurves { curves: whole.damaged(*damage, &mut random), points: Vec::new() };
                 for ((time, level_sets), cell) in [automatic].iter().chain(&others).zip(row) {
                     let solver = &solvers.iter().find(|(t, _)| t == time).unwrap().1;
-                    let options = SolveOptions { level_sets: *level_sets, ..Default::default() };
+                    let options = SolveOptions::default().with_level_sets(*level_sets);
                     let found = solver.solve(&source, &options).unwrap().distance;
                     let nested = matches!(damage, Damage::Nested(..));
                     let e = error(&areas, &distance, found.as_slice(), nested);

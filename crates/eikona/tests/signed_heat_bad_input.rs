@@ -130,7 +130,7 @@ fn nonexistent_edges_and_faces() {
 fn options_out_of_range() {
     let mesh = plate();
     for value in [0.0, -1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        let options = SolverOptions { time: DiffusionTime::Coefficient(value), ..SolverOptions::default() };
+        let options = SolverOptions::default().with_time(DiffusionTime::Coefficient(value));
         let error = Solver::new(&mesh, &options).unwrap_err();
         let SignedHeatError::Option { name, value: named, .. } = &error else { panic!("{error:?}") };
         assert_eq!((*name, named.to_bits()), ("time coefficient", value.to_bits()));
@@ -150,7 +150,7 @@ fn extreme_times() {
     let source = SurfaceCurves::from_curve(Curve::signed([6, 7, 8].map(Vertex)));
     for coefficient in [1e-300, 1e-30, 1e-12, 1e12, 1e30, 1e300] {
         let time = DiffusionTime::Coefficient(coefficient);
-        match Solver::new(&mesh, &SolverOptions { time, ..SolverOptions::default() }) {
+        match Solver::new(&mesh, &SolverOptions::default().with_time(time)) {
             Err(error) => println!("coefficient {coefficient:e}: {error}"),
             Ok(solver) => match solver.solve(&source, &SolveOptions::default()) {
                 Err(error) => println!("coefficient {coefficient:e}: {error}"),
@@ -214,7 +214,7 @@ fn invalid_vertices_and_faces_are_named() {
 #[test]
 fn memory_limit() {
     let mesh = shapes::geodesic_sphere(20).unwrap();
-    let with = |limit| Solver::new(&mesh, &SolverOptions { memory_limit: limit, ..SolverOptions::default() });
+    let with = |limit| Solver::new(&mesh, &SolverOptions::default().with_memory_limit(limit));
     let needed = match with(Some(1000)).unwrap_err() {
         SignedHeatError::Numeric(NumericError::MemoryLimit { needed_bytes, limit_bytes: 1000 }) => {
             needed_bytes
@@ -233,7 +233,7 @@ fn memory_limit() {
 fn memory_limit_of_a_solve() {
     let mesh = shapes::grid(2000, 2, 2000.0, 2.0, Diagonal::Alternating).unwrap();
     let source = SurfaceCurves::from_curve(through_vertices(&mesh, |p| p[0] == 7.0, |p| p[1]));
-    let with = |limit| Solver::new(&mesh, &SolverOptions { memory_limit: limit, ..SolverOptions::default() });
+    let with = |limit| Solver::new(&mesh, &SolverOptions::default().with_memory_limit(limit));
     let SignedHeatError::Numeric(NumericError::MemoryLimit { needed_bytes, .. }) =
         with(Some(1000)).unwrap_err()
     else {

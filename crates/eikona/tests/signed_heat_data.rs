@@ -4,7 +4,7 @@ mod exact;
 
 use eikona::contour::plane_cut;
 use eikona::curves::trace_curve;
-use eikona::signed_heat::{LevelSets, Solution, SolveOptions, Solver, SolverOptions};
+use eikona::signed_heat::{LevelSets, Solution, Solver, SolverOptions};
 use eikona_mesh::{Curve, CurveKind, SurfaceCurves, TriangleMesh, Vertex, io, read_curves, weld};
 use exact::*;
 use std::path::{Path, PathBuf};
@@ -115,7 +115,7 @@ fn every_curve_file() {
         let solver = Solver::new(&mesh, &SolverOptions::default()).unwrap();
         for level_sets in [LevelSets::Free, LevelSets::Zero] {
             let start = Instant::now();
-            let options = SolveOptions { confidence: true, ..levels(level_sets) };
+            let options = levels(level_sets).with_confidence(true);
             let solution = solver.solve(&source, &options).unwrap();
             let (nan, size) = check_values(&curve, &mesh, &solution);
             let values = solution.distance.as_slice();
@@ -198,7 +198,7 @@ fn every_surface_file() {
                 continue;
             }
         };
-        let solver = match Solver::new(&mesh, &SolverOptions { threads: 2, ..SolverOptions::default() }) {
+        let solver = match Solver::new(&mesh, &SolverOptions::default().with_threads(2)) {
             Ok(solver) => solver,
             Err(error) => {
                 println!("{name}: factoring failed: {error}");

@@ -70,7 +70,7 @@ fn reversed_curves_negate_the_distance() {
         let back = solver.solve(&reversed(&source), &levels(level_sets)).unwrap().distance.into_vec();
         let negated: Vec<f64> = back.iter().map(|x| -x).collect();
         assert_same(&format!("{level_sets:?}"), &there, &negated, 1e-7);
-        let left_positive = SolveOptions { sign: SignConvention::LeftPositive, ..levels(level_sets) };
+        let left_positive = levels(level_sets).with_sign(SignConvention::LeftPositive);
         let other = solver.solve(&source, &left_positive).unwrap().distance.into_vec();
         let negated: Vec<f64> = other.iter().map(|x| -x).collect();
         assert_same(&format!("left positive, {level_sets:?}"), &there, &negated, 1e-12);
@@ -90,7 +90,7 @@ fn left_of_a_curve_is_negative() {
     let solver = solver(&mesh, PAPER_TIME);
     assert!(solver.solve(&source, &SolveOptions::default()).unwrap().distance[inside] < -0.5);
     assert!(solver.solve(&source, &SolveOptions::default()).unwrap().distance[v(0, 0)] > 0.5);
-    let left_positive = SolveOptions { sign: SignConvention::LeftPositive, ..SolveOptions::default() };
+    let left_positive = SolveOptions::default().with_sign(SignConvention::LeftPositive);
     assert!(solver.solve(&source, &left_positive).unwrap().distance[inside] > 0.5);
 }
 
@@ -218,10 +218,10 @@ fn same_bits(a: &Solution, b: &Solution) -> bool {
 #[test]
 fn threads_and_repetition_give_the_same_bits() {
     let (mesh, source) = scene();
-    let with = |threads| Solver::new(&mesh, &SolverOptions { threads, ..SolverOptions::default() }).unwrap();
+    let with = |threads| Solver::new(&mesh, &SolverOptions::default().with_threads(threads)).unwrap();
     let (one, two) = (with(1), with(2));
     for level_sets in ALL_LEVEL_SETS {
-        let options = SolveOptions { preserve_source_normals: true, confidence: true, ..levels(level_sets) };
+        let options = levels(level_sets).with_preserve_source_normals(true).with_confidence(true);
         let first = one.solve(&source, &options).unwrap();
         assert!(same_bits(&first, &one.solve(&source, &options).unwrap()), "{level_sets:?}: repeated");
         assert!(same_bits(&first, &two.solve(&source, &options).unwrap()), "{level_sets:?}: two threads");
@@ -264,7 +264,7 @@ fn automatic_time_follows_the_source() {
     for mesh in [&plate, &flipped] {
         let closed = zero_level(mesh, |p| (p[0] - 1.0).hypot(p[1] - 1.0) - 0.51);
         let open = broken(mesh, &closed, 0.3, 0.2);
-        let options = SolverOptions { time: DiffusionTime::Automatic, ..SolverOptions::default() };
+        let options = SolverOptions::default().with_time(DiffusionTime::Automatic);
         let solver = Solver::new(mesh, &options).unwrap();
         let reasons = [&closed, &open, &closed, &open].map(|source| {
             let kept = solver.solve(source, &SolveOptions::default()).unwrap();
@@ -277,10 +277,10 @@ fn automatic_time_follows_the_source() {
         assert_eq!(reasons, [1.0, 1.5, 1.0, 1.5]);
         assert_eq!(reasons[0], solver.time().coefficient);
         // The second time counts against the limit.
-        let tight = SolverOptions { memory_limit: Some(needed_bytes(&solver, &closed)), ..options };
+        let tight = options.with_memory_limit(Some(needed_bytes(&solver, &closed)));
         let tight = Solver::new(mesh, &tight).unwrap();
         // Level sets would need another factor.
-        let free = SolveOptions { level_sets: LevelSets::Free, ..SolveOptions::default() };
+        let free = SolveOptions::default().with_level_sets(LevelSets::Free);
         assert!(tight.solve(&closed, &free).is_ok());
         let refused = tight.solve(&open, &free).unwrap_err();
         assert!(matches!(refused, SignedHeatError::Numeric(NumericError::MemoryLimit { .. })), "{refused}");

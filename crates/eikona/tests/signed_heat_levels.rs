@@ -2,7 +2,7 @@
 
 mod exact;
 
-use eikona::signed_heat::{LevelSets, SolveOptions};
+use eikona::signed_heat::LevelSets;
 use eikona_mesh::{
     Curve, Located, SurfaceCurves, SurfacePoint, TriangleMesh, damage,
     shapes::{self, Diagonal},
@@ -238,7 +238,7 @@ fn free_has_mean_zero_on_the_curves() {
 fn confidence_falls_behind_gaps() {
     let mesh = shapes::disk(40, 6, 1.0).unwrap();
     let source = broken(&mesh, &zero_level(&mesh, |p| p[0].hypot(p[1]) - 0.51), 0.35, 0.15);
-    let options = SolveOptions { confidence: true, ..levels(LevelSets::Free) };
+    let options = levels(LevelSets::Free).with_confidence(true);
     let solution = solver(&mesh, PAPER_TIME).solve(&source, &options).unwrap();
     let confidence = solution.confidence.unwrap();
     let segments = source.segments(&mesh).unwrap();

@@ -18,7 +18,7 @@ fn sizes_from_1e_minus_90_to_1e90_give_scaled_results() {
         let (mesh, curve) = grid(size);
         let solver = Solver::new(&mesh, &SolverOptions::default()).unwrap();
         for level_sets in [LevelSets::Free, LevelSets::Zero, LevelSets::PerComponent, LevelSets::Soft(1.0)] {
-            let options = SolveOptions { level_sets, confidence: true, ..SolveOptions::default() };
+            let options = SolveOptions::default().with_level_sets(level_sets).with_confidence(true);
             let solution = solver.solve(&curve, &options).unwrap();
             let confidence = solution.confidence.unwrap();
             for v in mesh.vertices() {

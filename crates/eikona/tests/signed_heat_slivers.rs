@@ -23,7 +23,7 @@ fn solved(mesh: &TriangleMesh, level_sets: LevelSets) -> (f64, Vec<Warning>) {
     let line = 0.45;
     let source = zero_level(mesh, |p| p[1] - line);
     let solver = Solver::new(mesh, &SolverOptions::default()).unwrap();
-    let options = SolveOptions { level_sets, ..Default::default() };
+    let options = SolveOptions::default().with_level_sets(level_sets);
     let solution = solver.solve(&source, &options).unwrap();
     let error = |v: Vertex| (solution.distance[v].abs() - (line - mesh.position(v)[1]).abs()).abs();
     let error = mesh.vertices().map(error).fold(0.0, |m, e| if e.is_nan() { e } else { f64::max(m, e) });

@@ -171,7 +171,7 @@ fn preserved_normals_keep_corners() {
     for coefficient in [10.0, 100.0] {
         let solver = solver(&mesh, DiffusionTime::Coefficient(coefficient));
         let error = |preserve_source_normals: bool| {
-            let options = SolveOptions { preserve_source_normals, ..levels(LevelSets::Free) };
+            let options = levels(LevelSets::Free).with_preserve_source_normals(preserve_source_normals);
             let values = solver.solve(&source, &options).unwrap().distance;
             let near: Vec<f64> = mesh
                 .vertices()
@@ -186,7 +186,7 @@ fn preserved_normals_keep_corners() {
     }
     // On a straight line the normals need no constraint.
     let line = SurfaceCurves::from_curve(straight(&mesh, [0.7, 0.0, 0.0], [0.7, 2.0, 0.0]));
-    let options = SolveOptions { preserve_source_normals: true, ..SolveOptions::default() };
+    let options = SolveOptions::default().with_preserve_source_normals(true);
     let solution = solver(&mesh, PAPER_TIME).solve(&line, &options).unwrap();
     assert!(errors(&mesh, solution.distance.as_slice(), |p| p[0] - 0.7).largest < 1e-7);
     assert_eq!(solution.report.normal_constraints.unwrap().iterations, 0);
@@ -198,7 +198,7 @@ fn preserved_normals_keep_corners() {
 fn preserved_normals_do_not_depend_on_segments() {
     let mesh = rough_plate(24);
     let whole = zero_level(&mesh, |p| (p[0] - 1.0).hypot(p[1] - 1.0) - 0.51);
-    let options = SolveOptions { preserve_source_normals: true, ..levels(LevelSets::Free) };
+    let options = levels(LevelSets::Free).with_preserve_source_normals(true);
     let mut cut = whole.clone();
     for (curve, before) in cut.curves.iter_mut().zip(&whole.curves) {
         let mut nodes = vec![before.nodes[0]];
@@ -251,7 +251,7 @@ fn preserved_normals_take_few_iterations() {
         let fine = SurfaceCurves::from_curve(fine);
         for (curve, source) in [("circle", circle), ("fine", fine), ("doubled", doubled)] {
             for coefficient in [0.1, 1.0, 50.0, 1000.0] {
-                let options = SolveOptions { preserve_source_normals: true, ..levels(LevelSets::Free) };
+                let options = levels(LevelSets::Free).with_preserve_source_normals(true);
                 let solver = solver(mesh, DiffusionTime::Coefficient(coefficient));
                 let report = solver.solve(&source, &options).unwrap().report;
                 let kept = report.normal_constraints.clone().unwrap();
@@ -293,7 +293,7 @@ fn contradictory_normals() {
     let curves = (0..60).map(|_| straight(&mesh, point(), point())).collect();
     let source = SurfaceCurves { curves, points: Vec::new() };
     for coefficient in [1.0, 50.0] {
-        let options = SolveOptions { preserve_source_normals: true, ..levels(LevelSets::Free) };
+        let options = levels(LevelSets::Free).with_preserve_source_normals(true);
         let solution =
             solver(&mesh, DiffusionTime::Coefficient(coefficient)).solve(&source, &options).unwrap();
         let kept = solution.report.normal_constraints.clone().unwrap();

@@ -442,7 +442,7 @@ fn a_broken_loop_around_a_tube_separates_nothing() {
         let sides: Vec<Vec<Vertex>> =
             (0..nv).filter(is_kept).map(|j| vec![vertex(j), vertex(j + 1)]).collect();
         for completion in [Completion::Full, Completion::Curve] {
-            let options = WindingOptions { completion, ..Default::default() };
+            let options = WindingOptions::default().with_completion(completion);
             let w = surface_winding_number(&torus, &curves(&sides), &options).unwrap();
             let wrong = Truth::on(&w, |_| (0, false)).strictly(w.labels.as_slice());
             println!("{gaps} gaps, {kept} kept, {completion:?}: {:.2} % wrong", 100.0 * wrong);

@@ -55,12 +55,10 @@ fn load_named(curve: &str) -> (TriangleMesh, SurfaceCurves) {
 fn solve(mesh: &TriangleMesh, curves: &SurfaceCurves, completion: Completion) -> Winding {
     // The figures of the other programs refer to the meshes as given: no splitting of short pieces,
     // completions on edges.
-    let options = WindingOptions {
-        completion,
-        split_short: false,
-        completion_shape: CompletionShape::Edges,
-        ..Default::default()
-    };
+    let options = WindingOptions::default()
+        .with_completion(completion)
+        .with_split_short(false)
+        .with_completion_shape(CompletionShape::Edges);
     surface_winding_number(mesh, curves, &options).unwrap()
 }
 

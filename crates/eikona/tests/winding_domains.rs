@@ -258,7 +258,7 @@ fn components_have_their_own_zero() {
     assert!(both.faces().all(|f| w.labels[f] == i32::from(cap(f))));
     // A reference face moves the zero in its component only.
     let top = both.faces().find(|&f| cap(f)).unwrap();
-    let options = WindingOptions { reference: Reference::Face(top), ..Default::default() };
+    let options = WindingOptions::default().with_reference(Reference::Face(top));
     let curves = SurfaceCurves { curves: boundary_of(&both, cap), points: Vec::new() };
     let w = surface_winding_number(&both, &curves, &options).unwrap();
     let first = |f: Face| centre(&both, f)[0] < 1.5;
@@ -328,7 +328,7 @@ fn bad_input_is_refused_with_the_reason() {
     assert!(matches!(refused(unsigned), WindingError::Unsigned { curve: 0 }));
     for epsilon in [0.0, -1.0, f64::NAN, 2.0] {
         let curves = SurfaceCurves::from_curve(Curve::signed([Vertex(0), Vertex(1)]));
-        let options = WindingOptions { epsilon, ..Default::default() };
+        let options = WindingOptions::default().with_epsilon(epsilon);
         let error = surface_winding_number(&mesh, &curves, &options).unwrap_err();
         assert!(matches!(error, WindingError::Option { name: "epsilon", .. }));
     }
@@ -376,7 +376,7 @@ fn a_circle_across_the_faces_of_a_sphere_and_of_a_torus() {
     let label_below = w.labels[w.mesh.faces().find(|&f| !above(f)).unwrap()];
     assert_eq!((label_above - label_below).abs(), 1);
     assert!(w.mesh.faces().all(|f| w.labels[f] == if above(f) { label_above } else { label_below }));
-    let options = WindingOptions { reference: Reference::Face(Face(1_000_000)), ..Default::default() };
+    let options = WindingOptions::default().with_reference(Reference::Face(Face(1_000_000)));
     let error = surface_winding_number(&sphere, &curves, &options).unwrap_err();
     assert!(matches!(error, WindingError::Option { name: "reference", .. }));
     // Around the tube of a torus, where it bounds nothing.
@@ -440,7 +440,8 @@ fn a_completed_loop_through_a_pinched_vertex_keeps_its_jumps() {
     for (completion, intrinsic_delaunay) in
         [(Completion::Full, false), (Completion::Full, true), (Completion::Curve, true)]
     {
-        let options = WindingOptions { completion, intrinsic_delaunay, ..Default::default() };
+        let options =
+            WindingOptions::default().with_completion(completion).with_intrinsic_delaunay(intrinsic_delaunay);
         let w = surface_winding_number(&mesh, &arc, &options).unwrap();
         let is_full = completion == Completion::Full;
         assert_eq!(
@@ -476,7 +477,7 @@ fn the_reference_of_a_cut_face_does_not_depend_on_scale() {
     let at = |bary| SurfacePoint::Face { vertices: [a, b, c], bary };
     let corners = [[0.8, 0.1, 0.1], [0.1, 0.8, 0.1], [0.1, 0.1, 0.8], [0.8, 0.1, 0.1]];
     let curve = SurfaceCurves::from_curve(Curve::signed(corners.map(at)));
-    let options = WindingOptions { reference: Reference::Face(Face(0)), ..Default::default() };
+    let options = WindingOptions::default().with_reference(Reference::Face(Face(0)));
     let labels = [1e-170, 1.0, 1e170].map(|scale| {
         let scaled = square.positions().iter().map(|p| p.map(|x| scale * x)).collect();
         surface_winding_number(&square.with_positions(scaled).unwrap(), &curve, &options).unwrap().labels

@@ -20,7 +20,7 @@ fn solve_with(
     options: &WindingOptions,
 ) -> Result<Winding, WindingError> {
     let curves = SurfaceCurves { curves, points: Vec::new() };
-    let on_edges = WindingOptions { completion_shape: CompletionShape::Edges, ..*options };
+    let on_edges = options.with_completion_shape(CompletionShape::Edges);
     let w = surface_winding_number(mesh, &curves, &on_edges)?;
     check(&w, options.completion == Completion::Full, true);
     let straight = surface_winding_number(mesh, &curves, options)?;
@@ -39,7 +39,7 @@ fn solve_uncut(mesh: &TriangleMesh, curves: Vec<Curve>) -> Winding {
 }
 
 fn solve_uncut_with(mesh: &TriangleMesh, curves: Vec<Curve>, diagnosis: Diagnosis) -> Winding {
-    let options = WindingOptions { split_short: false, diagnosis, ..Default::default() };
+    let options = WindingOptions::default().with_split_short(false).with_diagnosis(diagnosis);
     solve_with(mesh, curves, &options).unwrap()
 }
 
@@ -314,12 +314,8 @@ fn a_tiny_cost_is_certified_beside_many_copies() {
         21, 22, 23, 18, 23, 29, 30, 29, 22, 29, 23, 16, 9, 2,
     ];
     let copies = vec![Curve::signed(walk.map(Vertex)); 20];
-    let options = WindingOptions {
-        epsilon: 1e-6,
-        split_short: false,
-        intrinsic_delaunay: true,
-        ..WindingOptions::default()
-    };
+    let options =
+        WindingOptions::default().with_epsilon(1e-6).with_split_short(false).with_intrinsic_delaunay(true);
     let program = solve_with(&torus, copies, &options).unwrap().report.program.unwrap();
     assert!(program.objective < 2e-4 && program.relaxed == 0, "{program:?}");
     assert!(program.lower_bound > program.objective * (1.0 - 1e-4), "{program:?}");
@@ -445,7 +441,8 @@ fn curves_on_one_sided_surfaces_are_solved() {
         let path = shortest_vertex_path(&bottle, &[a, b, c, a].map(Vertex)).unwrap();
         for length in [path.len(), path.len() / 2] {
             for completion in [Completion::Full, Completion::Curve] {
-                let options = WindingOptions { completion, intrinsic_delaunay: true, ..Default::default() };
+                let options =
+                    WindingOptions::default().with_completion(completion).with_intrinsic_delaunay(true);
                 solve_with(&bottle, vec![Curve::signed(path[..length].to_vec())], &options).unwrap();
             }
         }
@@ -469,7 +466,7 @@ fn labels_do_not_depend_on_the_size_of_the_mesh() {
     let across = Curve::signed(corners.map(at));
     let cut: Vec<Curve> = open.iter().cloned().chain([across]).collect();
     for intrinsic_delaunay in [false, true] {
-        let options = WindingOptions { intrinsic_delaunay, ..Default::default() };
+        let options = WindingOptions::default().with_intrinsic_delaunay(intrinsic_delaunay);
         for curves in [&open, &cut] {
             let plain = solve_with(&torus, curves.clone(), &options).unwrap();
             for size in [1e-300, 1e-150, 1e-80, 1e80, 1e150, 1e300] {

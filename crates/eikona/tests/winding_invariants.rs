@@ -144,8 +144,9 @@ fn values_jump_as_prescribed() {
     curves.push(broken);
     let input = SurfaceCurves { curves, points: Vec::new() };
     for completion in [Completion::Full, Completion::Curve] {
-        let w = surface_winding_number(&torus, &input, &WindingOptions { completion, ..Default::default() })
-            .unwrap();
+        let w =
+            surface_winding_number(&torus, &input, &WindingOptions::default().with_completion(completion))
+                .unwrap();
         assert!(!w.endpoints.is_empty());
         // Short pieces were split.
         let mesh = &w.mesh;
@@ -234,7 +235,7 @@ fn degrees_of_endpoints_sum_to_zero() {
     };
     let curves = [path(700, 20), path(700, 350), path(700, 350), path(1100, 700)];
     let completion_shape = CompletionShape::Edges;
-    let options = WindingOptions { split_short: false, completion_shape, ..Default::default() };
+    let options = WindingOptions::default().with_split_short(false).with_completion_shape(completion_shape);
     let input = SurfaceCurves { curves: curves.to_vec(), points: Vec::new() };
     let w = surface_winding_number(&sphere, &input, &options).unwrap();
     // The sum of the jumps around a vertex.

@@ -70,12 +70,12 @@ fn a_reversed_arc_is_reported_with_its_effect() {
             w.report.warnings
         );
         // The effect is that of reversing it, for completions along edges.
-        let edges = WindingOptions { completion_shape: CompletionShape::Edges, ..Default::default() };
+        let edges = WindingOptions::default().with_completion_shape(CompletionShape::Edges);
         let [right, turned] = [&arcs, &given].map(|arcs| solve(&sphere, arcs, &edges));
         let changed = wrong(&turned, |f| right.labels[f]);
         assert!((orientation.changed_area.unwrap() - changed).abs() < 1e-12);
     }
-    let options = WindingOptions { diagnosis: Diagnosis::Never, ..Default::default() };
+    let options = WindingOptions::default().with_diagnosis(Diagnosis::Never);
     assert!(solve(&sphere, &arcs, &options).report.orientation.is_none());
 }
 
@@ -92,7 +92,7 @@ fn too_many_stretches_are_not_compared() {
         }
     }
     assert!(pieces.len() > 2000, "{}", pieces.len());
-    let always = WindingOptions { diagnosis: Diagnosis::Always, split_short: false, ..Default::default() };
+    let always = WindingOptions::default().with_diagnosis(Diagnosis::Always).with_split_short(false);
     let w = solve(&sphere, &pieces, &always);
     assert!(w.report.orientation.is_none());
     assert!(
@@ -165,7 +165,7 @@ fn delaunay_triangles_keep_exact_solutions_exact() {
     let disk = |f: Face| centre(&torus, f)[0] > 1.25;
     let mut curves = boundary_of(&torus, disk);
     curves.push(Curve::signed((0..=20).map(|j| Vertex(20 * 20 + j % 20))));
-    let options = WindingOptions { intrinsic_delaunay: true, ..Default::default() };
+    let options = WindingOptions::default().with_intrinsic_delaunay(true);
     let solver = Solver::new(&torus, &Default::default()).unwrap();
     let input = SurfaceCurves { curves: curves.clone(), points: Vec::new() };
     // Twice, as the second solve reuses the operators of the first.
@@ -209,7 +209,9 @@ fn delaunay_triangles_are_better_where_faces_are_badly_shaped() {
     let cut = Curve::signed(std::iter::once(0).chain(cut).map(Vertex));
     let error = |intrinsic_delaunay| {
         let completion_shape = CompletionShape::Edges;
-        let options = WindingOptions { intrinsic_delaunay, completion_shape, ..Default::default() };
+        let options = WindingOptions::default()
+            .with_intrinsic_delaunay(intrinsic_delaunay)
+            .with_completion_shape(completion_shape);
         let w = solve(&disk, std::slice::from_ref(&cut), &options);
         assert_eq!(w.endpoints, [Vertex(0)]);
         // Turns by which the value differs from the angle, modulo integers and one constant.
@@ -249,7 +251,7 @@ fn short_pieces_take_effect_when_split() {
     let split = solve(&sphere, &every_other, &WindingOptions::default());
     assert!(split.is_cut());
     let wrong_split = wrong(&split, |f| i32::from(cap(split.provenance.face_parent(f))));
-    let kept = solve(&sphere, &every_other, &WindingOptions { split_short: false, ..Default::default() });
+    let kept = solve(&sphere, &every_other, &WindingOptions::default().with_split_short(false));
     assert!(!kept.is_cut());
     let wrong_kept = wrong(&kept, |f| i32::from(cap(f)));
     assert!(wrong_split < 0.02 && wrong_kept > 0.1, "{wrong_split} {wrong_kept}");
@@ -370,7 +372,7 @@ fn threads_change_no_digit_and_the_memory_limit_is_kept() {
     let around = |j: u32| Vertex(j % 36);
     let curves = SurfaceCurves::from_curve(Curve::signed((0..30).map(around)));
     let with = |threads, memory_limit| {
-        Solver::new(&torus, &SolverOptions { threads, memory_limit })
+        Solver::new(&torus, &SolverOptions::default().with_threads(threads).with_memory_limit(memory_limit))
             .unwrap()
             .solve(&curves, &WindingOptions::default())
     };

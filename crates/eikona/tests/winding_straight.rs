@@ -16,7 +16,7 @@ use std::f64::consts::{PI, TAU};
 
 fn solve_as(mesh: &TriangleMesh, curves: &[Curve], completion_shape: CompletionShape) -> Winding {
     let curves = SurfaceCurves { curves: curves.to_vec(), points: Vec::new() };
-    let options = WindingOptions { completion_shape, ..Default::default() };
+    let options = WindingOptions::default().with_completion_shape(completion_shape);
     surface_winding_number(mesh, &curves, &options).unwrap()
 }
 

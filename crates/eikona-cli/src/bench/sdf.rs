@@ -128,7 +128,7 @@ pub fn run(arguments: &SdfBench, general: &General) -> Result<u8, Failure> {
 fn measure(case: &Case, arguments: &SdfBench, general: &General) -> Result<Run, Failure> {
     let threads = general.threads.map_or(1, usize::from);
     let start = Instant::now();
-    let options = SolverOptions { time: arguments.time, threads, memory_limit: None };
+    let options = SolverOptions::default().with_time(arguments.time).with_threads(threads);
     let solver = Solver::new(&case.mesh, &options)?;
     let construct = start.elapsed().as_secs_f64();
     let modes = [
@@ -142,7 +142,7 @@ fn measure(case: &Case, arguments: &SdfBench, general: &General) -> Result<Run, 
     let mut preparation = None;
     let mut source_segments = 0;
     for (name, level_sets) in modes {
-        let options = SolveOptions { level_sets, ..SolveOptions::default() };
+        let options = SolveOptions::default().with_level_sets(level_sets);
         let mut seconds = Vec::new();
         let mut l2_error = f64::NAN;
         for _ in 0..=arguments.repeats {

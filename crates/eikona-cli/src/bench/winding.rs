@@ -136,7 +136,7 @@ fn measure(shape: Surface, state: State, faces: usize, threads: usize) -> Result
     let curves = SurfaceCurves { curves, points: Vec::new() };
     let options = WindingOptions::default();
     let start = Instant::now();
-    let solver = Solver::new(&mesh, &SolverOptions { threads, memory_limit: None })?;
+    let solver = Solver::new(&mesh, &SolverOptions::default().with_threads(threads))?;
     let construct = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let winding = solver.solve(&curves, &options)?;

@@ -101,19 +101,19 @@ fn solve(
     session: &mut Session,
 ) -> Result<Winding, Failure> {
     let method = &arguments.method;
-    let options = WindingOptions {
-        completion: method.completion,
-        completion_shape: method.completion_shape,
-        epsilon: method.epsilon,
-        reference,
-        split_short: !method.keep_short,
-        intrinsic_delaunay: method.delaunay,
-        diagnosis: match method.diagnose {
+    let options = WindingOptions::default()
+        .with_completion(method.completion)
+        .with_completion_shape(method.completion_shape)
+        .with_epsilon(method.epsilon)
+        .with_reference(reference)
+        .with_split_short(!method.keep_short)
+        .with_intrinsic_delaunay(method.delaunay)
+        .with_diagnosis(match method.diagnose {
             Diagnosis::Automatic if arguments.outputs.suggested.is_some() => Diagnosis::Always,
             other => other,
-        },
-    };
-    let solver_options = SolverOptions { threads: session.threads(), memory_limit: method.memory_limit };
+        });
+    let solver_options =
+        SolverOptions::default().with_threads(session.threads()).with_memory_limit(method.memory_limit);
     let solver = session.solver("prepare", || Solver::new(&input.mesh, &solver_options))?;
     let winding = session.solver("solve", || solver.solve(curves, &options))?;
     let report = &winding.report;

@@ -114,7 +114,7 @@ fn measure(mesh: &TriangleMesh, functions: usize, seed: u64, table: &mut Table) 
     let areas = vertex_areas(mesh);
     let fine = Fine::new(mesh);
     let solvers = [AUTO, T1, T3, T10].map(|time| {
-        let options = SolverOptions { time, ..Default::default() };
+        let options = SolverOptions::default().with_time(time);
         (time, Solver::new(mesh, &options).unwrap())
     });
     for (k, (_, function)) in surfaces::eigenfunctions(mesh, functions).iter().enumerate() {
@@ -143,7 +143,7 @@ fn measure(mesh: &TriangleMesh, functions: usize, seed: u64, table: &mut Table) 
             let up_to_constant = matches!(damage, Damage::Nested(..) | Damage::NestedWhole(..));
             for ((time, level_sets), cell) in METHODS.into_iter().zip(row) {
                 let solver = &solvers.iter().find(|(t, _)| *t == time).unwrap().1;
-                let options = SolveOptions { level_sets, ..Default::default() };
+                let options = SolveOptions::default().with_level_sets(level_sets);
                 let solution = solver.solve(&source, &options).unwrap();
                 cell.0.push(error(&areas, truth, solution.distance.as_slice(), up_to_constant));
             }

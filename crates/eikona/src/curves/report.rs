@@ -25,6 +25,7 @@ pub struct SegmentId {
 
 /// Properties of one curve.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct CurveFacts {
     /// Sum of the straight distances between its nodes, in the mesh's unit.
     pub length: f64,
@@ -88,6 +89,7 @@ pub struct Overlap {
 
 /// Properties and defects of a set of curves.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct CurveReport {
     /// Properties of each curve.
     pub curves: Vec<CurveFacts>,

@@ -42,6 +42,7 @@ const ROUNDABOUT: f64 = 1.25;
 
 /// A curve with each segment in one face, and how it was made.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Traced {
     /// The curve. A closed one repeats its first node at the end.
     pub curve: Curve,

@@ -14,6 +14,7 @@ pub const SHORT_PIECE_EDGES: usize = 8;
 
 /// A mesh cut along curves.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Embedded {
     /// The cut mesh. Its first vertices are those of the input in their order, then points on
     /// edges, then points inside faces. Its faces follow the order of their parents.

@@ -1,5 +1,6 @@
 //! Options of the signed heat method: defaults, and the values used in the paper.
 
+use crate::setters::setters;
 use crate::signed_heat::condition::{Condition, condition};
 use eikona_mesh::{SurfaceCurves, TriangleMesh};
 
@@ -105,6 +106,7 @@ pub enum SignConvention {
 
 /// Options of a [`Solver`](super::Solver), fixed when it is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SolverOptions {
     /// Diffusion time. Default: [`DiffusionTime::Automatic`]; the paper uses coefficient 1.
     pub time: DiffusionTime,
@@ -121,8 +123,15 @@ impl Default for SolverOptions {
     }
 }
 
+setters!(SolverOptions {
+    with_time: time = DiffusionTime,
+    with_threads: threads = usize,
+    with_memory_limit: memory_limit = Option<usize>,
+});
+
 /// Options of one solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SolveOptions {
     /// Level set constraints. Default: [`LevelSets::Automatic`]; the paper's figures use
     /// [`LevelSets::Zero`].
@@ -148,3 +157,10 @@ impl Default for SolveOptions {
         }
     }
 }
+
+setters!(SolveOptions {
+    with_level_sets: level_sets = LevelSets,
+    with_preserve_source_normals: preserve_source_normals = bool,
+    with_sign: sign = SignConvention,
+    with_confidence: confidence = bool,
+});

@@ -7,6 +7,7 @@ use crate::signed_heat::time::ChosenTime;
 
 /// Timings, memory and warnings of building a solver.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Preparation {
     /// Phases of [`Solver::new`](super::Solver::new).
     pub phases: Phases,
@@ -22,6 +23,7 @@ pub struct Preparation {
 
 /// Timings, residuals, choices and warnings of one solve.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Report {
     /// Report on building the solver.
     pub preparation: Preparation,
@@ -64,6 +66,7 @@ pub struct Report {
 /// Convergence of the constraints that keep the diffused vectors normal to the curves, for
 /// [`preserve_source_normals`](super::SolveOptions::preserve_source_normals).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct NormalConstraints {
     /// Number of conjugate gradient iterations; each costs one back-substitution.
     pub iterations: usize,

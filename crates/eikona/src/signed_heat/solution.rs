@@ -5,6 +5,7 @@ use eikona_mesh::{FaceField, VertexField};
 
 /// Signed distance, with its gradient, confidence and report.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Solution {
     /// Signed distance at each vertex, in the mesh's unit of length; NaN where no source reaches
     /// (with a warning in the report).

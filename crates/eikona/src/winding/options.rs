@@ -1,5 +1,6 @@
 //! Options of a solve.
 
+use crate::setters::setters;
 use eikona_mesh::Face;
 use eikona_numeric::Resources;
 
@@ -59,6 +60,7 @@ pub const EPSILON_RANGE: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 
 /// Options of a [`Solver`](super::Solver), fixed when it is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SolverOptions {
     /// Number of threads for factorisations. Default: 1. The result is the same for any number.
     pub threads: usize,
@@ -73,6 +75,8 @@ impl Default for SolverOptions {
     }
 }
 
+setters!(SolverOptions { with_threads: threads = usize, with_memory_limit: memory_limit = Option<usize> });
+
 impl SolverOptions {
     pub(super) fn resources(&self) -> Resources {
         Resources { threads: self.threads, memory_limit: self.memory_limit }
@@ -81,6 +85,7 @@ impl SolverOptions {
 
 /// Options of a solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WindingOptions {
     /// Where the nonbounding part is subtracted.
     pub completion: Completion,
@@ -115,3 +120,13 @@ impl Default for WindingOptions {
         }
     }
 }
+
+setters!(WindingOptions {
+    with_completion: completion = Completion,
+    with_completion_shape: completion_shape = CompletionShape,
+    with_epsilon: epsilon = f64,
+    with_reference: reference = Reference,
+    with_split_short: split_short = bool,
+    with_intrinsic_delaunay: intrinsic_delaunay = bool,
+    with_diagnosis: diagnosis = Diagnosis,
+});

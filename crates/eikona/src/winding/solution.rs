@@ -15,6 +15,7 @@ use eikona_numeric::{Certificate, JumpStatistics};
 /// Winding number of curves on a surface, with labels and completed curves. All fields live on
 /// [`mesh`](Winding::mesh).
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Winding {
     /// The surface of the result: the input, with its faces consistently oriented where possible.
     /// It is cut along curves that cross faces and along straightened completions
@@ -75,6 +76,7 @@ pub struct Winding {
 
 /// Timings, residuals and warnings of one solve.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct WindingReport {
     /// Wall time per phase.
     pub phases: Phases,
@@ -103,6 +105,7 @@ pub struct WindingReport {
 /// How the completion of the curve was straightened. Its pieces run between open ends of the curve
 /// and junctions of pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct CompletionReport {
     /// Number of completion pieces, of region boundaries and of nonbounding loops.
     pub pieces: usize,
@@ -126,6 +129,7 @@ pub struct CompletionReport {
 /// [`lower_bound`](ProgramReport::lower_bound) bounds its distance from the optimum for the true
 /// lengths.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ProgramReport {
     /// Cost of the nonbounding part for true lengths; edges along the curve count times epsilon.
     pub objective: f64,

@@ -10,11 +10,11 @@ use eikona_mesh::{Curve, CurveKind, Face, SurfaceCurves, SurfacePoint, TriangleM
 pub const PAPER_TIME: DiffusionTime = DiffusionTime::Coefficient(1.0);
 
 pub fn solver(mesh: &TriangleMesh, time: DiffusionTime) -> Solver {
-    Solver::new(mesh, &SolverOptions { time, ..SolverOptions::default() }).unwrap()
+    Solver::new(mesh, &SolverOptions::default().with_time(time)).unwrap()
 }
 
 pub fn levels(level_sets: LevelSets) -> SolveOptions {
-    SolveOptions { level_sets, ..SolveOptions::default() }
+    SolveOptions::default().with_level_sets(level_sets)
 }
 
 pub fn solve(
