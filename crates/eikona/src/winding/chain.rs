@@ -2,8 +2,10 @@
 
 use crate::Warning;
 use crate::curves::side::SideOfSegments;
+use crate::cut::EmbeddedCurve;
 use crate::winding::error::WindingError;
-use eikona_mesh::{Edge, Segment, SegmentHost, SurfaceCurves, TriangleMesh, Vertex};
+use crate::winding::walks::{curves_of, segments_of};
+use eikona_mesh::{Edge, Segment, SegmentHost, TriangleMesh, Vertex};
 
 /// A dual 1-chain: per edge of two faces, the value in the face of its first halfedge minus the
 /// value in the face of its second. All steps of the method work on such chains, so that left and
@@ -33,18 +35,18 @@ pub(crate) struct Step {
 }
 
 impl Chain {
-    /// Builds the chain of curves along whole edges of a mesh; skips other segments.
+    /// Builds the chain of walks, and lists their steps.
     ///
     /// # Errors
     /// [`WindingError::Multiplicity`].
     pub fn of(
         mesh: &TriangleMesh,
         consistent: bool,
-        curves: &SurfaceCurves,
-        segments: &[Segment],
+        walks: &[EmbeddedCurve],
         warnings: &mut Vec<Warning>,
     ) -> Result<(Chain, Vec<Step>), WindingError> {
-        let sides = SideOfSegments::of(mesh, consistent, curves, segments, warnings);
+        let segments = segments_of(mesh, walks);
+        let sides = SideOfSegments::of(mesh, consistent, &curves_of(walks), &segments, warnings);
         let mut chain =
             Chain { jump: vec![0; mesh.edge_count()], cancelled: 0, on_boundary: 0, on_nonmanifold: 0 };
         let mut steps: Vec<Step> = Vec::with_capacity(segments.len());

@@ -2,7 +2,7 @@
 
 use crate::Warning;
 use crate::curves::side::consistently_oriented;
-use crate::cut::{Embedded, EmbeddedCurve, embed_curves, parts_of_short_edges};
+use crate::cut::{EmbeddedCurve, embed_curves, parts_of_short_edges};
 use crate::geometry::{face_in, lay_out_in};
 use crate::phases::{Phases, Running};
 use crate::winding::chain::{Chain, Step, along_edge};
@@ -19,9 +19,9 @@ use crate::winding::orientation::{
 use crate::winding::solution::{Winding, WindingReport};
 use crate::winding::steps::{Found, solve_chain};
 use crate::winding::surface::Surface;
-use crate::winding::walks::{segments_of, walks};
+use crate::winding::walks::walks_of;
 use crate::winding::warnings::{cancelled_or_ignored, faces_without_value, narrow_rings, several_fans};
-use eikona_mesh::{Curve, CurveKind, Face, Provenance, Segment, SurfaceCurves, TriangleMesh};
+use eikona_mesh::{CurveKind, Face, Provenance, SurfaceCurves, TriangleMesh};
 use eikona_numeric::{begin_phase, check_stopped};
 
 /// A mesh with its factored operators, reused from curve to curve.
@@ -96,13 +96,11 @@ impl Solver {
         self.check(curves, options)?;
         let segments = curves.segments(&self.surface.mesh)?;
         if segments.iter().all(|s| along_edge(s).is_some()) {
-            let walks = walks(curves, &segments);
+            let walks = walks_of(curves, &segments);
             if !options.split_short || parts_of_short_edges(&self.surface.mesh, &walks).is_empty() {
-                let context = (&self.oriented, self.warnings.clone());
-                let mut winding =
-                    solve_along_edges(&self.surface, curves, &segments, walks, options, context, phases)?;
-                winding.provenance = self.oriented.clone();
-                return finished(&self.surface, winding, options);
+                let domain =
+                    Domain { surface: &self.surface, provenance: self.oriented.clone(), uncut: None };
+                return domain.solve(walks, options, self.warnings.clone(), phases);
             }
         }
         self.solve_cut(curves, options, phases)
@@ -128,19 +126,13 @@ impl Solver {
             options.reference = Reference::Face(largest.ok_or(WindingError::no_such_reference(face))?);
         }
         check_stopped()?;
-        let cut = Surface::new(embedded.mesh.clone(), self.surface.resources)?;
-        let Embedded { mesh, provenance, curves: walks, .. } = embedded;
-        let curve = |w: &EmbeddedCurve| {
-            let nodes = w.vertices.iter().map(|&v| v.into()).collect();
-            Curve { kind: w.kind, up: w.up, nodes }
+        let cut = Surface::new(embedded.mesh, self.surface.resources)?;
+        let domain = Domain {
+            surface: &cut,
+            provenance: self.oriented.then(&embedded.provenance),
+            uncut: Some(self.surface.mesh.clone()),
         };
-        let along = SurfaceCurves { curves: walks.iter().map(curve).collect(), points: Vec::new() };
-        let segments = segments_of(&mesh, &walks);
-        let context = (&provenance, self.warnings.clone());
-        let mut winding = solve_along_edges(&cut, &along, &segments, walks, &options, context, phases)?;
-        winding.provenance = self.oriented.then(&provenance);
-        winding.uncut = Some(self.surface.mesh.clone());
-        finished(&cut, winding, &options)
+        domain.solve(embedded.curves, &options, self.warnings.clone(), phases)
     }
 
     fn check(&self, curves: &SurfaceCurves, options: &WindingOptions) -> Result<(), WindingError> {
@@ -164,8 +156,104 @@ impl Solver {
     }
 }
 
+/// A surface on which curves run along edges, and how it derives from the input.
+struct Domain<'a> {
+    surface: &'a Surface,
+    /// Leads from the input to the surface.
+    provenance: Provenance,
+    /// The mesh before it was cut, if it was.
+    uncut: Option<TriangleMesh>,
+}
+
+impl Domain<'_> {
+    /// Computes the winding number, checks the orientation of the curves, and straightens the
+    /// completion if asked for.
+    fn solve(
+        self,
+        walks: Vec<EmbeddedCurve>,
+        options: &WindingOptions,
+        warnings: Vec<Warning>,
+        phases: Running,
+    ) -> Result<Winding, WindingError> {
+        let surface = self.surface;
+        let winding = self.along_edges(walks, options, warnings, phases)?;
+        straightened_and_measured(surface, winding, options)
+    }
+
+    /// Solves for curves along edges, and checks their orientation.
+    fn along_edges(
+        self,
+        walks: Vec<EmbeddedCurve>,
+        options: &WindingOptions,
+        mut warnings: Vec<Warning>,
+        mut phases: Running,
+    ) -> Result<Winding, WindingError> {
+        phases.next("chain")?;
+        let Domain { surface, provenance, uncut } = self;
+        let mesh = &surface.mesh;
+        let (chain, steps) = Chain::of(mesh, surface.consistent, &walks, &mut warnings)?;
+        warnings.extend(cancelled_or_ignored(&chain));
+        check_stopped()?;
+        let found = solve_chain(surface, &chain.jump, options, &mut phases)?;
+        warnings.extend(several_fans(&found.coordinates, &provenance));
+        warnings.extend(narrow_rings(&found.relaxed, mesh, &provenance));
+        warnings.extend(faces_without_value(&found.islands, &provenance));
+
+        phases.next("orientation")?;
+        let orientation = orientation(surface, &chain, &steps, &walks, &found, options, &mut warnings);
+        let (orientation, orientation_unchecked) = match orientation {
+            Ok(orientation) => (orientation, None),
+            Err(reason) => {
+                warnings.push(Warning::UncheckedOrientation { reason: reason.clone() });
+                (None, Some(reason))
+            }
+        };
+        phases.next("loops")?;
+        let parts = by_curve(walks.len(), &steps, &parts_of(&steps, &chain.jump, &found.nonbounding));
+        let label = &found.labels.label;
+        let bounding_loops = loops_of(mesh, |e| {
+            let [a, b] = [0, 1].map(|i| mesh.edge_halfedges(e)[i].face().index());
+            f64::from(label[a] - label[b])
+        });
+        let nonbounding_loops = loops_of(mesh, |e| found.nonbounding[e.index()]);
+        let largest_nonbounding = found.nonbounding.iter().fold(0.0f64, |m, t| m.max(t.abs()));
+        let farthest_from_whole = found.nonbounding.iter().fold(0.0f64, |m, t| m.max((t - t.round()).abs()));
+        Ok(Winding {
+            mesh: mesh.clone(),
+            provenance,
+            uncut,
+            follows_labels: false,
+            values: found.values.into(),
+            labels: found.labels.label.into(),
+            margin: found.labels.margin.into(),
+            shift: found.labels.shift,
+            island: found.islands.of_face.into(),
+            curves: walks,
+            jump: chain.jump.into(),
+            nonbounding: found.nonbounding.into(),
+            residual_function: found.residual_function.into(),
+            endpoints: found.coordinates.endpoints,
+            parts,
+            bounding_loops,
+            nonbounding_loops,
+            report: WindingReport {
+                phases: phases.finish(),
+                residual: found.residual,
+                program: found.program,
+                largest_nonbounding,
+                farthest_from_whole,
+                uncertain_area: 0.0,
+                completion: None,
+                orientation,
+                orientation_unchecked,
+                warnings,
+            },
+        })
+    }
+}
+
 /// Straightens the completion if asked for, and measures the uncertain area.
-fn finished(
+fn straightened_and_measured(
     surface: &Surface,
     mut winding: Winding,
     options: &WindingOptions,
@@ -184,78 +272,6 @@ fn finished(
         report.warnings.push(Warning::UncertainLabels { share, margin });
     }
     Ok(winding)
-}
-
-/// Solves for curves along edges, and checks their orientation.
-fn solve_along_edges(
-    surface: &Surface,
-    curves: &SurfaceCurves,
-    segments: &[Segment],
-    walks: Vec<EmbeddedCurve>,
-    options: &WindingOptions,
-    (provenance, mut warnings): (&Provenance, Vec<Warning>),
-    mut phases: Running,
-) -> Result<Winding, WindingError> {
-    phases.next("chain")?;
-    let mesh = &surface.mesh;
-    let (chain, steps) = Chain::of(mesh, surface.consistent, curves, segments, &mut warnings)?;
-    warnings.extend(cancelled_or_ignored(&chain));
-    check_stopped()?;
-    let found = solve_chain(surface, &chain.jump, options, &mut phases)?;
-    warnings.extend(several_fans(&found.coordinates, provenance));
-    warnings.extend(narrow_rings(&found.relaxed, mesh, provenance));
-    warnings.extend(faces_without_value(&found.islands, provenance));
-
-    phases.next("orientation")?;
-    let orientation = orientation(surface, &chain, &steps, &walks, &found, options, &mut warnings);
-    let (orientation, orientation_unchecked) = match orientation {
-        Ok(orientation) => (orientation, None),
-        Err(reason) => {
-            warnings.push(Warning::UncheckedOrientation { reason: reason.clone() });
-            (None, Some(reason))
-        }
-    };
-    phases.next("loops")?;
-    let parts = by_curve(walks.len(), &steps, &parts_of(&steps, &chain.jump, &found.nonbounding));
-    let label = &found.labels.label;
-    let bounding_loops = loops_of(mesh, |e| {
-        let [a, b] = [0, 1].map(|i| mesh.edge_halfedges(e)[i].face().index());
-        f64::from(label[a] - label[b])
-    });
-    let nonbounding_loops = loops_of(mesh, |e| found.nonbounding[e.index()]);
-    let largest_nonbounding = found.nonbounding.iter().fold(0.0f64, |m, t| m.max(t.abs()));
-    let farthest_from_whole = found.nonbounding.iter().fold(0.0f64, |m, t| m.max((t - t.round()).abs()));
-    Ok(Winding {
-        mesh: mesh.clone(),
-        provenance: Provenance::identity(mesh.vertex_count(), mesh.face_count()),
-        uncut: None,
-        follows_labels: false,
-        values: found.values.into(),
-        labels: found.labels.label.into(),
-        margin: found.labels.margin.into(),
-        shift: found.labels.shift,
-        island: found.islands.of_face.into(),
-        curves: walks,
-        jump: chain.jump.into(),
-        nonbounding: found.nonbounding.into(),
-        residual_function: found.residual_function.into(),
-        endpoints: found.coordinates.endpoints,
-        parts,
-        bounding_loops,
-        nonbounding_loops,
-        report: WindingReport {
-            phases: phases.finish(),
-            residual: found.residual,
-            program: found.program,
-            largest_nonbounding,
-            farthest_from_whole,
-            uncertain_area: 0.0,
-            completion: None,
-            orientation,
-            orientation_unchecked,
-            warnings,
-        },
-    })
 }
 
 /// Finds stretches of the curve that look reversed, and the effect of reversing them. Fails with

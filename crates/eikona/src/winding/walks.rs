@@ -1,7 +1,7 @@
-//! Curves as walks along edges.
+//! Curves as walks along edges, the form in which all steps use them.
 
 use crate::cut::EmbeddedCurve;
-use eikona_mesh::{Located, Segment, SurfaceCurves, TriangleMesh, segment_host};
+use eikona_mesh::{Curve, Located, Segment, SurfaceCurves, TriangleMesh, segment_host};
 
 /// Returns the segments of walks along edges.
 pub(super) fn segments_of(mesh: &TriangleMesh, walks: &[EmbeddedCurve]) -> Vec<Segment> {
@@ -17,8 +17,17 @@ pub(super) fn segments_of(mesh: &TriangleMesh, walks: &[EmbeddedCurve]) -> Vec<S
     segments
 }
 
+/// Returns walks as curves through their vertices.
+pub(super) fn curves_of(walks: &[EmbeddedCurve]) -> SurfaceCurves {
+    let curve = |walk: &EmbeddedCurve| {
+        let nodes = walk.vertices.iter().map(|&v| v.into()).collect();
+        Curve { kind: walk.kind, up: walk.up, nodes }
+    };
+    SurfaceCurves { curves: walks.iter().map(curve).collect(), points: Vec::new() }
+}
+
 /// Converts curves along edges to walks.
-pub(super) fn walks(curves: &SurfaceCurves, segments: &[Segment]) -> Vec<EmbeddedCurve> {
+pub(super) fn walks_of(curves: &SurfaceCurves, segments: &[Segment]) -> Vec<EmbeddedCurve> {
     let mut walks: Vec<EmbeddedCurve> = curves
         .curves
         .iter()
