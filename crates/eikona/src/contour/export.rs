@@ -73,8 +73,8 @@ pub fn ply_edges(lines: &[Polyline]) -> Result<String, FileError> {
 /// own unit.
 ///
 /// # Errors
-/// [`FileError::Unsupported`] if the points do not all have the same z (up to [`FLATNESS_TOLERANCE`]), or are not
-/// finite.
+/// [`FileError::Unsupported`] if the points do not all have the same z (up to
+/// [`FLATNESS_TOLERANCE`]), or are not finite.
 pub fn svg_paths(lines: &[Polyline]) -> Result<String, FileError> {
     let lines = checked(lines)?;
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);

@@ -193,8 +193,8 @@ impl Embedded {
         })
     }
 
-    /// Bisects the edges of every open piece of the curves with fewer than [`SHORT_PIECE_EDGES`] edges until it
-    /// has at least as many.
+    /// Bisects the edges of every open piece of the curves with fewer than [`SHORT_PIECE_EDGES`]
+    /// edges until it has at least as many.
     ///
     /// Methods whose functions are multivalued at the ends of an open curve exclude those vertices
     /// from their operators, and with them every edge between two of them. A curve of a single edge

@@ -46,7 +46,8 @@ pub enum Reference {
 /// smoother function (measured on the faces, whatever the triangulation of the solve).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Diagnosis {
-    /// If the curve has at most [`AUTOMATIC_DIAGNOSIS_LIMIT`](super::AUTOMATIC_DIAGNOSIS_LIMIT) stretches.
+    /// If the curve has at most
+    /// [`AUTOMATIC_DIAGNOSIS_LIMIT`](super::AUTOMATIC_DIAGNOSIS_LIMIT) stretches.
     #[default]
     Automatic,
     /// Always, up to 2000 stretches; time and memory grow quadratically with their number.
