@@ -2,6 +2,7 @@
 
 use eikona::contour::ContourError;
 use eikona::curves::TraceError;
+use eikona::polar_field::PolarFieldError;
 use eikona::signed_heat::SignedHeatError;
 use eikona::winding::WindingError;
 use eikona_mesh::{CurveError, FileError, MeshError};
@@ -102,6 +103,17 @@ impl From<WindingError> for Failure {
         match fault {
             E::Option { .. } => Failure::Usage(fault.to_string()),
             E::Numeric(_) | E::Program(_) => Failure::Failed(fault.to_string()),
+            _ => Failure::Input(fault.to_string()),
+        }
+    }
+}
+
+impl From<PolarFieldError> for Failure {
+    fn from(fault: PolarFieldError) -> Failure {
+        use PolarFieldError as E;
+        match fault {
+            E::Degree { .. } => Failure::Usage(fault.to_string()),
+            E::Numeric(_) => Failure::Failed(fault.to_string()),
             _ => Failure::Input(fault.to_string()),
         }
     }

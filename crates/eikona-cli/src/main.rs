@@ -3,6 +3,7 @@
 mod bench;
 mod demo;
 mod exit;
+mod field;
 mod field_file;
 mod input;
 mod inspect;
@@ -54,6 +55,8 @@ enum Verb {
     Sdf(Box<sdf::SdfArguments>),
     /// Label the regions inside and outside of curves by winding number
     Winding(Box<winding::WindingArguments>),
+    /// Compute a field of N directions with prescribed singularities
+    Field(Box<field::FieldArguments>),
     /// Report the topology, quality and faults of a mesh and its curves
     Inspect(Box<inspect::InspectArguments>),
     /// Generate shapes and curves, optionally damaged
@@ -107,6 +110,7 @@ fn run(arguments: Vec<OsString>) -> u8 {
     let done = match &cli.verb {
         Verb::Sdf(arguments) => sdf::run(arguments, general),
         Verb::Winding(arguments) => winding::run(arguments, general),
+        Verb::Field(arguments) => field::run(arguments, general),
         Verb::Inspect(arguments) => inspect::run(arguments, general),
         Verb::Make(arguments) => make::run(arguments, general),
         Verb::Render(arguments) => render::run(arguments, general),

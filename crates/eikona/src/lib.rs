@@ -16,6 +16,7 @@ pub mod geometry;
 pub mod operators;
 mod option_name;
 mod phases;
+pub mod polar_field;
 mod setters;
 pub mod signed_heat;
 pub mod spatial;

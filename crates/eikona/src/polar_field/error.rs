@@ -1,0 +1,160 @@
+//! Errors of polar field solves.
+
+use eikona_mesh::{CurveError, Edge, Face, Vertex};
+use eikona_numeric::NumericError;
+use thiserror::Error;
+
+/// Why no field could be computed.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PolarFieldError {
+    /// The mesh has no faces.
+    #[error("the mesh has no faces; give a mesh with at least one face")]
+    NoFaces,
+    /// The degree is out of range.
+    #[error("the degree N = {degree} is out of range; choose a number from 1 to 1000")]
+    Degree {
+        /// The degree given.
+        degree: u32,
+    },
+    /// An edge has more than two faces.
+    #[error(
+        "{edge} ({} to {}) has {faces} faces, and fields need a manifold surface; split the mesh along such edges",
+        vertices[0], vertices[1]
+    )]
+    NonmanifoldEdge {
+        /// The first such edge.
+        edge: Edge,
+        /// Its vertices.
+        vertices: [Vertex; 2],
+        /// The number of its faces.
+        faces: usize,
+    },
+    /// A vertex has more than one fan of faces.
+    #[error(
+        "{vertex} has {fans} fans of faces, and fields need a manifold surface; duplicate the vertex per fan"
+    )]
+    NonmanifoldVertex {
+        /// The first such vertex.
+        vertex: Vertex,
+        /// The number of its fans.
+        fans: usize,
+    },
+    /// A component is one-sided.
+    #[error(
+        "component {component} (from {first_face}) is not orientable, so directions have no sense of rotation; cut it open"
+    )]
+    NotOrientable {
+        /// The component.
+        component: usize,
+        /// Its first face.
+        first_face: Face,
+    },
+    /// A face has no area.
+    #[error("{face} has no area; remove it, or remesh around it")]
+    FlatFace {
+        /// The first such face.
+        face: Face,
+    },
+    /// An index is not a multiple of 1/N, or too large.
+    #[error(
+        "{what} has index {index}, which is not a whole multiple of 1/{degree} between -1e6/{degree} and \
+         1e6/{degree}; round it, or change N"
+    )]
+    Index {
+        /// The singularity or generator, in words.
+        what: String,
+        /// The index given.
+        index: f64,
+        /// The degree N.
+        degree: u32,
+    },
+    /// The indices of a component do not add up to its Euler characteristic.
+    #[error(
+        "the indices on component {component} (from {first_face}) add up to {sum} instead of its Euler characteristic \
+         {needed}: {missing:+} is missing; add it at a vertex, edge{} or face of the component",
+        if *has_boundary { ", boundary loop" } else { "" }
+    )]
+    IndexSum {
+        /// The component.
+        component: usize,
+        /// Its first face.
+        first_face: Face,
+        /// The sum of the indices given.
+        sum: f64,
+        /// The Euler characteristic.
+        needed: i64,
+        /// What is missing.
+        missing: f64,
+        /// Whether the component has a boundary, whose loops may have an index, too.
+        has_boundary: bool,
+    },
+    /// A singularity is on the boundary.
+    #[error(
+        "singularity {singularity} is at {element}, which is on the boundary; move it inside, or give the boundary \
+         loop an index"
+    )]
+    OnBoundary {
+        /// 0-based index of the singularity.
+        singularity: usize,
+        /// The vertex or edge.
+        element: String,
+    },
+    /// A singularity is at a vertex without faces.
+    #[error("singularity {singularity} is at {vertex}, which no face uses; choose another vertex")]
+    UnusedVertex {
+        /// 0-based index of the singularity.
+        singularity: usize,
+        /// The vertex.
+        vertex: Vertex,
+    },
+    /// There is no such boundary loop.
+    #[error(
+        "singularity {singularity} is on boundary loop {boundary}, but there are {loops} loops, numbered from 0"
+    )]
+    NoSuchLoop {
+        /// 0-based index of the singularity.
+        singularity: usize,
+        /// The loop given.
+        boundary: usize,
+        /// The number of loops.
+        loops: usize,
+    },
+    /// Two singularities share an element.
+    #[error(
+        "singularity {singularity} is on {element}, which has another one; add their indices, or move one"
+    )]
+    Repeated {
+        /// 0-based index of the second singularity.
+        singularity: usize,
+        /// The element.
+        element: String,
+    },
+    /// Singular elements are too close together for one face.
+    #[error(
+        "{element} and its neighbours have singularities that determine the scale in {face} more than once; move one \
+         of them to another face"
+    )]
+    Conflict {
+        /// The face.
+        face: Face,
+        /// The singular element found last.
+        element: String,
+    },
+    /// The number of indices of homology generators is wrong.
+    #[error(
+        "{found} indices of homology generators are given, but the surface has {expected} generators, two per handle"
+    )]
+    Generators {
+        /// The number given.
+        found: usize,
+        /// The number of generators.
+        expected: usize,
+    },
+    /// A point is not on the mesh.
+    #[error(transparent)]
+    Point(#[from] CurveError),
+    /// A linear system could not be solved.
+    #[error(transparent)]
+    Numeric(#[from] NumericError),
+}

@@ -1,0 +1,108 @@
+//! The field: phases by integration, and its values at points (PLPF sections 4.4 and 5).
+
+use crate::polar_field::bevel::{BeveledMesh, Cycle, Rotation, wrapped};
+use crate::polar_field::homology::Homology;
+use eikona_mesh::{Face, FaceField, Halfedge};
+use eikona_numeric::{Complex, Scalar};
+use std::f64::consts::TAU;
+
+/// Values that determine the field: per corner the base of the power in its face.
+#[derive(Clone, Debug)]
+pub(crate) struct Values {
+    /// The linear field at each corner, in the layout of its face.
+    pub base: Vec<Complex>,
+    pub powers: FaceField<u32>,
+    /// Largest deviation of a phase around a cycle from a whole number of turns.
+    pub closure: f64,
+}
+
+impl Values {
+    /// Integrates the rotation to phases and combines them with the scales.
+    pub fn new(
+        bevel: &BeveledMesh,
+        homology: &Homology,
+        theta: &Rotation,
+        connection: &Rotation,
+        scales: &[f64],
+        powers: FaceField<u32>,
+        degree: u32,
+    ) -> Values {
+        let n = f64::from(degree);
+        let mut phase = vec![0.0; bevel.mesh.halfedge_count()];
+        for &face in &homology.order {
+            let first = homology.entry[face.index()].unwrap_or(face.halfedge(0));
+            if let Some(h) = homology.entry[face.index()] {
+                let twin = bevel.twin[h].expect("the tree crosses interior edges only");
+                let across = theta.jump[h] + n * connection.jump[h];
+                phase[h.index()] = wrapped(phase[twin.next().index()] + across);
+            }
+            phase[first.next().index()] = phase[first.index()] + theta.split[first];
+            phase[first.previous().index()] = phase[first.next().index()] + theta.split[first.next()];
+        }
+        let mut closure = 0.0f64;
+        for h in bevel.halfedges() {
+            let along = phase[h.next().index()] - phase[h.index()] - theta.split[h];
+            closure = closure.max(wrapped(along).abs());
+        }
+        for (h, twin) in bevel.interior() {
+            let across = theta.jump[h] + n * connection.jump[h];
+            let difference = phase[h.index()] - phase[twin.next().index()] - across;
+            closure = closure.max(wrapped(difference).abs());
+        }
+        let mut base = vec![Complex::ZERO; phase.len()];
+        for face in bevel.mesh.faces() {
+            let m = f64::from(powers[face]);
+            let mut angle = phase[face.halfedge(0).index()] / m;
+            for h in [0, 1, 2].map(|k| face.halfedge(k)) {
+                base[h.index()] = polar(scales[h.index()].powf(1.0 / m), angle);
+                angle += theta.split[h] / m;
+            }
+        }
+        Values { base, powers, closure }
+    }
+
+    /// Returns the N-th power of the field at a point of a face, in the layout of the face.
+    pub fn power_at(&self, face: Face, weights: [f64; 3]) -> Complex {
+        let base =
+            (0..3).fold(Complex::ZERO, |sum, k| sum + self.base[face.halfedge(k).index()] * weights[k]);
+        let m = f64::from(self.powers[face]);
+        polar(base.norm().powf(m), m * base.arg())
+    }
+
+    /// Returns how far the N-th power turns along a side of a face.
+    pub fn turn(&self, h: Halfedge) -> f64 {
+        let m = f64::from(self.powers[h.face()]);
+        m * (self.base[h.next().index()] * self.base[h.index()].conj()).arg()
+    }
+
+    /// Returns the rotation of the N-th power at the origin of a halfedge, from the face of its
+    /// twin to its own, within half a turn.
+    pub fn jump(&self, h: Halfedge, twin: Halfedge, connection: &Rotation, degree: u32) -> f64 {
+        let at = |corner: Halfedge| f64::from(self.powers[corner.face()]) * self.base[corner.index()].arg();
+        wrapped(at(h) - at(twin.next()) - f64::from(degree) * connection.jump[h])
+    }
+
+    /// Returns the index times N of each cycle, as measured from the field.
+    pub fn measured(
+        &self,
+        bevel: &BeveledMesh,
+        connection: &Rotation,
+        curvature: impl Fn(Cycle) -> f64,
+        degree: u32,
+    ) -> Vec<(Cycle, i64)> {
+        let mut seen = bevel.zero();
+        for h in bevel.halfedges() {
+            seen.split[h] = self.turn(h);
+        }
+        for (h, twin) in bevel.interior() {
+            seen.jump[h] = self.jump(h, twin, connection, degree);
+        }
+        let sums = bevel.sums(&seen);
+        let index = |c: Cycle| ((sums[c] + f64::from(degree) * curvature(c)) / TAU).round() as i64;
+        bevel.cycles().map(|c| (c, index(c))).collect()
+    }
+}
+
+pub(crate) fn polar(length: f64, angle: f64) -> Complex {
+    Complex { re: length * angle.cos(), im: length * angle.sin() }
+}

@@ -1,0 +1,76 @@
+//! Power-linear polar fields: N-directional fields with singularities at vertices, inside edges and
+//! inside faces, exactly where they are asked for.
+//!
+//! **Problem.** A field of N directions per point, smooth everywhere except at prescribed points,
+//! around which it turns as often as prescribed. **Idea.** (I) In each face the N-th power of the
+//! field is a power of a linear field, so it may vanish at any point. How far it turns along each
+//! side of a face, and from face to face, is a 1-form on the beveled mesh. (II) The prescribed
+//! indices fix its sums around faces, edges, vertices and boundary loops, and along two generators
+//! per handle: one such form by trees, then the smoothest one by a sparse factorisation that does
+//! not depend on the prescription. (III) The scales at the corners put each zero in its place:
+//! their ratios in singular faces and edges follow from the law of sines, the others are the
+//! smoothest ones. (IV) Phases follow by integration.
+//!
+//! | paper | here | shape | equation |
+//! |---|---|---|---|
+//! | beveled mesh | `bevel.rs` | 3F corners | sec 4.1 |
+//! | `theta` | `particular.rs`, `smoothness.rs` | split and jump edges | 6, B.1 |
+//! | `r`, `kappa` | `bevel.rs` | jump edges, cycles | sec 4.2 |
+//! | `H` | `homology.rs` | 2g walks | sec 4.3 |
+//! | `I` | [`Singularity`] | cycles | sec 4.3 |
+//! | `theta^S` | `targets.rs` | next to singularities | B.1 |
+//! | `I_f` (power) | `powers.rs`, [`PolarField::power_of_face`] | F integers | sec 4.4 |
+//! | `sigma` | `scale.rs` | corners | 5, 7 |
+//! | `psi`, `U` | `field.rs`, [`PolarField::power_at`] | corners | sec 4.4 |
+//!
+//! All indices are counted in turns of the N-th power internally, so they are integers whose sum on
+//! each component is N times its Euler characteristic.
+//!
+//! **Domain.** Manifold, orientable meshes with any number of components, handles and boundary
+//! loops. Others are refused with the element.
+//!
+//! **Limits.** Where the field turns by more than half a turn of its power from face to face, which
+//! happens around vertices of large negative index, it shows additional singularities at edges
+//! beside the vertex; [`FieldReport::aliased`] lists them.
+//!
+//! **Reference.** Jiabao Brad Wang and Amir Vaxman, *Power-Linear Polar Directional Fields*,
+//! arXiv:2506.00222, 2025.
+//!
+//! ```
+//! use eikona::mesh::{SurfacePoint, shapes};
+//! use eikona::polar_field::{FieldOptions, Place, Singularity, Solver};
+//! // A vector field on a flat disk with one singularity, inside a face.
+//! let disk = shapes::disk(6, 12, 1.0)?;
+//! let [i, j, k] = disk.triangles()[40];
+//! let point = SurfacePoint::Face { vertices: [i, j, k], bary: [0.2, 0.5, 0.3] };
+//! let singularities = [
+//!     Singularity { place: Place::Point(point), index: 1.0 },
+//!     Singularity { place: Place::Boundary(0), index: 0.0 },
+//! ];
+//! let solver = Solver::new(&disk, &Default::default())?;
+//! let field = solver.solve(&singularities, &FieldOptions::default().with_degree(1))?;
+//! assert_eq!(field.report.measured, [1.0, 0.0]);
+//! // It vanishes there, and only there.
+//! assert!(field.vectors_at(SurfacePoint::Vertex { vertex: 0 })?[0][2] == 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod bevel;
+mod error;
+mod field;
+mod homology;
+mod options;
+mod particular;
+mod powers;
+mod scale;
+mod singularity;
+mod smoothness;
+mod solution;
+mod solver;
+mod targets;
+
+pub use error::PolarFieldError;
+pub use options::{FieldOptions, SolverOptions};
+pub use singularity::{Place, Singularity};
+pub use solution::{FieldReport, Measured, PolarField};
+pub use solver::Solver;

@@ -1,0 +1,48 @@
+//! Options of a solver and of a solve.
+
+use crate::setters::setters;
+use eikona_numeric::Resources;
+
+/// Options of a [`Solver`](super::Solver), fixed when it is built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct SolverOptions {
+    /// Number of threads for factorisations. Default: 1. The result is the same for any number.
+    pub threads: usize,
+    /// Memory limit in bytes for each factorisation. Default: no limit.
+    pub memory_limit: Option<usize>,
+}
+
+impl Default for SolverOptions {
+    fn default() -> Self {
+        SolverOptions { threads: 1, memory_limit: None }
+    }
+}
+
+setters!(SolverOptions { with_threads: threads = usize, with_memory_limit: memory_limit = Option<usize> });
+
+impl SolverOptions {
+    pub(super) fn resources(&self) -> Resources {
+        Resources { threads: self.threads, memory_limit: self.memory_limit }
+    }
+}
+
+/// Options of a solve.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FieldOptions {
+    /// The number N of directions at each point: 1 for vectors, 2 for lines, 4 for crosses (the
+    /// default).
+    pub degree: u32,
+    /// How often the field turns along each homology generator relative to its tangent: whole
+    /// multiples of 1/N, one per generator, or empty (the default) for zero.
+    pub generators: Vec<f64>,
+}
+
+impl Default for FieldOptions {
+    fn default() -> Self {
+        FieldOptions { degree: 4, generators: Vec::new() }
+    }
+}
+
+setters!(FieldOptions { with_degree: degree = u32, with_generators: generators = Vec<f64> });

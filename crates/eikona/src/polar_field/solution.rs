@@ -1,0 +1,138 @@
+//! Result of a solve: the field, evaluated anywhere, and its report.
+
+use crate::Warning;
+use crate::geometry::vector::{add, cross, norm, scale, sub};
+use crate::phases::Phases;
+use crate::polar_field::field::{Values, polar};
+use crate::polar_field::solver::Domain;
+use eikona_mesh::{CurveError, Face, Located, SurfacePoint, TriangleMesh};
+use eikona_numeric::Complex;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// A field of N directions at every point of a surface: a power of a linear field in each face.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct PolarField {
+    pub(super) domain: Arc<Domain>,
+    pub(super) values: Values,
+    pub(super) degree: u32,
+    /// Residuals, measured indices and timings.
+    pub report: FieldReport,
+}
+
+/// An element whose index, as measured from the field, differs from the prescribed one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// The element, in words.
+    pub element: String,
+    /// The prescribed index.
+    pub prescribed: f64,
+    /// The measured index.
+    pub measured: f64,
+}
+
+/// Residuals, measured indices and timings of one solve.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct FieldReport {
+    /// Duration of each phase of the solve.
+    pub phases: Phases,
+    /// Duration of each phase of the preparation.
+    pub preparation: Phases,
+    /// Largest deviation of the rotation from the prescribed sums, in radians.
+    pub residual: f64,
+    /// Largest deviation of the phases from a whole number of turns, in radians.
+    pub closure: f64,
+    /// The smoothness energy: squared gradients plus 10 times squared jumps.
+    pub energy: f64,
+    /// The index of each prescribed singularity, measured from the field.
+    pub measured: Vec<f64>,
+    /// Elements at which the measured index differs from the prescribed one, zero included: the
+    /// field turns by more than half a turn of its N-th power from one face to the next there.
+    pub aliased: Vec<Measured>,
+    /// Singular edges at which no scale puts the singularity at the wanted point.
+    pub unplaced: Vec<String>,
+    /// Largest power in a face.
+    pub largest_power: u32,
+    /// Rounds of the active set for the scales.
+    pub scale_rounds: usize,
+    /// Corners whose scale is at the bound.
+    pub scales_at_bound: usize,
+    /// Whether the active set did not end. The scales then place all singularities, but are not the
+    /// smoothest.
+    pub scales_gave_up: bool,
+    /// Warnings of the preparation.
+    pub warnings: Vec<Warning>,
+}
+
+impl PolarField {
+    /// Returns the mesh of the field.
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.domain.bevel.mesh
+    }
+
+    /// Returns the number N of directions.
+    pub fn degree(&self) -> u32 {
+        self.degree
+    }
+
+    /// Returns the power of the linear field in each face.
+    pub fn power_of_face(&self, face: Face) -> u32 {
+        self.values.powers[face]
+    }
+
+    /// Returns the N vectors at a point, counter-clockwise, in the plane of a face that contains it
+    /// (the first one at a vertex or edge). All have length 1; zero at singularities.
+    ///
+    /// # Errors
+    /// [`CurveError`] if the point is not on the mesh.
+    pub fn vectors_at(&self, point: SurfacePoint) -> Result<Vec<[f64; 3]>, CurveError> {
+        let mesh = self.mesh();
+        let (face, weights) = match point.locate(mesh)? {
+            Located::Face(f, weights) => (f, weights),
+            Located::Edge(e, t) => {
+                let h = mesh.edge_halfedges(e)[0];
+                let t = if mesh.follows_edge(h) { t } else { 1.0 - t };
+                let mut weights = [0.0; 3];
+                weights[h.side()] = 1.0 - t;
+                weights[(h.side() + 1) % 3] = t;
+                (h.face(), weights)
+            }
+            Located::Vertex(v) => match mesh.vertex_corners(v).first() {
+                Some(corner) => {
+                    let mut weights = [0.0; 3];
+                    weights[corner.halfedge().side()] = 1.0;
+                    (corner.face(), weights)
+                }
+                None => return Ok(vec![[0.0; 3]; self.degree as usize]),
+            },
+        };
+        let power = self.power_at(face, weights);
+        if power.norm() == 0.0 {
+            return Ok(vec![[0.0; 3]; self.degree as usize]);
+        }
+        let first = power.arg() / f64::from(self.degree);
+        let [along, across] = self.axes(face);
+        let vector = |k: u32| {
+            let z = polar(1.0, first + TAU * f64::from(k) / f64::from(self.degree));
+            add(scale(along, z.re), scale(across, z.im))
+        };
+        Ok((0..self.degree).map(vector).collect())
+    }
+
+    /// Returns the N-th power of the field at a point of a face, in the frame whose first axis runs
+    /// along the face's first side. Its length is that of the interpolation, not 1.
+    pub fn power_at(&self, face: Face, weights: [f64; 3]) -> Complex {
+        self.values.power_at(face, weights)
+    }
+
+    /// Returns the axes of a face: along its first side, and to the left of it.
+    fn axes(&self, face: Face) -> [[f64; 3]; 2] {
+        let [a, b, c] = self.mesh().face_positions(face);
+        let unit = |v: [f64; 3]| scale(v, 1.0 / norm(v));
+        let along = unit(sub(b, a));
+        let normal = unit(cross(along, unit(sub(c, a))));
+        [along, cross(normal, along)]
+    }
+}

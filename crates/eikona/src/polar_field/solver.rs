@@ -1,0 +1,213 @@
+//! Prepares a mesh once; solves for any number of prescriptions.
+
+use crate::Warning;
+use crate::curves::side::consistently_oriented;
+use crate::geometry::{lay_out_in, unit_of};
+use crate::phases::Phases;
+use crate::polar_field::bevel::{BeveledMesh, Cycle, PerCycle, Rotation};
+use crate::polar_field::error::PolarFieldError;
+use crate::polar_field::field::Values;
+use crate::polar_field::homology::Homology;
+use crate::polar_field::options::{FieldOptions, SolverOptions};
+use crate::polar_field::particular::particular_rotation;
+use crate::polar_field::powers::powers;
+use crate::polar_field::scale::{smoothest_scales, ties};
+use crate::polar_field::singularity::{Singularity, located, name, turns_of_cycles, whole_turns};
+use crate::polar_field::smoothness::CornerLaplacian;
+use crate::polar_field::solution::{FieldReport, Measured, PolarField};
+use crate::polar_field::targets::{needed_sum, targets};
+use eikona_mesh::{Topology, TriangleMesh};
+use eikona_numeric::{Resources, check_stopped};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// A mesh with its beveled mesh and factored energy, reused from prescription to prescription.
+#[derive(Debug)]
+pub struct Solver {
+    pub(super) domain: Arc<Domain>,
+    laplacian: CornerLaplacian,
+    resources: Resources,
+    warnings: Vec<Warning>,
+    phases: Phases,
+}
+
+/// What does not depend on the prescription.
+#[derive(Debug)]
+pub(crate) struct Domain {
+    pub bevel: BeveledMesh,
+    pub homology: Homology,
+    pub connection: Rotation,
+    pub curvature: PerCycle<f64>,
+}
+
+impl Solver {
+    /// Orients the mesh, and analyses and factors the energy.
+    ///
+    /// # Errors
+    /// [`PolarFieldError::NoFaces`], [`PolarFieldError::NonmanifoldEdge`],
+    /// [`PolarFieldError::NonmanifoldVertex`], [`PolarFieldError::NotOrientable`],
+    /// [`PolarFieldError::FlatFace`]; failures of the factorisation.
+    ///
+    /// # Cost
+    /// A sparse factorisation on the corners: O(F^1.5) time, O(F log F) memory.
+    pub fn new(mesh: &TriangleMesh, options: &SolverOptions) -> Result<Solver, PolarFieldError> {
+        let mut phases = Phases::begin("geometry")?;
+        if mesh.face_count() == 0 {
+            return Err(PolarFieldError::NoFaces);
+        }
+        let topology = Topology::of(mesh);
+        check_stopped()?;
+        check_surface(mesh, &topology)?;
+        let mut warnings = Vec::new();
+        let mesh = consistently_oriented(mesh, &mut warnings);
+        // The numbers of boundary halfedges depend on the orientation.
+        let topology = if warnings.is_empty() { topology } else { Topology::of(&mesh) };
+        let triangles = lay_out_in(&mesh, unit_of(&mesh))?;
+        if let Some(face) = mesh.faces().find(|f| triangles[f.index()].mollified) {
+            return Err(PolarFieldError::FlatFace { face });
+        }
+        phases.next("bevel")?;
+        let bevel = BeveledMesh::new(&mesh, topology, triangles);
+        check_stopped()?;
+        let homology = Homology::of(&bevel);
+        check_stopped()?;
+        let (connection, curvature) = (bevel.connection(), bevel.curvature());
+        phases.next("factorisation")?;
+        let resources = options.resources();
+        let laplacian = CornerLaplacian::new(&bevel, resources)?;
+        let domain = Domain { bevel, homology, connection, curvature }.into();
+        Ok(Solver { domain, laplacian, resources, warnings, phases: phases.finish() })
+    }
+
+    /// Returns the mesh of the field: the input, with faces flipped to a consistent orientation.
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.domain.bevel.mesh
+    }
+
+    /// Returns the number of homology generators, two per handle.
+    pub fn generator_count(&self) -> usize {
+        self.domain.homology.generators.len()
+    }
+
+    /// Computes the smoothest field with these singularities.
+    ///
+    /// # Errors
+    /// [`PolarFieldError::Degree`]; [`PolarFieldError::Index`], [`PolarFieldError::IndexSum`] and
+    /// the other faults of a prescription, before anything is solved;
+    /// [`PolarFieldError::Conflict`]; failures of the solves.
+    ///
+    /// # Cost
+    /// A few back-substitutions, and one factorisation on the faces if some index times N is beyond
+    /// 1.
+    pub fn solve(
+        &self,
+        singularities: &[Singularity],
+        options: &FieldOptions,
+    ) -> Result<PolarField, PolarFieldError> {
+        let Domain { bevel, homology, connection, curvature } = &*self.domain;
+        let degree = options.degree;
+        let mut phases = Phases::begin("prescription")?;
+        if !(1..=1000).contains(&degree) {
+            return Err(PolarFieldError::Degree { degree });
+        }
+        let expected = homology.generators.len();
+        if !options.generators.is_empty() && options.generators.len() != expected {
+            return Err(PolarFieldError::Generators { found: options.generators.len(), expected });
+        }
+        let prescribed = located(bevel, singularities, degree)?;
+        let turns = turns_of_cycles(bevel, &prescribed, degree)?;
+        let mut wanted = bevel.constant(0.0);
+        for cycle in bevel.cycles() {
+            wanted[cycle] = needed_sum(turns[cycle], degree, curvature[cycle]);
+        }
+        let n = f64::from(degree);
+        let mut along = Vec::with_capacity(expected);
+        for (i, generator) in homology.generators.iter().enumerate() {
+            let index = options.generators.get(i).copied().unwrap_or(0.0);
+            let turns = whole_turns(index, degree, || format!("generator {i}"))?;
+            along.push(TAU * turns as f64 - n * generator.curvature);
+        }
+        let theta = particular_rotation(bevel, homology, &wanted, &along);
+        phases.next("rotation")?;
+        let near = targets(bevel, &prescribed, |v| wanted.vertex[v]);
+        let mut theta = self.laplacian.smoothest(bevel, theta, &near)?;
+        // Rounding adds up along the trees; what is missing now is small, and its rounding smaller.
+        let ((cycles, generators), _) = missing_sums(&self.domain, &theta, &wanted, &along);
+        theta.add(1.0, &particular_rotation(bevel, homology, &cycles, &generators));
+        let (_, residual) = missing_sums(&self.domain, &theta, &wanted, &along);
+        phases.next("powers")?;
+        let powers = powers(bevel, &prescribed, &theta, self.resources)?;
+        phases.next("scales")?;
+        let ties = ties(bevel, &prescribed, &theta, &powers);
+        let (scales, search) = smoothest_scales(bevel, &self.laplacian, &ties.ties)?;
+        phases.next("integration")?;
+        let values = Values::new(bevel, homology, &theta, connection, &scales, powers, degree);
+        let seen = values.measured(bevel, connection, |c| curvature[c], degree);
+        let aliased: Vec<(Cycle, i64)> = seen.into_iter().filter(|&(c, i)| i != turns[c]).collect();
+        let measured = prescribed
+            .iter()
+            .map(|s| aliased.iter().find(|(c, _)| *c == s.cycle).map_or(s.turns, |(_, i)| *i) as f64 / n)
+            .collect();
+        let report = FieldReport {
+            phases: phases.finish(),
+            preparation: self.phases.clone(),
+            residual,
+            closure: values.closure,
+            energy: bevel.energy(&theta),
+            measured,
+            aliased: aliased
+                .into_iter()
+                .map(|(c, i)| Measured {
+                    element: name(c),
+                    prescribed: turns[c] as f64 / n,
+                    measured: i as f64 / n,
+                })
+                .collect(),
+            unplaced: ties.unplaced.into_iter().map(name).collect(),
+            largest_power: values.powers.as_slice().iter().max().copied().unwrap_or(1),
+            scale_rounds: search.rounds,
+            scales_at_bound: search.active,
+            scales_gave_up: search.gave_up,
+            warnings: self.warnings.clone(),
+        };
+        Ok(PolarField { domain: self.domain.clone(), values, degree, report })
+    }
+}
+
+/// Returns what is missing from the prescribed sums around cycles and along generators, and the
+/// largest of it.
+fn missing_sums(
+    Domain { bevel, homology, .. }: &Domain,
+    theta: &Rotation,
+    wanted: &PerCycle<f64>,
+    along: &[f64],
+) -> ((PerCycle<f64>, Vec<f64>), f64) {
+    let mut missing = bevel.sums(theta);
+    let mut largest = 0.0f64;
+    for cycle in bevel.cycles() {
+        missing[cycle] = wanted[cycle] - missing[cycle];
+        largest = largest.max(missing[cycle].abs());
+    }
+    let of_generators: Vec<f64> =
+        homology.generators.iter().zip(along).map(|(g, wanted)| wanted - g.sum(theta)).collect();
+    let largest = of_generators.iter().fold(largest, |m, x| m.max(x.abs()));
+    ((missing, of_generators), largest)
+}
+
+/// Refuses surfaces on which a field has no sense.
+fn check_surface(mesh: &TriangleMesh, topology: &Topology) -> Result<(), PolarFieldError> {
+    if let Some(&edge) = topology.nonmanifold_edges.first() {
+        let (vertices, faces) = (mesh.edge_vertices(edge), mesh.edge_halfedges(edge).len());
+        return Err(PolarFieldError::NonmanifoldEdge { edge, vertices, faces });
+    }
+    if let Some(v) = topology.nonmanifold_vertices.first() {
+        return Err(PolarFieldError::NonmanifoldVertex { vertex: v.vertex, fans: v.fans });
+    }
+    match topology.components.iter().position(|c| !c.orientable) {
+        Some(component) => {
+            let first_face = topology.components[component].first_face;
+            Err(PolarFieldError::NotOrientable { component, first_face })
+        }
+        None => Ok(()),
+    }
+}

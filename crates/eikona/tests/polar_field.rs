@@ -1,0 +1,222 @@
+//! Fields with prescribed singularities, checked on loops around them and at the singular points.
+
+use eikona::mesh::random::Random;
+use eikona::mesh::{Face, SurfacePoint, Topology, TriangleMesh, Vertex, damage, shapes};
+use eikona::polar_field::{FieldOptions, Place, PolarField, Singularity, Solver, SolverOptions};
+
+fn surfaces() -> Vec<(&'static str, TriangleMesh)> {
+    vec![
+        ("sphere", damage::jitter(&shapes::icosphere(3).unwrap(), 0.2, 1).unwrap()),
+        ("torus", damage::jitter(&shapes::torus(1.0, 0.4, 36, 18).unwrap(), 0.2, 2).unwrap()),
+        ("double torus", shapes::chain_of_genus(2, 2).unwrap()),
+        ("annulus", damage::jitter(&shapes::annulus(1.0, 2.0, 8, 40).unwrap(), 0.2, 3).unwrap()),
+    ]
+}
+
+/// A point inside an element of this kind, away from the boundary and from used elements.
+fn place(mesh: &TriangleMesh, kind: usize, random: &mut Random) -> Place {
+    loop {
+        let f = Face(random.below(mesh.face_count()) as u32);
+        let corners = mesh.face_vertices(f);
+        if corners.iter().any(|v| mesh.is_boundary_vertex(*v)) {
+            continue;
+        }
+        let vertices = corners.map(|v| v.0);
+        return Place::Point(match kind {
+            0 => SurfacePoint::Vertex { vertex: vertices[0] },
+            1 => SurfacePoint::Edge { vertices: [vertices[0], vertices[1]], t: random.range(0.15, 0.85) },
+            _ => {
+                let weights = [random.range(0.2, 1.0), random.range(0.2, 1.0), random.range(0.2, 1.0)];
+                let sum: f64 = weights.iter().sum();
+                SurfacePoint::Face { vertices, bary: weights.map(|w| w / sum) }
+            }
+        });
+    }
+}
+
+#[test]
+fn prescribed_indices_are_measured() {
+    let mut random = Random::from_seed(11);
+    let (mut runs, mut exact) = (0, 0);
+    for (name, mesh) in surfaces() {
+        let solver = Solver::new(&mesh, &SolverOptions::default()).unwrap();
+        let topology = Topology::of(&mesh);
+        for degree in [1, 2, 3, 4, 6] {
+            for turns in [1i64, -1, 2, -3] {
+                for kind in 0..3 {
+                    let mut given: Vec<Singularity> = Vec::new();
+                    let mut add = |place, turns: i64| {
+                        given.push(Singularity { place, index: turns as f64 / f64::from(degree) });
+                    };
+                    add(place(&mesh, kind, &mut random), turns);
+                    let mut missing = topology.euler_characteristic * i64::from(degree) - turns;
+                    if let Some(b) = topology.boundary_loops.len().checked_sub(1) {
+                        add(Place::Boundary(b), missing);
+                        missing = 0;
+                    }
+                    while missing != 0 {
+                        let kind = random.below(3);
+                        add(place(&mesh, kind, &mut random), missing.signum());
+                        missing -= missing.signum();
+                    }
+                    let generators = (0..solver.generator_count())
+                        .map(|_| (random.below(3) as f64 - 1.0) / f64::from(degree))
+                        .collect();
+                    let options = FieldOptions::default().with_degree(degree).with_generators(generators);
+                    let field = match solver.solve(&given, &options) {
+                        Ok(field) => field,
+                        Err(error) => {
+                            println!("{name} N {degree} turns {turns} kind {kind}: {error}");
+                            continue;
+                        }
+                    };
+                    runs += 1;
+                    let report = &field.report;
+                    assert!(report.residual < 1e-10 && report.closure < 1e-10, "{name} {report:?}");
+                    if report.aliased.is_empty() && report.unplaced.is_empty() {
+                        exact += 1;
+                        at_their_points(&field, &given);
+                    } else {
+                        println!(
+                            "{name} N {degree} turns {turns} kind {kind}: {:?} {:?}",
+                            report.aliased, report.unplaced
+                        );
+                    }
+                    assert!(!report.scales_gave_up, "{report:?}");
+                }
+            }
+        }
+    }
+    println!("{exact} of {runs} exact");
+    assert!(runs > 200 && exact * 10 > runs * 8, "{exact} of {runs}");
+}
+
+/// The field vanishes at singular points of faces.
+fn at_their_points(field: &PolarField, given: &[Singularity]) {
+    for s in given {
+        if let Place::Point(SurfacePoint::Face { vertices, bary }) = s.place {
+            let f = field.mesh().find_face(vertices.map(Vertex)).unwrap();
+            let own = field.mesh().face_vertices(f);
+            let weights = own.map(|v| bary[vertices.iter().position(|w| *w == v.0).unwrap()]);
+            let here = field.power_at(f, weights).norm();
+            let corner = field.power_at(f, [1.0, 0.0, 0.0]).norm();
+            assert!(here < 1e-8 * corner, "{here:e} {corner:e}");
+        }
+    }
+}
+
+/// Returns the surface point at a place in the plane of a flat mesh.
+fn in_plane(mesh: &TriangleMesh, x: f64, y: f64) -> SurfacePoint {
+    let weights = |f: Face| {
+        let [a, b, c] = mesh.face_positions(f);
+        let twice = |p: [f64; 3], q: [f64; 3]| (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x);
+        let parts = [twice(b, c), twice(c, a), twice(a, b)];
+        let whole: f64 = parts.iter().sum();
+        parts.map(|p| p / whole)
+    };
+    let least = |f: &Face| weights(*f).into_iter().fold(f64::INFINITY, f64::min);
+    let face = mesh.faces().max_by(|f, g| least(f).total_cmp(&least(g))).unwrap();
+    SurfacePoint::Face { vertices: mesh.face_vertices(face).map(|v| v.0), bary: weights(face) }
+}
+
+/// On a flat mesh the vectors can be compared directly: around each singularity they turn by its
+/// index, whatever is inside the loop.
+#[test]
+fn vectors_turn_around_singular_points_of_a_flat_disk() {
+    let disk = shapes::disk(16, 8, 1.0).unwrap();
+    let solver = Solver::new(&disk, &SolverOptions::default()).unwrap();
+    let mut random = Random::from_seed(5);
+    let mut loops = 0;
+    for degree in [1u32, 2, 4] {
+        for turns in [1.0, -1.0, 2.0] {
+            let index = turns / f64::from(degree);
+            for (kind, centre) in [[0.3, 0.1], [-0.25, 0.3], [0.1, -0.4]].into_iter().enumerate() {
+                let SurfacePoint::Face { vertices, .. } = in_plane(&disk, centre[0], centre[1]) else {
+                    unreachable!()
+                };
+                let point = match kind {
+                    0 => SurfacePoint::Vertex { vertex: vertices[0] },
+                    1 => {
+                        SurfacePoint::Edge { vertices: [vertices[0], vertices[1]], t: random.range(0.2, 0.8) }
+                    }
+                    _ => SurfacePoint::Face { vertices, bary: [0.5, 0.2, 0.3] },
+                };
+                let given = [
+                    Singularity { place: Place::Point(point), index },
+                    Singularity { place: Place::Boundary(0), index: 1.0 - index },
+                ];
+                let options = FieldOptions::default().with_degree(degree);
+                let field = solver.solve(&given, &options).unwrap();
+                assert!(field.report.aliased.is_empty(), "{:?}", field.report);
+                let [x, y, _] = point.locate(&disk).unwrap().position(&disk);
+                for radius in [0.15, 0.3, 0.5] {
+                    let angles: Vec<f64> = (0..2000)
+                        .map(|i| {
+                            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 2000.0).sin_cos();
+                            let at = in_plane(&disk, x + radius * cos, y + radius * sin);
+                            let vectors = field.vectors_at(at).unwrap();
+                            assert_eq!(vectors.len(), degree as usize);
+                            assert!(vectors.iter().all(|v| (v[0].hypot(v[1]) - 1.0).abs() < 1e-12));
+                            f64::from(degree) * vectors[0][1].atan2(vectors[0][0])
+                        })
+                        .collect();
+                    let step = |a: f64, b: f64| {
+                        let d = b - a;
+                        d - std::f64::consts::TAU * (d / std::f64::consts::TAU).round()
+                    };
+                    let turned: f64 = (0..2000).map(|i| step(angles[i], angles[(i + 1) % 2000])).sum();
+                    assert!(
+                        (turned / std::f64::consts::TAU - turns).abs() < 1e-9,
+                        "{degree} {turns} {kind} {radius}"
+                    );
+                    loops += 1;
+                }
+            }
+        }
+    }
+    assert_eq!(loops, 81);
+}
+
+#[test]
+fn prescriptions_that_can_not_be_met_are_refused() {
+    let sphere = shapes::icosphere(2).unwrap();
+    let solver = Solver::new(&sphere, &SolverOptions::default()).unwrap();
+    let at = |vertex, index| Singularity { place: Place::Point(SurfacePoint::Vertex { vertex }), index };
+    let fault = |given: &[Singularity], degree| {
+        solver.solve(given, &FieldOptions::default().with_degree(degree)).unwrap_err().to_string()
+    };
+    let message = fault(&[at(0, 0.25), at(5, 1.0)], 4);
+    assert!(
+        message.contains("add up to 1.25 instead of its Euler characteristic 2: +0.75 is missing"),
+        "{message}"
+    );
+    let message = fault(&[at(0, 0.3)], 4);
+    assert!(
+        message.contains("singularity 0 has index 0.3, which is not a whole multiple of 1/4"),
+        "{message}"
+    );
+    assert!(fault(&[at(0, f64::NAN)], 4).contains("singularity 0 has index NaN"));
+    assert!(
+        fault(&[at(7, 1.0), at(7, 1.0)], 1).contains("singularity 1 is on vertex 7, which has another one")
+    );
+    assert!(fault(&[at(100_000, 2.0)], 1).contains("point 0"));
+    assert!(fault(&[at(0, 2.0)], 0).contains("N = 0 is out of range"));
+    let ring = Singularity { place: Place::Boundary(0), index: 0.0 };
+    assert!(fault(&[ring], 1).contains("there are 0 loops"));
+    let options = FieldOptions::default().with_generators(vec![1.0]);
+    assert!(solver.solve(&[at(0, 2.0)], &options).unwrap_err().to_string().contains("has 0 generators"));
+
+    let fault = |mesh: &TriangleMesh| Solver::new(mesh, &SolverOptions::default()).unwrap_err().to_string();
+    let band = shapes::moebius_band(1.0, 0.5, 20, 3).unwrap();
+    assert!(fault(&band).contains("component 0 (from face 0) is not orientable"));
+    let corners = vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.], [0., -1., 0.]];
+    let fin = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]]).unwrap();
+    assert!(fault(&fin).contains("(vertex 0 to vertex 1) has 3 faces"));
+    let flat = TriangleMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [2., 0., 0.]], vec![[0, 1, 2]]).unwrap();
+    assert!(fault(&flat).contains("face 0 has no area"));
+    let disk = shapes::disk(3, 6, 1.0).unwrap();
+    let solver = Solver::new(&disk, &SolverOptions::default()).unwrap();
+    let rim = (0..disk.vertex_count() as u32).find(|v| disk.is_boundary_vertex(Vertex(*v))).unwrap();
+    let message = solver.solve(&[at(rim, 1.0)], &FieldOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("which is on the boundary; move it inside"), "{message}");
+}
