@@ -20,8 +20,10 @@ fn samples_and_faces_are_written() {
     );
     folder.write("p.json", r#"[{"vertex": 9}, {"vertex": 100}]"#);
     let done = folder.done(
-        "field s.obj --singularities s.json -n 4 -o f.rawfield --sample p.json --samples v.csv --report r.json",
+        "field s.obj --singularities s.json -n 4 -o f.rawfield --sample p.json --samples v.csv --report r.json \
+         --render f.png --size 200x150",
     );
+    assert_eq!(run::png_size(&folder.bytes("f.png")), (200, 150));
     assert!(done.stderr.contains("4 directions with 8 prescribed indices"), "{}", done.stderr);
     let report = folder.json("r.json");
     assert!(report["result"]["residual"].as_f64().unwrap() < 1e-10);
@@ -72,5 +74,7 @@ fn faults_name_the_entry_and_leave_no_file() {
     }
     folder.refused("field s.obj -o f.txt", 2, &["use .rawfield or .csv"]);
     folder.refused("field s.obj", 2, &["no output is given"]);
+    folder.refused("field s.obj -o f.csv --size 20x20", 2, &["--size has no effect without a picture"]);
+    folder.refused("field s.obj --render f.png --map viridis", 2, &["--map has no effect on a picture"]);
     folder.refused("field s.obj -n 0 -o f.csv", 2, &["N = 0 is out of range"]);
 }

@@ -220,3 +220,48 @@ fn prescriptions_that_can_not_be_met_are_refused() {
     let message = solver.solve(&[at(rim, 1.0)], &FieldOptions::default()).unwrap_err().to_string();
     assert!(message.contains("which is on the boundary; move it inside"), "{message}");
 }
+
+/// From one face to the other, the N-th power turns by exactly half a turn per unit of its index at
+/// the singular point of an edge.
+#[test]
+fn edge_singularities_are_at_their_points() {
+    let disk = damage::jitter(&shapes::disk(8, 8, 1.0).unwrap(), 0.2, 4).unwrap();
+    // The jitter moves vertices out of the plane, too.
+    let flat = disk.positions().iter().map(|p| [p[0], p[1], 0.0]).collect();
+    let disk = disk.with_positions(flat).unwrap();
+    let solver = Solver::new(&disk, &SolverOptions::default()).unwrap();
+    let mut random = Random::from_seed(3);
+    for run in 0..40 {
+        let Place::Point(SurfacePoint::Edge { vertices, t }) = place(&disk, 1, &mut random) else {
+            unreachable!()
+        };
+        let degree = [1, 2, 4][run % 3];
+        let turns = [1.0, -1.0, 2.0, -2.0][run % 4];
+        let index = turns / f64::from(degree);
+        let given = [
+            Singularity { place: Place::Point(SurfacePoint::Edge { vertices, t }), index },
+            Singularity { place: Place::Boundary(0), index: 1.0 - index },
+        ];
+        let field = solver.solve(&given, &FieldOptions::default().with_degree(degree)).unwrap();
+        assert!(field.report.unplaced.is_empty() && field.report.aliased.is_empty(), "{:?}", field.report);
+        let edge = disk.find_edge(Vertex(vertices[0]), Vertex(vertices[1])).unwrap();
+        let angle = |face: Face, t: f64| {
+            let own = disk.face_vertices(face);
+            let weights = own.map(|v| match v.0 {
+                v if v == vertices[0] => 1.0 - t,
+                v if v == vertices[1] => t,
+                _ => 0.0,
+            });
+            let [a, b] = [own[0], own[1]].map(|v| disk.position(v));
+            let frame = (b[1] - a[1]).atan2(b[0] - a[0]);
+            field.power_at(face, weights).arg() + f64::from(degree) * frame
+        };
+        let [f, g] = [0, 1].map(|i| disk.edge_halfedges(edge)[i].face());
+        let wrapped = |d: f64| d - std::f64::consts::TAU * (d / std::f64::consts::TAU).round();
+        // Half a turn per index, here and not before or after.
+        let difference = |t: f64| wrapped(angle(f, t) - angle(g, t) - std::f64::consts::PI * turns);
+        assert!(difference(t).abs() < 1e-9, "run {run}: {}", difference(t));
+        let [before, after] = [t - 1e-4, t + 1e-4].map(difference);
+        assert!(before * after < 0.0, "run {run}: {before} {after}");
+    }
+}

@@ -6,12 +6,13 @@ mod prescription;
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::number::bytes;
+use crate::picture::{PictureArguments, check_picture_path};
 use crate::session::{General, Session, check_outputs};
 use crate::warned::Warned;
 use clap::Args;
 use eikona::polar_field::{FieldOptions, PolarField, Singularity, Solver, SolverOptions};
 use eikona_mesh::counted;
-use outputs::{FieldFormat, field_format, output_field, output_samples};
+use outputs::{FieldFormat, field_format, output_field, output_picture, output_samples};
 use prescription::{read_indices, read_points, read_singularities};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -52,6 +53,12 @@ pub struct FieldArguments {
     /// Write the N unit vectors at the points of --sample, with their positions
     #[arg(long, value_name = "V.csv", requires = "sample", help_heading = "Outputs")]
     pub samples: Option<PathBuf>,
+    /// Draw the directions and the singular points, red for positive indices and blue for negative
+    /// ones
+    #[arg(long, value_name = "PNG", help_heading = "Outputs")]
+    pub render: Option<PathBuf>,
+    #[command(flatten)]
+    pub picture: PictureArguments,
 }
 
 /// Runs the command and returns the exit code.
@@ -71,16 +78,20 @@ pub fn run(arguments: &FieldArguments, general: &General) -> Result<u8, Failure>
     if let Some(path) = &arguments.samples {
         output_samples(path, &field, &points, &mut session)?;
     }
+    if let Some(path) = &arguments.render {
+        output_picture(path, &field, &singularities, &arguments.picture, &mut session)?;
+    }
     session.finish()
 }
 
 /// Checks the arguments before any work.
 fn check_arguments(arguments: &FieldArguments, general: &General) -> Result<Option<FieldFormat>, Failure> {
-    let outputs = [arguments.output.as_deref(), arguments.samples.as_deref(), general.report.as_deref()];
-    let outputs: Vec<&Path> = outputs.into_iter().flatten().collect();
+    let outputs = [&arguments.output, &arguments.samples, &arguments.render].map(|path| path.as_deref());
+    let outputs: Vec<&Path> = outputs.into_iter().chain([general.report.as_deref()]).flatten().collect();
     if outputs.is_empty() {
         return Err(Failure::Usage(
-            "no output is given; add -o OUT.rawfield, --sample P.json --samples V.csv or --report R.json"
+            "no output is given; add -o OUT.rawfield, --render OUT.png, --sample P.json --samples V.csv or --report \
+             R.json"
                 .into(),
         ));
     }
@@ -88,6 +99,13 @@ fn check_arguments(arguments: &FieldArguments, general: &General) -> Result<Opti
     let read = read.into_iter().flatten().map(PathBuf::as_path);
     let inputs: Vec<&Path> = std::iter::once(arguments.mesh.mesh.as_path()).chain(read).collect();
     check_outputs(&outputs, &inputs)?;
+    if let (Some(flag), None) = (arguments.picture.given(), &arguments.render) {
+        return Err(Failure::Usage(format!("{flag} has no effect without a picture; add --render OUT.png")));
+    }
+    if let Some(flag) = arguments.picture.about_values() {
+        return Err(Failure::Usage(format!("{flag} has no effect on a picture of directions; leave it out")));
+    }
+    arguments.render.as_deref().map_or(Ok(()), check_picture_path)?;
     arguments.output.as_deref().map(field_format).transpose()
 }
 

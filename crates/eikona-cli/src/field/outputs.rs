@@ -1,9 +1,11 @@
 //! Output files of `eikona field`.
 
 use crate::exit::Failure;
+use crate::picture::{PictureArguments, draw};
 use crate::session::Session;
-use eikona::polar_field::PolarField;
-use eikona_mesh::SurfacePoint;
+use eikona::polar_field::{Place, PolarField, Singularity};
+use eikona_mesh::{Quality, SurfacePoint};
+use eikona_render::{Coloring, Drawing, GlyphStyle, PointStyle, Scene};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -83,4 +85,57 @@ fn table(field: &PolarField, points: &[SurfacePoint]) -> Result<String, Failure>
 
 fn vectors(field: &PolarField, point: SurfacePoint) -> Result<Vec<[f64; 3]>, Failure> {
     field.vectors_at(point).map_err(|e| Failure::Input(e.to_string()))
+}
+
+/// Most glyphs in a picture; on finer meshes, evenly spaced faces have one.
+const MOST_GLYPHS: usize = 3000;
+/// Colours of singular points of positive and negative index.
+const POSITIVE: [u8; 3] = [206, 52, 43];
+const NEGATIVE: [u8; 3] = [38, 84, 168];
+
+/// Draws the vectors as marks and the singular points as dots, red for positive indices and blue
+/// for negative ones.
+pub fn output_picture(
+    path: &Path,
+    field: &PolarField,
+    singularities: &[Singularity],
+    picture: &PictureArguments,
+    session: &mut Session,
+) -> Result<(), Failure> {
+    let mesh = field.mesh();
+    let step = mesh.face_count().div_ceil(MOST_GLYPHS);
+    let area: f64 = Quality::of(mesh).area;
+    let shown = mesh.face_count().div_ceil(step);
+    // Marks fill about half of the distance between their centres.
+    let length = 0.6 * (area / shown as f64).sqrt();
+    let directed = field.degree() % 2 == 1;
+    // Opposite directions share a mark.
+    let per_face = if directed { field.degree() } else { field.degree() / 2 } as usize;
+    let mut ends = Vec::new();
+    for &[a, b, c] in mesh.triangles().iter().step_by(step) {
+        let point = SurfacePoint::Face { vertices: [a, b, c], bary: [0.25, 0.25, 0.5] };
+        let middle = point.locate(mesh).map_err(|e| Failure::Input(e.to_string()))?.position(mesh);
+        for v in vectors(field, point)?.into_iter().take(per_face) {
+            let end = |s: f64| [0, 1, 2].map(|k| middle[k] + s * length * v[k]);
+            ends.push(if directed { [end(-0.35), end(0.65)] } else { [end(-0.5), end(0.5)] });
+        }
+    }
+    let style = GlyphStyle { head: directed, ..GlyphStyle::default() };
+    let mut scene = Scene::new(mesh, Coloring::default()).with(Drawing::Glyphs { ends: ends.into(), style });
+    for (color, sign) in [(POSITIVE, 1.0), (NEGATIVE, -1.0)] {
+        let positions: Vec<[f64; 3]> = singularities
+            .iter()
+            .filter(|s| s.index * sign > 0.0)
+            .filter_map(|s| match s.place {
+                Place::Point(point) => Some(point.locate(mesh).ok()?.position(mesh)),
+                Place::Boundary(_) => None,
+            })
+            .collect();
+        if !positions.is_empty() {
+            let style = PointStyle { color, radius: 7.0 };
+            scene = scene.with(Drawing::Points { positions: positions.into(), style });
+        }
+    }
+    let png = session.phase("render", || draw(scene, picture))?;
+    session.output("picture", path, png)
 }
