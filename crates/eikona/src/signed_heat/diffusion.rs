@@ -24,6 +24,33 @@ pub(crate) enum Diffusion {
     Real(DiffusionOn<RealFrames>),
 }
 
+/// Assembled operator, not yet analysed.
+pub(crate) enum AssembledDiffusion {
+    Complex(AssembledOn<ComplexFrames>),
+    Real(AssembledOn<RealFrames>),
+}
+
+impl AssembledDiffusion {
+    pub fn new(mesh: &TriangleMesh, triangles: &[Triangle]) -> Result<Self, NumericError> {
+        Ok(match ComplexFrames::of(mesh) {
+            Some(frames) => Self::Complex(AssembledOn::new(mesh, triangles, frames)?),
+            None => Self::Real(AssembledOn::new(mesh, triangles, RealFrames::of(mesh))?),
+        })
+    }
+
+    /// Analyses the operator. `vertex_order` is an elimination order of the vertices.
+    pub fn analysed(
+        self,
+        mesh: &TriangleMesh,
+        vertex_order: &[u32],
+    ) -> Result<PreparedDiffusion, NumericError> {
+        Ok(match self {
+            Self::Complex(assembled) => PreparedDiffusion::Complex(assembled.analysed(mesh, vertex_order)?),
+            Self::Real(assembled) => PreparedDiffusion::Real(assembled.analysed(mesh, vertex_order)?),
+        })
+    }
+}
+
 /// Analysed operator, not yet factored.
 pub(crate) enum PreparedDiffusion {
     Complex(PreparedOn<ComplexFrames>),
@@ -31,17 +58,6 @@ pub(crate) enum PreparedDiffusion {
 }
 
 impl PreparedDiffusion {
-    /// Analyses the operator. `vertex_order` is an elimination order of the vertices.
-    pub fn new(
-        mesh: &TriangleMesh,
-        triangles: &[Triangle],
-        vertex_order: &[u32],
-    ) -> Result<Self, NumericError> {
-        Ok(match ComplexFrames::of(mesh) {
-            Some(frames) => Self::Complex(PreparedOn::new(mesh, triangles, vertex_order, frames)?),
-            None => Self::Real(PreparedOn::new(mesh, triangles, vertex_order, RealFrames::of(mesh))?),
-        })
-    }
     pub fn predicted_bytes(&self, threads: usize) -> usize {
         match self {
             Self::Complex(prepared) => prepared.symbolic.predicted_bytes::<Complex>(threads),
@@ -132,21 +148,31 @@ pub(crate) struct PreparedOn<F: EdgeFrames> {
     edge_of_unknown: Vec<Edge>,
 }
 
-impl<F: EdgeFrames> PreparedOn<F> {
-    fn new(
-        mesh: &TriangleMesh,
-        triangles: &[Triangle],
-        vertex_order: &[u32],
-        frames: F,
-    ) -> Result<Self, NumericError> {
+/// Assembled operator, not yet analysed.
+pub(crate) struct AssembledOn<F: EdgeFrames> {
+    frames: F,
+    operator: ConnectionLaplacian<F::Value>,
+    edge_of_unknown: Vec<Edge>,
+}
+
+impl<F: EdgeFrames> AssembledOn<F> {
+    fn new(mesh: &TriangleMesh, triangles: &[Triangle], frames: F) -> Result<Self, NumericError> {
         let operator = frames.connection_laplacian(mesh, triangles)?;
         let edge_of_unknown = frames.edge_of_unknown(mesh);
+        check_stopped()?;
+        Ok(AssembledOn { frames, operator, edge_of_unknown })
+    }
+
+    fn analysed(self, mesh: &TriangleMesh, vertex_order: &[u32]) -> Result<PreparedOn<F>, NumericError> {
+        let AssembledOn { frames, operator, edge_of_unknown } = self;
         let order = induced_order(mesh, &edge_of_unknown, vertex_order);
         check_stopped()?;
         let symbolic = Symbolic::new(&operator.graph, Ordering::Given(&order))?;
         Ok(PreparedOn { frames, operator, symbolic, edge_of_unknown })
     }
+}
 
+impl<F: EdgeFrames> PreparedOn<F> {
     fn factor(self, time: f64, threads: usize) -> Result<DiffusionOn<F>, SignedHeatError> {
         DiffusionOn::new(
             self.frames,

@@ -14,7 +14,7 @@ use crate::signed_heat::source::Source;
 use eikona_mesh::{CurveKind, Located, TriangleMesh};
 use eikona_numeric::{
     Cholesky, Complex, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, check_step,
-    check_stopped, nested_dissection_order, side_by_side,
+    check_stopped, nested_dissection_order,
 };
 use std::sync::Arc;
 
@@ -96,23 +96,30 @@ pub(crate) struct Fit {
     pub warning: Option<Warning>,
 }
 
-impl PreparedIntegration {
-    /// Analyses the operator; `beside` is what another thread does meanwhile, with the order of the
-    /// vertices.
-    pub fn new<R: Send>(
-        mesh: &TriangleMesh,
-        triangles: &[Triangle],
-        threads: usize,
-        beside: impl FnOnce(&[u32]) -> R + Send,
-    ) -> Result<(Self, R), NumericError> {
+/// Assembled operator with an elimination order, not yet analysed.
+pub(crate) struct AssembledIntegration {
+    laplacian: CotanLaplacian,
+    pub vertex_order: Vec<u32>,
+}
+
+impl AssembledIntegration {
+    pub fn new(mesh: &TriangleMesh, triangles: &[Triangle]) -> Result<Self, NumericError> {
         let laplacian = CotanLaplacian::new(mesh, triangles);
         check_stopped()?;
         let vertex_order = nested_dissection_order(&laplacian.graph, mesh.positions())?;
-        let analyse = || Symbolic::new(&laplacian.graph, Ordering::Given(&vertex_order));
-        let (symbolic, other) = side_by_side(threads, analyse, || beside(&vertex_order));
-        Ok((PreparedIntegration { symbolic: symbolic?, laplacian, vertex_order }, other))
+        Ok(AssembledIntegration { laplacian, vertex_order })
     }
 
+    pub fn symbolic(&self) -> Result<Symbolic, NumericError> {
+        Symbolic::new(&self.laplacian.graph, Ordering::Given(&self.vertex_order))
+    }
+
+    pub fn analysed(self, symbolic: Symbolic) -> PreparedIntegration {
+        PreparedIntegration { symbolic, laplacian: self.laplacian, vertex_order: self.vertex_order }
+    }
+}
+
+impl PreparedIntegration {
     pub fn predicted_bytes(&self, threads: usize) -> usize {
         self.symbolic.predicted_bytes::<f64>(threads)
     }

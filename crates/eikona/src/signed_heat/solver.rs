@@ -8,9 +8,9 @@ use crate::geometry::{Triangle, lay_out_in};
 use crate::operators::divergence;
 use crate::phases::{Phases, Running};
 use crate::signed_heat::confidence::confidence;
-use crate::signed_heat::diffusion::{Diffusion, PreparedDiffusion, UnitField};
+use crate::signed_heat::diffusion::{AssembledDiffusion, Diffusion, UnitField};
 use crate::signed_heat::error::SignedHeatError;
-use crate::signed_heat::integration::{Integration, Memory, PreparedIntegration, WithHanging};
+use crate::signed_heat::integration::{AssembledIntegration, Integration, Memory, WithHanging};
 use crate::signed_heat::options::{DiffusionTime, LevelSets, SOFT_WEIGHT_RANGE, SolveOptions, SolverOptions};
 use crate::signed_heat::report::{NormalConstraints, Preparation, Report};
 use crate::signed_heat::sheets::Sheets;
@@ -19,7 +19,7 @@ use crate::signed_heat::solution::Solution;
 use crate::signed_heat::source::Source;
 use crate::signed_heat::time::{ChosenTime, choose_time};
 use eikona_mesh::{Components, ElementId, Face, FaceField, SurfaceCurves, TriangleMesh, Vertex, VertexField};
-use eikona_numeric::{Complex, Resources, check_stopped};
+use eikona_numeric::{Complex, Resources, check_stopped, side_by_side};
 use std::sync::OnceLock;
 
 /// Signed heat solver for one triangle mesh: factors both systems once, for any number of sources.
@@ -78,18 +78,26 @@ impl Solver {
         let mut warnings = Vec::new();
         let mesh = consistently_oriented(mesh, &mut warnings);
         check_stopped()?;
-        let triangles = lay_out_in(&mesh, 1.0)?;
+        let (components, triangles) =
+            side_by_side(options.threads, || Components::of(&mesh), || lay_out_in(&mesh, 1.0));
+        let triangles = triangles?;
         check_scale(&triangles)?;
         warnings.extend(degenerate_faces(&triangles));
         let time = choose_time(&mesh, &triangles, options.time)?;
-        check_stopped()?;
-        let components = Components::of(&mesh);
         phases.next("analysis")?;
 
-        let analyse_diffusion = |order: &[u32]| PreparedDiffusion::new(&mesh, &triangles, order);
-        let (integration, diffusion) =
-            PreparedIntegration::new(&mesh, &triangles, options.threads, analyse_diffusion)?;
-        let diffusion = diffusion?;
+        let (integration, diffusion) = side_by_side(
+            options.threads,
+            || AssembledIntegration::new(&mesh, &triangles),
+            || AssembledDiffusion::new(&mesh, &triangles),
+        );
+        let (integration, diffusion) = (integration?, diffusion?);
+        let (symbolic, diffusion) = side_by_side(
+            options.threads,
+            || integration.symbolic(),
+            || diffusion.analysed(&mesh, &integration.vertex_order),
+        );
+        let (integration, diffusion) = (integration.analysed(symbolic?), diffusion?);
         phases.next("factorisation")?;
         let needed_bytes =
             diffusion.predicted_bytes(options.threads) + integration.predicted_bytes(options.threads);
