@@ -33,6 +33,7 @@ mod union_find;
 mod validate;
 pub mod vector;
 mod warning;
+mod wording;
 
 pub use curve::{Curve, CurveKind, Segment, SegmentHost, SurfaceCurves, segment_host};
 pub use curve_io::{
@@ -59,4 +60,5 @@ pub use stitch::{Stitched, stitch};
 pub use topology::{BoundaryLoop, Component, Components, NonmanifoldVertex, Topology};
 pub use union_find::UnionFind;
 pub use validate::validate;
-pub use warning::{FileWarning, counted};
+pub use warning::FileWarning;
+pub use wording::{counted, round_step};

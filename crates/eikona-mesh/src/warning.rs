@@ -1,6 +1,7 @@
 //! Warnings of readers and writers, as data.
 
 use crate::io::MeshFormat;
+use crate::wording::counted;
 use serde::Serialize;
 use std::fmt;
 
@@ -326,15 +327,4 @@ impl fmt::Display for FileWarning {
             }
         }
     }
-}
-
-/// Returns a count with its noun.
-///
-/// ```
-/// use eikona_mesh::counted;
-/// assert_eq!(counted(1, "vertex", "vertices"), "1 vertex");
-/// assert_eq!(counted(0, "face was", "faces were") + " flipped", "0 faces were flipped");
-/// ```
-pub fn counted(count: usize, one: &str, several: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { several })
 }

@@ -4,9 +4,9 @@ use crate::albedo::{Albedo, MappedField};
 use crate::color::label_color;
 use crate::font::{stroke_radius, text_segments, text_width};
 use crate::image::Image;
-use crate::isolines::round_step;
 use crate::options::{Background, RenderOptions};
 use crate::scene::Coloring;
+use eikona_mesh::round_step;
 use std::collections::BTreeSet;
 
 /// Largest number of labels with a legend: the colours of more would be hard to tell apart.

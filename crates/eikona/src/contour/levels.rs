@@ -1,6 +1,7 @@
 //! Selection of isoline levels.
 
 use super::ContourError;
+use eikona_mesh::round_step;
 
 /// Largest number of levels that a spacing may give.
 pub const MAX_LEVELS: usize = 10_000;
@@ -50,14 +51,7 @@ pub fn round_levels(values: &[f64], count: usize) -> Result<Vec<f64>, ContourErr
     if !(raw > 0.0 && raw.is_finite()) {
         return Ok(vec![low]);
     }
-    let power = 10f64.powf(raw.log10().floor());
-    let step = match raw / power {
-        share if share < 1.5 => 1.0,
-        share if share < 3.5 => 2.0,
-        share if share < 7.5 => 5.0,
-        _ => 10.0,
-    };
-    spaced_levels(values, step * power)
+    spaced_levels(values, round_step(high - low, count.max(1) as f64))
 }
 
 fn finite_range(values: &[f64]) -> Option<[f64; 2]> {
