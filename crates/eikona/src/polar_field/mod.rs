@@ -56,6 +56,7 @@
 //! ```
 
 mod bevel;
+mod domain;
 mod error;
 mod field;
 mod homology;

@@ -3,8 +3,8 @@
 use crate::Warning;
 use crate::geometry::vector::{add, cross, norm, scale, sub};
 use crate::phases::Phases;
+use crate::polar_field::domain::Domain;
 use crate::polar_field::field::{Values, polar};
-use crate::polar_field::solver::Domain;
 use eikona_mesh::{CurveError, Face, Located, SurfacePoint, TriangleMesh};
 use eikona_numeric::Complex;
 use std::f64::consts::TAU;

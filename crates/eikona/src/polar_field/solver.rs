@@ -5,6 +5,7 @@ use crate::curves::side::consistently_oriented;
 use crate::geometry::{lay_out_in, unit_of};
 use crate::phases::Phases;
 use crate::polar_field::bevel::{BeveledMesh, Cycle, PerCycle, Rotation};
+use crate::polar_field::domain::Domain;
 use crate::polar_field::error::PolarFieldError;
 use crate::polar_field::field::Values;
 use crate::polar_field::homology::Homology;
@@ -29,15 +30,6 @@ pub struct Solver {
     resources: Resources,
     warnings: Vec<Warning>,
     phases: Phases,
-}
-
-/// What does not depend on the prescription.
-#[derive(Debug)]
-pub(crate) struct Domain {
-    pub bevel: BeveledMesh,
-    pub homology: Homology,
-    pub connection: Rotation,
-    pub curvature: PerCycle<f64>,
 }
 
 impl Solver {
