@@ -144,18 +144,23 @@ impl<T: Scalar> Cholesky<T> {
         self.sweep(&[rhs], Some(&needed)).map(|mut solutions| solutions.remove(0))
     }
 
+    /// Refuses a right-hand side of the wrong length or with values that are not finite.
+    pub(crate) fn check(&self, rhs: &[T]) -> Result<(), NumericError> {
+        let expected = self.symbolic.unknowns();
+        if rhs.len() != expected {
+            return Err(NumericError::WrongLength { found: rhs.len(), expected });
+        }
+        match rhs.iter().position(|x| !x.finite()) {
+            Some(unknown) => Err(NumericError::NonFinite { what: "the right-hand side", unknown }),
+            None => Ok(()),
+        }
+    }
+
     /// Runs both sweeps for each right-hand side; the backward sweep covers the needed supernodes
     /// only.
     fn sweep(&self, rhs: &[&[T]], needed: Option<&[bool]>) -> Result<Vec<Vec<T>>, NumericError> {
         let s = &*self.symbolic;
-        for rhs in rhs {
-            if rhs.len() != s.unknowns() {
-                return Err(NumericError::WrongLength { found: rhs.len(), expected: s.unknowns() });
-            }
-            if let Some(unknown) = rhs.iter().position(|x| !x.finite()) {
-                return Err(NumericError::NonFinite { what: "the right-hand side", unknown });
-            }
-        }
+        rhs.iter().try_for_each(|rhs| self.check(rhs))?;
         let solve = &|rhs: &[&[T]], solutions: &mut [Vec<T>]| {
             for (x, rhs) in solutions.iter_mut().zip(rhs) {
                 *x = s.order().iter().map(|&i| rhs[i as usize]).collect();
@@ -211,16 +216,22 @@ impl<T: Scalar> Cholesky<T> {
         (supernodes.columns(s), supernodes.rows(s), &self.values[supernodes.panel(s)])
     }
 
-    /// `x <- L^-1 x`
+    /// Returns space for the rows of any supernode.
+    pub(crate) fn gathering_space(&self) -> Vec<T> {
+        vec![T::ZERO; self.symbolic.supernodes().largest_height()]
+    }
+
+    /// `x <- L^-1 x`, over supernodes in ascending order. The others must have zeros only.
     #[inline(always)]
-    fn forward<S: pulp::Simd>(
+    pub(crate) fn forward<S: pulp::Simd>(
         &self,
         simd: S,
         xs: &mut [Vec<T>],
         gathered: &mut [T],
+        supernodes: impl Iterator<Item = usize>,
     ) -> Result<(), NumericError> {
-        for s in 0..self.symbolic.supernodes().count() {
-            check_step(s)?;
+        for (step, s) in supernodes.enumerate() {
+            check_step(step)?;
             let (columns, rows, panel) = self.supernode(s);
             let width = columns.len();
             let gathered = &mut gathered[..width + rows.len()];
@@ -244,7 +255,7 @@ impl<T: Scalar> Cholesky<T> {
 
     /// `x <- L^-H x`; unknowns of supernodes that are not needed are set to zero.
     #[inline(always)]
-    fn backward<S: pulp::Simd>(
+    pub(crate) fn backward<S: pulp::Simd>(
         &self,
         simd: S,
         xs: &mut [Vec<T>],
@@ -285,8 +296,9 @@ impl<T: Scalar> Vectorized for Sweeps<'_, T> {
     type Output = Result<(), NumericError>;
     #[inline(always)]
     fn run<S: pulp::Simd>(self, simd: S) -> Self::Output {
-        let mut gathered = vec![T::ZERO; self.factor.symbolic.supernodes().largest_height()];
-        self.factor.forward(simd, self.columns, &mut gathered)?;
+        let mut gathered = self.factor.gathering_space();
+        let all = 0..self.factor.symbolic.supernodes().count();
+        self.factor.forward(simd, self.columns, &mut gathered, all)?;
         self.factor.backward(simd, self.columns, &mut gathered, self.needed)
     }
 }

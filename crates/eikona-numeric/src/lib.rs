@@ -19,6 +19,7 @@ mod dissection;
 mod error;
 mod flow;
 mod graph;
+mod half;
 mod kernels;
 mod matrix;
 mod memory;
@@ -42,6 +43,7 @@ pub use flow::{
     minimise_jumps,
 };
 pub use graph::Graph;
+pub use half::HalfSolution;
 pub use matrix::SymmetricMatrix;
 pub use observer::{Observer, begin_phase, check_step, check_stopped, observed};
 pub use ordering::{Ordering, nested_dissection_order};

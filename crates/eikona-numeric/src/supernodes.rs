@@ -64,6 +64,10 @@ impl Supernodes {
     pub(crate) fn columns(&self, s: usize) -> Range<usize> {
         self.begin[s] as usize..self.begin[s + 1] as usize
     }
+    /// Returns the supernode of a column.
+    pub(crate) fn of_column(&self, column: usize) -> usize {
+        self.begin.partition_point(|&begin| begin as usize <= column) - 1
+    }
     #[inline(always)]
     pub(crate) fn rows(&self, s: usize) -> &[u32] {
         &self.rows[self.row_ptr[s]..self.row_ptr[s + 1]]

@@ -210,6 +210,45 @@ fn solve_where_agrees_with_solve() {
 }
 
 #[test]
+fn half_solutions_give_entries_of_the_inverse_and_solutions() {
+    let n = 40;
+    let (graph, matrix, positions) = grid(n, 0.3);
+    let order = nested_dissection_order(&graph, &positions).unwrap();
+    let symbolic = Symbolic::new(&graph, Ordering::Given(&order)).unwrap();
+    let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
+    let sparse: Vec<Vec<(usize, f64)>> =
+        (0..21).map(|i| vec![(i * 76, 1.0), ((i * 397 + 5) % (n * n), -0.5)]).collect();
+    let rhs: Vec<&[(usize, f64)]> = sparse.iter().map(Vec::as_slice).collect();
+    let halves = factor.half_solve_sparse(&rhs).unwrap();
+    let dense = |entries: &[(usize, f64)]| {
+        let mut dense = vec![0.0; n * n];
+        entries.iter().for_each(|&(i, x)| dense[i] += x);
+        dense
+    };
+    for (entries, half) in sparse.iter().zip(&halves) {
+        let x = factor.solve(&dense(entries)).unwrap();
+        assert_eq!(factor.complete(half).unwrap(), x, "the sweeps are the same");
+        assert!(half.len() < n * n / 2, "{} values are kept", half.len());
+        for (other, other_half) in sparse.iter().zip(&halves) {
+            let expected: f64 = other.iter().map(|&(i, c)| c * x[i]).sum();
+            let found = half.dot(other_half);
+            assert!((found - expected).abs() < 1e-14, "{found} instead of {expected}");
+        }
+    }
+    let rhs: Vec<f64> = (0..n * n).map(|i| (i as f64).sin()).collect();
+    let mut half = factor.half_solve(&rhs).unwrap();
+    assert_eq!(factor.complete(&half).unwrap(), factor.solve(&rhs).unwrap());
+    half.add(2.0, &halves[3]);
+    let sum: Vec<f64> = rhs.iter().zip(dense(&sparse[3])).map(|(a, b)| a + 2.0 * b).collect();
+    let expected = factor.solve(&sum).unwrap();
+    assert!(factor.complete(&half).unwrap().iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-13));
+    let missing: &[(usize, f64)] = &[(n * n, 1.0)];
+    let fault = NumericError::WrongLength { found: n * n + 1, expected: n * n };
+    assert_eq!(factor.half_solve_sparse(&[missing]).unwrap_err(), fault);
+    assert_eq!(factor.complete(&Default::default()).unwrap(), vec![0.0; n * n]);
+}
+
+#[test]
 fn solve_many_equals_solve_bit_for_bit() {
     let (graph, matrix, positions) = grid(30, 0.2);
     let order = nested_dissection_order(&graph, &positions).unwrap();

@@ -25,7 +25,7 @@ fn main() {
         let field = solver.solve(&singularities, &options).expect("the indices add up to zero");
         let solved = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        solver.solve(&mixed(&torus, 1), &options).expect("the indices add up to zero");
+        solver.edit(&field, &mixed(&torus, 1), &options).expect("the indices add up to zero");
         let edited = start.elapsed().as_secs_f64();
         let report = &field.report;
         println!(

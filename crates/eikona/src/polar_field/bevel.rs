@@ -116,6 +116,11 @@ impl BeveledMesh {
         self.twin.iter().filter_map(|(h, twin)| Some((h, (*twin)?)))
     }
 
+    /// Iterates over the edges of two faces, with both halfedges.
+    pub fn edges(&self) -> impl Iterator<Item = (Halfedge, Halfedge)> + '_ {
+        self.interior().filter(|(h, twin)| h < twin)
+    }
+
     /// Returns all cycles: faces, interior edges, interior vertices, boundary loops.
     pub fn cycles(&self) -> impl Iterator<Item = Cycle> + '_ {
         let mesh = &self.mesh;

@@ -63,6 +63,7 @@ mod homology;
 mod options;
 mod particular;
 mod powers;
+mod responses;
 mod scale;
 mod singularity;
 mod smoothness;

@@ -8,6 +8,7 @@ use eikona_numeric::{
     Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, nested_dissection_order,
 };
 use std::f64::consts::PI;
+use std::sync::{Arc, OnceLock};
 
 /// Returns the power of each face.
 ///
@@ -16,9 +17,9 @@ use std::f64::consts::PI;
 /// along every side is below `pi` times it, so that the field has no zero there.
 pub(crate) fn powers(
     bevel: &BeveledMesh,
+    system: &FaceSystem,
     singularities: &[Prescribed],
     theta: &Rotation,
-    resources: Resources,
 ) -> Result<FaceField<u32>, NumericError> {
     let mesh = &bevel.mesh;
     let mut fixed: FaceField<u32> = FaceField::constant(mesh.face_count(), 0);
@@ -43,7 +44,7 @@ pub(crate) fn powers(
             fixed[f] = s.turns.unsigned_abs() as u32;
         }
     }
-    let mut powers = interpolated(bevel, &fixed, resources)?;
+    let mut powers = interpolated(bevel, system, &fixed)?;
     for f in mesh.faces().filter(|f| !singular[*f]) {
         let largest = [0, 1, 2].map(|k| theta.split[f.halfedge(k)].abs()).into_iter().fold(0.0, f64::max);
         powers[f] = powers[f].max((largest / PI).floor() as u32 + 1);
@@ -51,25 +52,46 @@ pub(crate) fn powers(
     Ok(powers)
 }
 
+/// The Laplacian on faces, analysed when it is first needed.
+#[derive(Debug)]
+pub(crate) struct FaceSystem {
+    symbolic: OnceLock<Arc<Symbolic>>,
+    resources: Resources,
+}
+
+impl FaceSystem {
+    pub fn new(resources: Resources) -> FaceSystem {
+        FaceSystem { symbolic: OnceLock::new(), resources }
+    }
+
+    fn symbolic(&self, bevel: &BeveledMesh) -> Result<Arc<Symbolic>, NumericError> {
+        if let Some(symbolic) = self.symbolic.get() {
+            return Ok(symbolic.clone());
+        }
+        let graph = face_graph(bevel);
+        let order = face_order(bevel, &graph)?;
+        let symbolic = Arc::new(Symbolic::new(&graph, Ordering::Given(&order))?);
+        Ok(self.symbolic.get_or_init(|| symbolic).clone())
+    }
+}
+
 /// Interpolates positive values harmonically from faces to their neighbours, and rounds.
 fn interpolated(
     bevel: &BeveledMesh,
+    system: &FaceSystem,
     fixed: &FaceField<u32>,
-    resources: Resources,
 ) -> Result<FaceField<u32>, NumericError> {
     let mesh = &bevel.mesh;
     let highest = fixed.as_slice().iter().max().copied().unwrap_or(0);
     if highest <= 1 {
         return Ok(FaceField::constant(mesh.face_count(), 1));
     }
-    let mut graph = Graph { unknowns: mesh.face_count(), pairs: Vec::new() };
     let mut matrix = SymmetricMatrix { diagonal: vec![0.0; mesh.face_count()], off_diagonal: Vec::new() };
     let mut rhs = vec![0.0; mesh.face_count()];
-    for (h, twin) in bevel.interior().filter(|(h, twin)| h < twin) {
+    for (h, twin) in bevel.edges() {
         let [f, g] = [h, twin].map(|h| h.face());
         let area = bevel.triangles[f.index()].area + bevel.triangles[g.index()].area;
         let weight = 3.0 * bevel.triangles[f.index()].lengths[h.side()].powi(2) / area;
-        graph.pairs.push([f.0, g.0]);
         // A fixed face keeps its value and is moved to the right-hand side of its neighbours.
         let free = [f, g].map(|f| fixed[f] == 0);
         matrix.off_diagonal.push(if free == [true, true] { -weight } else { 0.0 });
@@ -81,14 +103,10 @@ fn interpolated(
         }
     }
     let mut sourced = vec![false; bevel.topology.components.len()];
-    for f in mesh.faces() {
-        sourced[bevel.component_of(Cycle::Face(f))] |= fixed[f] > 0;
-    }
-    for f in mesh.faces() {
-        if fixed[f] > 0 {
-            matrix.diagonal[f.index()] = 1.0;
-            rhs[f.index()] = f64::from(fixed[f]);
-        }
+    for f in mesh.faces().filter(|f| fixed[*f] > 0) {
+        sourced[bevel.component_of(Cycle::Face(f))] = true;
+        matrix.diagonal[f.index()] = 1.0;
+        rhs[f.index()] = f64::from(fixed[f]);
     }
     // A component without a fixed face has the power 1.
     for (component, _) in bevel.topology.components.iter().zip(&sourced).filter(|(_, sourced)| !**sourced) {
@@ -97,15 +115,24 @@ fn interpolated(
         matrix.diagonal[f] += weight;
         rhs[f] += weight;
     }
-    let centre = |f: Face| {
-        let [a, b, c] = mesh.face_positions(f);
-        [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
-    };
-    let centres: Vec<[f64; 3]> = mesh.faces().map(centre).collect();
-    let order = nested_dissection_order(&graph, &centres)?;
-    let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
-    let values = Cholesky::within(resources, symbolic.into(), &matrix)?.solve(&rhs)?;
+    let values = Cholesky::within(system.resources, system.symbolic(bevel)?, &matrix)?.solve(&rhs)?;
     let rounded: Vec<u32> =
         values.into_iter().map(|x| x.round().clamp(1.0, f64::from(highest)) as u32).collect();
     Ok(rounded.into())
+}
+
+/// Returns the graph of the faces that share an edge.
+pub(crate) fn face_graph(bevel: &BeveledMesh) -> Graph {
+    let pairs = bevel.edges().map(|(h, twin)| [h.face().0, twin.face().0]).collect();
+    Graph { unknowns: bevel.mesh.face_count(), pairs }
+}
+
+/// Orders the faces by nested dissection.
+pub(crate) fn face_order(bevel: &BeveledMesh, graph: &Graph) -> Result<Vec<u32>, NumericError> {
+    let centre = |f: Face| {
+        let [a, b, c] = bevel.mesh.face_positions(f);
+        [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
+    };
+    let centres: Vec<[f64; 3]> = bevel.mesh.faces().map(centre).collect();
+    nested_dissection_order(graph, &centres)
 }

@@ -3,10 +3,12 @@
 
 use crate::polar_field::bevel::{BeveledMesh, Cycle, Rotation};
 use crate::polar_field::error::PolarFieldError;
+use crate::polar_field::responses::{Condition, Responses};
 use crate::polar_field::singularity::{Prescribed, name};
 use crate::polar_field::smoothness::CornerLaplacian;
 use eikona_mesh::{Face, FaceField, Halfedge, Located};
-use eikona_numeric::NumericError;
+use eikona_numeric::{Cholesky, NumericError};
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// Logarithms of the scales that place a singular point, up to a constant, at corners of one face.
@@ -94,12 +96,12 @@ impl Ties {
 }
 
 /// How the scales were found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct ScaleSearch {
     /// Number of rounds of the active set.
     pub rounds: usize,
-    /// Number of corners at the bound.
-    pub active: usize,
+    /// The corners at the bound.
+    pub active: Vec<u32>,
     /// Whether the rounds did not end, so that the scales are feasible but not the smoothest.
     pub gave_up: bool,
 }
@@ -124,12 +126,13 @@ struct Groups {
 /// Returns the smoothest scales of at least 1 with these ties.
 ///
 /// The scales minimise the energy of the rotations. An active set holds the corners at which the
-/// bound is attained; each round takes a back-substitution, and one restricted to the tied corners
-/// for each new one.
+/// bound is attained, `guess` at first; each round takes a backward sweep, and a half solution for
+/// each new corner. The result depends on the guess in its last digits only.
 pub(crate) fn smoothest_scales(
     bevel: &BeveledMesh,
     laplacian: &CornerLaplacian,
     ties: &[Tie],
+    guess: &[u32],
 ) -> Result<(Vec<f64>, ScaleSearch), PolarFieldError> {
     let corners = bevel.mesh.halfedge_count();
     let mut search = ScaleSearch::default();
@@ -138,53 +141,33 @@ pub(crate) fn smoothest_scales(
     }
     let groups = Groups::of(ties, corners)?;
     let mut system = Saddle::new(bevel, laplacian, &groups, ties)?;
-    let component = |c: usize| bevel.topology.component_of_face[Halfedge(c as u32).face()] as usize;
-    let concerned: Vec<bool> = {
-        let mut concerned = vec![false; bevel.topology.components.len()];
-        ties.iter().for_each(|tie| concerned[component(tie.logs[0].0.index())] = true);
-        concerned
-    };
-    // One corner per component fixes the scale, until the smallest one is known.
-    for (c, _) in concerned.iter().enumerate().filter(|(_, concerned)| **concerned) {
-        let tie = ties.iter().find(|tie| component(tie.logs[0].0.index()) == c).expect("it is concerned");
-        system.activate(groups.leader[tie.logs[0].0.index()] as usize)?;
-    }
+    system.activate(&first_guess(bevel, &groups, ties, guess))?;
     let mut scales = Vec::new();
     for round in 1..=MOST_ROUNDS {
         search.rounds = round;
         scales = system.solve()?;
-        let mut changed = false;
-        for c in (0..concerned.len()).filter(|c| concerned[*c]) {
-            let active: Vec<usize> = system.active.iter().copied().filter(|a| component(*a) == c).collect();
-            let pulling = |a: &usize| system.force_at(*a) < -TOLERANCE;
-            let leaving: Vec<usize> = active.iter().copied().filter(pulling).collect();
-            let leaders = || (0..corners).filter(|&i| groups.leader[i] as usize == i && component(i) == c);
-            let mut below: Vec<usize> = leaders().filter(|&i| scales[i] < 1.0 - TOLERANCE).collect();
-            below.sort_by(|a, b| scales[*a].total_cmp(&scales[*b]));
-            let mut joining: Vec<usize> = Vec::new();
-            for i in below {
-                let near = |j: &usize| bevel.are_near(Halfedge(i as u32).face(), Halfedge(*j as u32).face());
-                if joining.len() < MOST_JOINING && !joining.iter().any(near) {
-                    joining.push(i);
-                }
-            }
-            if round <= FIRST_ROUNDS && active.len() == 1 && !joining.is_empty() {
-                // Any corner may be the first. The lowest one is a far better guess.
-                system.deactivate(active[0]);
-                joining.truncate(1);
-            }
-            changed |= !leaving.is_empty() || !joining.is_empty();
-            leaving.into_iter().for_each(|a| system.deactivate(a));
-            for i in joining {
-                system.activate(i)?;
-            }
-        }
-        if !changed {
-            search.active = system.active.len();
+        let leaving: Vec<u32> =
+            system.active.iter().copied().filter(|&a| system.force_at(a) < -TOLERANCE).collect();
+        let mut joining = lowest(bevel, &groups, &scales);
+        if leaving.is_empty() && joining.is_empty() {
+            search.active = system.active;
             return Ok((scales, search));
+        }
+        leaving.into_iter().for_each(|a| system.deactivate(a));
+        for (&component, lowest) in &mut joining {
+            let mut active = system.active.iter().filter(|a| bevel.component_of_corner(**a) == component);
+            if let (Some(&only), None) = (active.next(), active.next())
+                && round <= FIRST_ROUNDS
+            {
+                // Any corner may be the first. The lowest one is a far better guess.
+                system.deactivate(only);
+                lowest.truncate(1);
+            }
+            system.activate(lowest)?;
         }
     }
     search.gave_up = true;
+    search.active = system.active;
     for i in 0..corners {
         let leader = groups.leader[i] as usize;
         scales[i] = scales[leader].max(1.0) * groups.factor[i];
@@ -192,7 +175,45 @@ pub(crate) fn smoothest_scales(
     Ok((scales, search))
 }
 
+/// Returns the corners to start with: the guess, and one in each other component with ties, which
+/// fixes the scale there until the smallest one is known.
+fn first_guess(bevel: &BeveledMesh, groups: &Groups, ties: &[Tie], guess: &[u32]) -> Vec<u32> {
+    let mut waiting: BTreeMap<usize, u32> = BTreeMap::new();
+    for corner in ties.iter().rev().map(|tie| tie.logs[0].0.0) {
+        waiting.insert(bevel.component_of_corner(corner), groups.leader[corner as usize]);
+    }
+    let of_guess = guess.iter().map(|&corner| groups.leader[corner as usize]);
+    let mut first: Vec<u32> =
+        of_guess.filter(|leader| waiting.contains_key(&bevel.component_of_corner(*leader))).collect();
+    first.sort_unstable();
+    first.dedup();
+    first.iter().for_each(|&leader| _ = waiting.remove(&bevel.component_of_corner(leader)));
+    first.extend(waiting.values());
+    first
+}
+
+/// Returns the corners with the lowest scales below the bound, apart from each other, for each
+/// component that has some.
+fn lowest(bevel: &BeveledMesh, groups: &Groups, scales: &[f64]) -> BTreeMap<usize, Vec<u32>> {
+    let is_below = |&c: &u32| groups.leader[c as usize] == c && scales[c as usize] < 1.0 - TOLERANCE;
+    let mut below: Vec<u32> = (0..scales.len() as u32).filter(is_below).collect();
+    below.sort_by(|a, b| scales[*a as usize].total_cmp(&scales[*b as usize]));
+    let mut chosen: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+    for corner in below {
+        let chosen = chosen.entry(bevel.component_of_corner(corner)).or_default();
+        let near = |other: &u32| bevel.are_near(Halfedge(corner).face(), Halfedge(*other).face());
+        if chosen.len() < MOST_JOINING && !chosen.iter().any(near) {
+            chosen.push(corner);
+        }
+    }
+    chosen
+}
+
 impl BeveledMesh {
+    fn component_of_corner(&self, corner: u32) -> usize {
+        self.component_of(Cycle::Face(Halfedge(corner).face()))
+    }
+
     /// Whether two faces are the same or share an edge.
     fn are_near(&self, f: Face, g: Face) -> bool {
         f == g || (0..3).any(|k| self.twin[f.halfedge(k)].is_some_and(|h| h.face() == g))
@@ -244,18 +265,15 @@ impl Groups {
     }
 }
 
-/// The equations of the smoothest scales with some corners at the bound: one row per tie and per
-/// active corner, one constant per component.
+/// The equations of the smoothest scales with some corners at the bound: a condition per tie and
+/// per active corner, one constant per component.
 struct Saddle<'a> {
     bevel: &'a BeveledMesh,
-    laplacian: &'a CornerLaplacian,
-    /// Ties: the second corner's scale less a multiple of the first one's.
-    ties: Vec<[(usize, f64); 2]>,
-    active: Vec<usize>,
-    /// The response at the used corners to a unit force at each of them.
-    used: Vec<usize>,
-    place: Vec<u32>,
-    response: Vec<Vec<f64>>,
+    factor: &'a Cholesky<f64>,
+    responses: Responses<'a>,
+    /// Ties, each the second corner's scale less a multiple of the first one's.
+    ties: Vec<Condition>,
+    active: Vec<u32>,
     forces: Vec<f64>,
 }
 
@@ -266,156 +284,73 @@ impl<'a> Saddle<'a> {
         groups: &Groups,
         ties: &[Tie],
     ) -> Result<Saddle<'a>, NumericError> {
-        let mut rows = Vec::new();
+        let mut rows: Vec<Condition> = Vec::new();
         for tie in ties {
-            for c in (0..3).map(|k| tie.face.halfedge(k).index()) {
-                let leader = groups.leader[c] as usize;
-                let row = [(c, 1.0), (leader, -groups.factor[c])];
-                if leader != c && !rows.contains(&row) {
-                    rows.push(row);
+            for c in (0..3).map(|k| tie.face.halfedge(k).0) {
+                let leader = groups.leader[c as usize];
+                let row = vec![(c, 1.0), (leader, -groups.factor[c as usize])];
+                let is_new = rows.iter().rev().take(4).all(|known| known.row != row);
+                if leader != c && is_new {
+                    rows.push(Condition { row, ..Condition::default() });
                 }
             }
         }
-        let mut system = Saddle {
+        let mut responses = laplacian.responses();
+        responses.include(rows.iter().flat_map(|tie| &tie.row).map(|&(c, _)| c))?;
+        Ok(Saddle {
             bevel,
-            laplacian,
-            active: Vec::new(),
-            used: Vec::new(),
-            place: vec![u32::MAX; bevel.mesh.halfedge_count()],
-            response: Vec::new(),
-            forces: Vec::new(),
+            factor: &laplacian.factor,
+            responses,
             ties: rows,
-        };
-        let mut corners: Vec<usize> = system.ties.iter().flatten().map(|(c, _)| *c).collect();
-        corners.sort_unstable();
-        corners.dedup();
-        corners.iter().for_each(|&c| system.place[c] = 0);
-        for &c in &corners {
-            system.add_used(c)?;
-        }
-        // The first columns miss the corners that came later: responses are symmetric.
-        for j in 0..system.used.len() {
-            for i in j + 1..system.used.len() {
-                let value = system.response[i][j];
-                system.response[j].push(value);
-            }
-        }
-        Ok(system)
+            active: Vec::new(),
+            forces: Vec::new(),
+        })
     }
 
-    /// Adds a corner with the responses at the corners used so far and at itself.
-    fn add_used(&mut self, corner: usize) -> Result<(), NumericError> {
-        let place = self.used.len();
-        self.used.push(corner);
-        self.place[corner] = place as u32;
-        let mut needed = vec![false; self.place.len()];
-        self.used.iter().for_each(|&c| needed[c] = true);
-        let mut force = vec![0.0; self.place.len()];
-        force[corner] = 1.0;
-        let x = self.laplacian.factor.solve_where(&force, |c| needed[c])?;
-        self.response.push(self.used.iter().map(|&c| x[c]).collect());
-        Ok(())
+    fn activate(&mut self, corners: &[u32]) -> Result<(), NumericError> {
+        self.active.extend_from_slice(corners);
+        self.responses.include(corners.iter().copied())
     }
 
-    fn activate(&mut self, corner: usize) -> Result<(), NumericError> {
-        if self.place[corner] == u32::MAX {
-            self.add_used(corner)?;
-            let last = self.used.len() - 1;
-            for j in 0..last {
-                let value = self.response[last][j];
-                self.response[j].push(value);
-            }
-        }
-        self.active.push(corner);
-        Ok(())
-    }
-
-    fn deactivate(&mut self, corner: usize) {
+    fn deactivate(&mut self, corner: u32) {
         self.active.retain(|&a| a != corner);
     }
 
     /// The force that holds an active corner up, in the last solution.
-    fn force_at(&self, corner: usize) -> f64 {
+    fn force_at(&self, corner: u32) -> f64 {
         let at = self.active.iter().position(|&a| a == corner);
         at.map_or(0.0, |i| self.forces[self.ties.len() + i])
     }
 
     fn solve(&mut self) -> Result<Vec<f64>, NumericError> {
-        let active = self.active.iter().map(|&a| vec![(a, 1.0)]);
-        let rows: Vec<Vec<(usize, f64)>> = self.ties.iter().map(|row| row.to_vec()).chain(active).collect();
-        let components = self.bevel.topology.components.len();
-        let component = |c: usize| self.bevel.topology.component_of_face[Halfedge(c as u32).face()] as usize;
-        let mut number = vec![usize::MAX; components];
-        let mut count = rows.len();
-        for &(c, _) in rows.iter().flatten() {
-            let number = &mut number[component(c)];
-            if *number == usize::MAX {
-                *number = count;
-                count += 1;
-            }
+        let bound = |&corner: &u32| Condition { row: vec![(corner, 1.0)], wanted: 1.0, compliance: 0.0 };
+        let conditions: Vec<Condition> =
+            self.ties.iter().cloned().chain(self.active.iter().map(bound)).collect();
+        // The forces on a component add up to zero, which determines its constant.
+        let at_constant: Vec<f64> =
+            conditions.iter().map(|condition| condition.row.iter().map(|(_, x)| x).sum()).collect();
+        let wanted: Vec<f64> = conditions.iter().map(|condition| condition.wanted).collect();
+        let matrix = self.responses.matrix(&conditions)?.factor()?;
+        let (wanted, of_constants) = (matrix.solve(&wanted)?, matrix.solve(&at_constant)?);
+        let component = |corner: u32| self.bevel.component_of_corner(corner);
+        let mut sums = vec![[0.0; 2]; self.bevel.topology.components.len()];
+        for (r, condition) in conditions.iter().enumerate() {
+            let sums = &mut sums[component(condition.row[0].0)];
+            sums[0] += at_constant[r] * wanted[r];
+            sums[1] += at_constant[r] * of_constants[r];
         }
-        let mut matrix = vec![vec![0.0; count]; count];
-        let mut rhs = vec![0.0; count];
-        for (r, row) in rows.iter().enumerate() {
-            for (s, other) in rows.iter().enumerate() {
-                for &(a, x) in row {
-                    for &(b, y) in other {
-                        let [a, b] = [a, b].map(|c| self.place[c] as usize);
-                        matrix[r][s] += x * y * self.response[b][a];
-                    }
-                }
-            }
-            for &(a, x) in row {
-                matrix[r][number[component(a)]] += x;
-                matrix[number[component(a)]][r] += x;
-            }
-            rhs[r] = if r < self.ties.len() { 0.0 } else { 1.0 };
-        }
-        let solution = eliminated(matrix, rhs);
-        let mut force = vec![0.0; self.place.len()];
-        for (row, f) in rows.iter().zip(&solution) {
-            row.iter().for_each(|&(c, x)| force[c] += x * f);
-        }
-        let mut scales = self.laplacian.factor.solve(&force)?;
+        // Components without conditions keep the scale 1.
+        let constants: Vec<f64> = sums.iter().map(|[a, b]| if *b > 0.0 { a / b } else { 1.0 }).collect();
+        let force = |(r, condition): (usize, &Condition)| {
+            wanted[r] - constants[component(condition.row[0].0)] * of_constants[r]
+        };
+        self.forces = conditions.iter().enumerate().map(force).collect();
+        let mut half = self.factor.half_solve(&vec![0.0; self.bevel.mesh.halfedge_count()])?;
+        self.responses.push(&conditions, self.forces.iter().copied(), &mut half);
+        let mut scales = self.factor.complete(&half)?;
         for (c, scale) in scales.iter_mut().enumerate() {
-            match number[component(c)] {
-                usize::MAX => *scale = 1.0,
-                i => *scale += solution[i],
-            }
+            *scale += constants[component(c as u32)];
         }
-        self.forces = solution;
         Ok(scales)
     }
-}
-
-/// Solves a small dense system by elimination with partial pivoting. Directions without a pivot get
-/// zero.
-fn eliminated(mut matrix: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Vec<f64> {
-    let n = rhs.len();
-    let largest = matrix.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
-    for k in 0..n {
-        let pivot = (k..n).max_by(|&a, &b| matrix[a][k].abs().total_cmp(&matrix[b][k].abs())).unwrap_or(k);
-        matrix.swap(k, pivot);
-        rhs.swap(k, pivot);
-        if matrix[k][k].abs() <= 1e-14 * largest {
-            continue;
-        }
-        for i in k + 1..n {
-            let factor = matrix[i][k] / matrix[k][k];
-            if factor != 0.0 {
-                let (above, below) = matrix.split_at_mut(i);
-                (k..n).for_each(|j| below[0][j] -= factor * above[k][j]);
-                rhs[i] -= factor * rhs[k];
-            }
-        }
-    }
-    for k in (0..n).rev() {
-        if matrix[k][k].abs() <= 1e-14 * largest {
-            rhs[k] = 0.0;
-            continue;
-        }
-        let known: f64 = (k + 1..n).map(|j| matrix[k][j] * rhs[j]).sum();
-        rhs[k] = (rhs[k] - known) / matrix[k][k];
-    }
-    rhs
 }

@@ -7,11 +7,14 @@
 
 use crate::geometry::Triangle;
 use crate::polar_field::bevel::{BeveledMesh, Rotation};
+use crate::polar_field::powers::{face_graph, face_order};
+use crate::polar_field::responses::{Condition, HalfSolutions, Responses};
 use eikona_mesh::{Face, Halfedge};
 use eikona_numeric::{
     Cholesky, Complex, Graph, NumericError, Ordering, Resources, Scalar, Symbolic, SymmetricMatrix,
-    check_step, nested_dissection_order,
+    check_step,
 };
+use std::collections::HashMap;
 
 /// Weight of squared jumps relative to squared gradients. Fields are almost the same from 1 to
 /// 1000.
@@ -19,7 +22,7 @@ const JUMP_WEIGHT: f64 = 10.0;
 
 /// Two terms of the energy: the gradient in a face, or mean and difference of the jumps at the ends
 /// of an edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Term {
     Face(Face),
     /// The edge of this halfedge, which has a twin.
@@ -34,8 +37,19 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    fn used(&self) -> impl Iterator<Item = (usize, [f64; 2])> + '_ {
-        (0..4).map(|i| (self.corners[i].index(), self.parts.map(|part| part[i])))
+    /// The places in the row, with their corners. A row on a face has three.
+    fn used(&self) -> impl Iterator<Item = (usize, Halfedge)> + '_ {
+        let count = if self.corners[2] == self.corners[3] { 3 } else { 4 };
+        (0..count).map(|i| (i, self.corners[i]))
+    }
+
+    /// Pairs of places in the row.
+    fn places(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        self.used().flat_map(|(b, _)| (0..b).map(move |a| [a, b]))
+    }
+
+    fn pairs(&self) -> impl Iterator<Item = [Halfedge; 2]> + '_ {
+        self.places().map(|pair| pair.map(|i| self.corners[i]))
     }
 }
 
@@ -102,8 +116,16 @@ impl BeveledMesh {
 
     /// Iterates over all terms.
     pub fn terms(&self) -> impl Iterator<Item = Term> + '_ {
-        let edges = self.interior().filter(|(h, twin)| h < twin).map(|(h, _)| Term::Edge(h));
+        let edges = self.edges().map(|(h, _)| Term::Edge(h));
         self.mesh.faces().map(Term::Face).chain(edges)
+    }
+
+    /// Returns the term as [`terms`](Self::terms) lists it: by the first halfedge of its edge.
+    fn as_listed(&self, term: Term) -> Term {
+        match term {
+            Term::Face(_) => term,
+            Term::Edge(h) => Term::Edge(self.twin[h].map_or(h, |twin| h.min(twin))),
+        }
     }
 
     /// Returns the energy of a rotation.
@@ -121,50 +143,57 @@ impl BeveledMesh {
 #[derive(Debug)]
 pub(crate) struct CornerLaplacian {
     pub factor: Cholesky<f64>,
+    pub halves: HalfSolutions,
+    resources: Resources,
 }
 
 impl CornerLaplacian {
     pub fn new(bevel: &BeveledMesh, resources: Resources) -> Result<CornerLaplacian, NumericError> {
-        let unknowns = bevel.mesh.halfedge_count();
-        let mut graph = Graph { unknowns, pairs: Vec::new() };
-        let mut matrix = SymmetricMatrix { diagonal: vec![0.0; unknowns], off_diagonal: Vec::new() };
+        let mut graph = Graph { unknowns: bevel.mesh.halfedge_count(), pairs: Vec::new() };
         for (i, term) in bevel.terms().enumerate() {
             check_step(i)?;
-            let row = bevel.row(term);
-            let count = if matches!(term, Term::Face(_)) { 3 } else { 4 };
-            for a in 0..count {
-                for b in a..count {
-                    let value = row.weight * row.parts.iter().map(|part| part[a] * part[b]).sum::<f64>();
-                    if a == b {
-                        matrix.diagonal[row.corners[a].index()] += value;
-                    } else {
-                        graph.pairs.push([row.corners[a], row.corners[b]].map(|c| c.0));
-                        matrix.off_diagonal.push(value);
-                    }
-                }
-            }
-        }
-        // The function is zero at one corner per component.
-        for component in &bevel.topology.components {
-            matrix.diagonal[component.first_face.halfedge(0).index()] *= 2.0;
+            bevel.row(term).pairs().for_each(|pair| graph.pairs.push(pair.map(|c| c.0)));
         }
         let order = corner_order(bevel)?;
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
-        Ok(CornerLaplacian { factor: Cholesky::within(resources, symbolic.into(), &matrix)? })
+        let factor = Cholesky::within(resources, symbolic.into(), &hessian(bevel, |_| 1.0)?)?;
+        Ok(CornerLaplacian { factor, halves: HalfSolutions::default(), resources })
     }
+
+    /// Returns the responses between no corners.
+    pub fn responses(&self) -> Responses<'_> {
+        Responses::new(&self.factor, &self.halves)
+    }
+}
+
+/// Assembles the Hessian, with each term weighted by a factor. The function is zero at one corner
+/// per component.
+fn hessian(
+    bevel: &BeveledMesh,
+    factor_of: impl Fn(Term) -> f64,
+) -> Result<SymmetricMatrix<f64>, NumericError> {
+    let mut matrix =
+        SymmetricMatrix { diagonal: vec![0.0; bevel.mesh.halfedge_count()], off_diagonal: Vec::new() };
+    for (i, term) in bevel.terms().enumerate() {
+        check_step(i)?;
+        let row = bevel.row(term);
+        let weight = factor_of(term) * row.weight;
+        let product =
+            |a: usize, b: usize| weight * row.parts.iter().map(|part| part[a] * part[b]).sum::<f64>();
+        for (a, corner) in row.used() {
+            matrix.diagonal[corner.index()] += product(a, a);
+        }
+        row.places().for_each(|[a, b]| matrix.off_diagonal.push(product(a, b)));
+    }
+    for component in &bevel.topology.components {
+        matrix.diagonal[component.first_face.halfedge(0).index()] *= 2.0;
+    }
+    Ok(matrix)
 }
 
 /// Orders the corners face by face, the faces by nested dissection.
 fn corner_order(bevel: &BeveledMesh) -> Result<Vec<u32>, NumericError> {
-    let mesh = &bevel.mesh;
-    let pairs = bevel.interior().filter(|(h, twin)| h < twin).map(|(h, twin)| [h.face().0, twin.face().0]);
-    let graph = Graph { unknowns: mesh.face_count(), pairs: pairs.collect() };
-    let centre = |f: Face| {
-        let [a, b, c] = mesh.face_positions(f);
-        [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
-    };
-    let centres: Vec<[f64; 3]> = mesh.faces().map(centre).collect();
-    let faces = nested_dissection_order(&graph, &centres)?;
+    let faces = face_order(bevel, &face_graph(bevel))?;
     Ok(faces.into_iter().flat_map(|f| [0, 1, 2].map(|k| 3 * f + k)).collect())
 }
 
@@ -177,14 +206,17 @@ pub(crate) struct Target {
 
 /// Weight of targets relative to the energy.
 const TARGET_WEIGHT: f64 = 50.0;
+/// Most parts of targets that are met by a dense system. More of them take a factorisation of their
+/// own.
+const MOST_PARTS: usize = 400;
 
 impl CornerLaplacian {
     /// Returns the smoothest rotation that differs from `theta` by differences of a function on
     /// corners, and that takes the targets as far as their weight allows.
     ///
     /// # Cost
-    /// Two back-substitutions, and one restricted to the neighbourhood of the targets for each of
-    /// their parts.
+    /// Two sweeps over the factor, and half solutions at the corners near new targets; a
+    /// factorisation if there are many targets.
     pub fn smoothest(
         &self,
         bevel: &BeveledMesh,
@@ -193,88 +225,68 @@ impl CornerLaplacian {
     ) -> Result<Rotation, NumericError> {
         let mut rhs = vec![0.0; bevel.mesh.halfedge_count()];
         let mut subtract = |row: &Row, weight: f64, values: [f64; 2]| {
-            for (corner, [a, b]) in row.used() {
-                rhs[corner] -= weight * row.weight * (a * values[0] + b * values[1]);
+            for (i, corner) in row.used() {
+                let [a, b] = row.parts.map(|part| part[i]);
+                rhs[corner.index()] -= weight * row.weight * (a * values[0] + b * values[1]);
             }
         };
         for (i, term) in bevel.terms().enumerate() {
             check_step(i)?;
             subtract(&bevel.row(term), 1.0, bevel.term(term, &theta));
         }
-        let mut rows = Vec::with_capacity(targets.len());
+        let mut conditions = Vec::with_capacity(2 * targets.len());
+        let many = 2 * targets.len() > MOST_PARTS;
         for target in targets {
             let row = bevel.row(target.term);
-            let [a, b] = bevel.term(target.term, &theta);
-            subtract(&row, TARGET_WEIGHT, [a - target.values[0], b - target.values[1]]);
-            rows.push(row);
+            let values = bevel.term(target.term, &theta);
+            let missing = [0, 1].map(|part| target.values[part] - values[part]);
+            if many {
+                subtract(&row, TARGET_WEIGHT, missing.map(|x| -x));
+                continue;
+            }
+            for part in 0..2 {
+                conditions.push(Condition {
+                    row: row.used().map(|(i, c)| (c.0, row.parts[part][i])).collect(),
+                    wanted: missing[part],
+                    compliance: 1.0 / (TARGET_WEIGHT * row.weight),
+                });
+            }
         }
-        let x = self.solve_with(&rows, &rhs)?;
+        let x = if many {
+            self.solve_weighted(bevel, targets, &rhs)?
+        } else {
+            self.solve_with(&conditions, &rhs)?
+        };
         theta.add(1.0, &bevel.differences(&x));
         Ok(theta)
     }
 
-    /// Solves `(L + B' W B) x = rhs` for the rows `B` of the targets, by the formula of Woodbury.
-    fn solve_with(&self, rows: &[Row], rhs: &[f64]) -> Result<Vec<f64>, NumericError> {
-        let before = self.factor.solve(rhs)?;
-        if rows.is_empty() {
-            return Ok(before);
+    /// Minimises the energy under conditions: a dense system in their multipliers.
+    fn solve_with(&self, conditions: &[Condition], rhs: &[f64]) -> Result<Vec<f64>, NumericError> {
+        if conditions.is_empty() {
+            return self.factor.solve(rhs);
         }
-        let parts: Vec<(&Row, usize)> = rows.iter().flat_map(|row| [(row, 0), (row, 1)]).collect();
-        let value = |&(row, part): &(&Row, usize), x: &[f64]| -> f64 {
-            (0..4).map(|i| row.parts[part][i] * x[row.corners[i].index()]).sum()
-        };
-        let mut needed = vec![false; rhs.len()];
-        rows.iter().flat_map(|row| row.corners).for_each(|c| needed[c.index()] = true);
-        let mut small = Dense::zeros(parts.len());
-        let mut column = vec![0.0; rhs.len()];
-        for (j, (row, part)) in parts.iter().enumerate() {
-            for i in 0..4 {
-                column[row.corners[i].index()] += row.parts[*part][i];
-            }
-            let response = self.factor.solve_where(&column, |corner| needed[corner])?;
-            row.corners.iter().for_each(|c| column[c.index()] = 0.0);
-            for i in 0..=j {
-                small.set(i, j, value(&parts[i], &response));
-            }
-            small.set(j, j, value(&parts[j], &response) + 1.0 / (TARGET_WEIGHT * row.weight));
-        }
-        let forces = small.solve(parts.iter().map(|part| value(part, &before)).collect())?;
-        let mut corrected = rhs.to_vec();
-        for ((row, part), force) in parts.iter().zip(&forces) {
-            for i in 0..4 {
-                corrected[row.corners[i].index()] -= row.parts[*part][i] * force;
-            }
-        }
-        self.factor.solve(&corrected)
-    }
-}
-
-/// A dense symmetric positive definite matrix.
-pub(crate) struct Dense {
-    size: usize,
-    matrix: SymmetricMatrix<f64>,
-}
-
-impl Dense {
-    pub fn zeros(size: usize) -> Dense {
-        let off_diagonal = vec![0.0; size * size.saturating_sub(1) / 2];
-        Dense { size, matrix: SymmetricMatrix { diagonal: vec![0.0; size], off_diagonal } }
+        let mut responses = self.responses();
+        responses.include(conditions.iter().flat_map(|condition| &condition.row).map(|&(c, _)| c))?;
+        let mut half = self.factor.half_solve(rhs)?;
+        let missing: Vec<f64> = conditions.iter().map(|c| c.wanted - responses.value(c, &half)).collect();
+        let multipliers = responses.matrix(conditions)?.factor()?.solve(&missing)?;
+        responses.push(conditions, multipliers.into_iter(), &mut half);
+        self.factor.complete(&half)
     }
 
-    /// Sets the entry at `(i, j)`, `i <= j`, and its mirror image.
-    pub fn set(&mut self, i: usize, j: usize, value: f64) {
-        if i == j {
-            self.matrix.diagonal[j] = value;
-        } else {
-            self.matrix.off_diagonal[j * (j - 1) / 2 + i] = value;
+    /// Solves with the terms of the targets weighted in the matrix.
+    fn solve_weighted(
+        &self,
+        bevel: &BeveledMesh,
+        targets: &[Target],
+        rhs: &[f64],
+    ) -> Result<Vec<f64>, NumericError> {
+        let mut times: HashMap<Term, f64> = HashMap::new();
+        for target in targets {
+            *times.entry(bevel.as_listed(target.term)).or_default() += 1.0;
         }
-    }
-
-    pub fn solve(&self, rhs: Vec<f64>) -> Result<Vec<f64>, NumericError> {
-        let pairs = (0..self.size as u32).flat_map(|j| (0..j).map(move |i| [i, j])).collect();
-        let graph = Graph { unknowns: self.size, pairs };
-        let order: Vec<u32> = (0..self.size as u32).collect();
-        let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
-        Cholesky::new(symbolic.into(), &self.matrix)?.solve(&rhs)
+        let matrix = hessian(bevel, |term| 1.0 + TARGET_WEIGHT * times.get(&term).unwrap_or(&0.0))?;
+        Cholesky::within(self.resources, self.factor.symbolic().clone(), &matrix)?.solve(rhs)
     }
 }

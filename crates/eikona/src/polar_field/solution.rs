@@ -17,6 +17,8 @@ pub struct PolarField {
     pub(super) domain: Arc<Domain>,
     pub(super) values: Values,
     pub(super) degree: u32,
+    /// The corners at which the bound of the scales is attained.
+    pub(super) lowest_corners: Vec<u32>,
     /// Residuals, measured indices and timings.
     pub report: FieldReport,
 }

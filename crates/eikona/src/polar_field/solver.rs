@@ -11,14 +11,14 @@ use crate::polar_field::field::Values;
 use crate::polar_field::homology::Homology;
 use crate::polar_field::options::{FieldOptions, SolverOptions};
 use crate::polar_field::particular::particular_rotation;
-use crate::polar_field::powers::powers;
+use crate::polar_field::powers::{FaceSystem, powers};
 use crate::polar_field::scale::{smoothest_scales, ties};
 use crate::polar_field::singularity::{Singularity, located, name, turns_of_cycles, whole_turns};
 use crate::polar_field::smoothness::CornerLaplacian;
 use crate::polar_field::solution::{FieldReport, Measured, PolarField};
 use crate::polar_field::targets::{needed_sum, targets};
 use eikona_mesh::{Topology, TriangleMesh};
-use eikona_numeric::{Resources, check_stopped};
+use eikona_numeric::check_stopped;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ use std::sync::Arc;
 pub struct Solver {
     pub(super) domain: Arc<Domain>,
     laplacian: CornerLaplacian,
-    resources: Resources,
+    faces: FaceSystem,
     warnings: Vec<Warning>,
     phases: Phases,
 }
@@ -67,8 +67,9 @@ impl Solver {
         phases.next("factorisation")?;
         let resources = options.resources();
         let laplacian = CornerLaplacian::new(&bevel, resources)?;
+        let faces = FaceSystem::new(resources);
         let domain = Domain { bevel, homology, connection, curvature }.into();
-        Ok(Solver { domain, laplacian, resources, warnings, phases: phases.finish() })
+        Ok(Solver { domain, laplacian, faces, warnings, phases: phases.finish() })
     }
 
     /// Returns the mesh of the field: the input, with faces flipped to a consistent orientation.
@@ -93,6 +94,36 @@ impl Solver {
     /// 1.
     pub fn solve(
         &self,
+        singularities: &[Singularity],
+        options: &FieldOptions,
+    ) -> Result<PolarField, PolarFieldError> {
+        self.solve_from(&[], singularities, options)
+    }
+
+    /// Computes the smoothest field of an edited prescription: some singularities of `previous`
+    /// were moved, added, removed or given another index.
+    ///
+    /// The field is that of [`solve`](Self::solve) up to rounding, but is found sooner: the search
+    /// for the scales starts from those of the previous field. Whatever does not depend on the
+    /// edited elements is kept by the solver in either case.
+    ///
+    /// # Errors
+    /// As for [`solve`](Self::solve). `previous` may be of any prescription and degree, but must be
+    /// of this solver; a field of another one is no help, and no harm.
+    pub fn edit(
+        &self,
+        previous: &PolarField,
+        singularities: &[Singularity],
+        options: &FieldOptions,
+    ) -> Result<PolarField, PolarFieldError> {
+        let is_own = Arc::ptr_eq(&previous.domain, &self.domain);
+        self.solve_from(if is_own { &previous.lowest_corners } else { &[] }, singularities, options)
+    }
+
+    /// Solves, with a guess of the corners with the lowest scales.
+    fn solve_from(
+        &self,
+        guess: &[u32],
         singularities: &[Singularity],
         options: &FieldOptions,
     ) -> Result<PolarField, PolarFieldError> {
@@ -128,10 +159,10 @@ impl Solver {
         theta.add(1.0, &particular_rotation(bevel, homology, &cycles, &generators));
         let (_, residual) = missing_sums(&self.domain, &theta, &wanted, &along);
         phases.next("powers")?;
-        let powers = powers(bevel, &prescribed, &theta, self.resources)?;
+        let powers = powers(bevel, &self.faces, &prescribed, &theta)?;
         phases.next("scales")?;
         let ties = ties(bevel, &prescribed, &theta, &powers);
-        let (scales, search) = smoothest_scales(bevel, &self.laplacian, &ties.ties)?;
+        let (scales, search) = smoothest_scales(bevel, &self.laplacian, &ties.ties, guess)?;
         phases.next("integration")?;
         let values = Values::new(bevel, homology, &theta, connection, &scales, powers, degree);
         let seen = values.measured(bevel, connection, |c| curvature[c], degree);
@@ -158,11 +189,11 @@ impl Solver {
             unplaced: ties.unplaced.into_iter().map(name).collect(),
             largest_power: values.powers.as_slice().iter().max().copied().unwrap_or(1),
             scale_rounds: search.rounds,
-            scales_at_bound: search.active,
+            scales_at_bound: search.active.len(),
             scales_gave_up: search.gave_up,
             warnings: self.warnings.clone(),
         };
-        Ok(PolarField { domain: self.domain.clone(), values, degree, report })
+        Ok(PolarField { domain: self.domain.clone(), values, degree, lowest_corners: search.active, report })
     }
 }
 
