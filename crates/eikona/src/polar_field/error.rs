@@ -151,6 +151,49 @@ pub enum PolarFieldError {
         /// The number of generators.
         expected: usize,
     },
+    /// The field is to follow the boundary of a closed surface.
+    #[error("the surface has no boundary to follow; leave this guide out")]
+    NoBoundary,
+    /// The field is to follow curves, but there are none.
+    #[error("no curve is given to follow; give at least one with two nodes")]
+    NoCurve,
+    /// The indices make the field turn along a closed guide without corners.
+    #[error(
+        "with the prescribed indices, the field turns by {turns} relative to {guide}, so it cannot follow it; change \
+         the sum of the indices on one side of it by this, or give the guide a weight"
+    )]
+    Unfollowable {
+        /// The curve, boundary loop or crease, in words.
+        guide: String,
+        /// How often the field turns relative to it.
+        turns: f64,
+    },
+    /// The weight of guides is out of range.
+    #[error("the weight {weight} of guides is out of range; give a positive number")]
+    GuideWeight {
+        /// The weight given.
+        weight: f64,
+    },
+    /// The angle of creases is out of range.
+    #[error("the crease angle {degrees} is out of range; give degrees between 0 and 180")]
+    CreaseAngle {
+        /// The angle given, in degrees.
+        degrees: f64,
+    },
+    /// Creases have no direction.
+    #[error(
+        "creases have no direction to follow with N = {degree}; choose an even N, or give them as curves"
+    )]
+    CreasesWithOddDegree {
+        /// The degree N.
+        degree: u32,
+    },
+    /// Principal curvatures have no direction.
+    #[error("directions of curvature are lines, which N = {degree} vectors cannot follow; choose an even N")]
+    CurvatureWithOddDegree {
+        /// The degree N.
+        degree: u32,
+    },
     /// A point is not on the mesh.
     #[error(transparent)]
     Point(#[from] CurveError),

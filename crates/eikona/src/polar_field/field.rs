@@ -1,10 +1,17 @@
 //! The field: phases by integration, and its values at points (PLPF sections 4.4 and 5).
 
 use crate::polar_field::bevel::{BeveledMesh, Cycle, Rotation, wrapped};
-use crate::polar_field::homology::Homology;
+use crate::polar_field::domain::Domain;
 use eikona_mesh::{Face, FaceField, Halfedge};
 use eikona_numeric::{Complex, Scalar};
 use std::f64::consts::TAU;
+
+/// A rotation with the phase at the first corner of each component.
+#[derive(Clone, Debug)]
+pub(crate) struct Phased {
+    pub theta: Rotation,
+    pub start: Vec<f64>,
+}
 
 /// Values that determine the field: per corner the base of the power in its face.
 #[derive(Clone, Debug)]
@@ -19,10 +26,8 @@ pub(crate) struct Values {
 impl Values {
     /// Integrates the rotation to phases and combines them with the scales.
     pub fn new(
-        bevel: &BeveledMesh,
-        homology: &Homology,
-        theta: &Rotation,
-        connection: &Rotation,
+        Domain { bevel, homology, connection, .. }: &Domain,
+        Phased { theta, start }: &Phased,
         scales: &[f64],
         powers: FaceField<u32>,
         degree: u32,
@@ -31,10 +36,13 @@ impl Values {
         let mut phase = vec![0.0; bevel.mesh.halfedge_count()];
         for &face in &homology.order {
             let first = homology.entry[face.index()].unwrap_or(face.halfedge(0));
-            if let Some(h) = homology.entry[face.index()] {
-                let twin = bevel.twin[h].expect("the tree crosses interior edges only");
-                let across = theta.jump[h] + n * connection.jump[h];
-                phase[h.index()] = wrapped(phase[twin.next().index()] + across);
+            match homology.entry[face.index()] {
+                Some(h) => {
+                    let twin = bevel.twin[h].expect("the tree crosses interior edges only");
+                    let across = theta.jump[h] + n * connection.jump[h];
+                    phase[h.index()] = wrapped(phase[twin.next().index()] + across);
+                }
+                None => phase[first.index()] = start[bevel.component_of(Cycle::Face(face))],
             }
             phase[first.next().index()] = phase[first.index()] + theta.split[first];
             phase[first.previous().index()] = phase[first.next().index()] + theta.split[first.next()];
@@ -67,6 +75,15 @@ impl Values {
             (0..3).fold(Complex::ZERO, |sum, k| sum + self.base[face.halfedge(k).index()] * weights[k]);
         let m = f64::from(self.powers[face]);
         polar(base.norm().powf(m), m * base.arg())
+    }
+
+    /// Returns the derivatives of the phase at a point of a face by the phases at its corners; `None`
+    /// where the field vanishes.
+    pub fn phase_derivatives(&self, face: Face, weights: [f64; 3]) -> Option<[f64; 3]> {
+        let parts = [0, 1, 2].map(|k| self.base[face.halfedge(k).index()] * weights[k]);
+        let sum = parts.iter().fold(Complex::ZERO, |sum, part| sum + *part);
+        let size = sum.norm_sq();
+        (size > 0.0).then(|| parts.map(|part| (part * sum.conj()).re / size))
     }
 
     /// Returns how far the N-th power turns along a side of a face.

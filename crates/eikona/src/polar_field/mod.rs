@@ -55,10 +55,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod alignment;
+mod automatic;
 mod bevel;
+mod curvature;
 mod domain;
 mod error;
+mod face_field;
 mod field;
+mod guides;
 mod homology;
 mod options;
 mod particular;
@@ -71,8 +76,11 @@ mod solution;
 mod solver;
 mod targets;
 
+pub use alignment::Followed;
+pub use automatic::Prescription;
 pub use error::PolarFieldError;
-pub use options::{FieldOptions, SolverOptions};
+pub use guides::{CREASE_DEGREES, Guide};
+pub use options::{AutomaticOptions, FieldOptions, SolverOptions};
 pub use singularity::{Place, Singularity};
 pub use solution::{FieldReport, Measured, PolarField};
 pub use solver::Solver;

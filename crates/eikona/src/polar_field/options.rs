@@ -1,5 +1,6 @@
 //! Options of a solver and of a solve.
 
+use crate::polar_field::guides::Guide;
 use crate::setters::setters;
 use eikona_numeric::Resources;
 
@@ -37,12 +38,44 @@ pub struct FieldOptions {
     /// How often the field turns along each homology generator relative to its tangent: whole
     /// multiples of 1/N, one per generator, or empty (the default) for zero.
     pub generators: Vec<f64>,
+    /// What the field follows: one of its directions is tangent to it. Default: nothing.
+    pub guides: Vec<Guide>,
+    /// Weight of the guides: that of the squared error of the phase, averaged over a length equal to
+    /// the square root of the area, relative to the smoothness energy. It has the same effect at
+    /// every resolution. Default: `None`, the field follows exactly.
+    pub guide_weight: Option<f64>,
 }
 
 impl Default for FieldOptions {
     fn default() -> Self {
-        FieldOptions { degree: 4, generators: Vec::new() }
+        FieldOptions { degree: 4, generators: Vec::new(), guides: Vec::new(), guide_weight: None }
     }
 }
 
-setters!(FieldOptions { with_degree: degree = u32, with_generators: generators = Vec<f64> });
+setters!(FieldOptions {
+    with_degree: degree = u32,
+    with_generators: generators = Vec<f64>,
+    with_guides: guides = Vec<Guide>,
+    with_guide_weight: guide_weight = Option<f64>,
+});
+
+/// Options of an automatic prescription.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct AutomaticOptions {
+    /// The number N of directions at each point. Default: 4.
+    pub degree: u32,
+    /// What the field should follow. Default: nothing.
+    pub guides: Vec<Guide>,
+    /// Whether it should follow the principal curvatures where they differ. Needs an even N.
+    /// Default: no.
+    pub curvature: bool,
+}
+
+impl Default for AutomaticOptions {
+    fn default() -> Self {
+        AutomaticOptions { degree: 4, guides: Vec::new(), curvature: false }
+    }
+}
+
+setters!(AutomaticOptions { with_degree: degree = u32, with_guides: guides = Vec<Guide>, with_curvature: curvature = bool });

@@ -43,7 +43,7 @@ pub(crate) fn ties(
                 // Weight and opposite side of each corner.
                 let log = |k: usize| {
                     let opposite = theta.split[f.halfedge((k + 1) % 3)];
-                    m * ((opposite / m).sin().abs() / weights[k]).ln()
+                    log_scale((opposite / m).sin(), weights[k], m)
                 };
                 let logs = (0..3).map(|k| (f.halfedge(k), log(k))).collect();
                 ties.ties.push(Tie { face: f, cycle: s.cycle, logs });
@@ -57,6 +57,15 @@ pub(crate) fn ties(
         }
     }
     ties
+}
+
+/// Largest logarithm of a scale: a tie that would put the singular point on a corner.
+const MOST_LOG: f64 = 150.0;
+
+/// Returns the logarithm of the scale of a corner with this weight, from the sine of the angle that
+/// is opposite.
+fn log_scale(sine: f64, weight: f64, power: f64) -> f64 {
+    (power * (sine.abs() / weight).ln()).clamp(-MOST_LOG, MOST_LOG)
 }
 
 impl Ties {
@@ -88,7 +97,7 @@ impl Ties {
         for ([at_first, at_second], [p, q]) in corners {
             let face = at_first.face();
             let m = f64::from(powers[face]);
-            let log = |angle: f64, weight: f64| m * ((angle / m).sin().abs() / weight).ln();
+            let log = |angle: f64, weight: f64| log_scale((angle / m).sin(), weight, m);
             let logs = vec![(at_first, log(q - phase, 1.0 - t)), (at_second, log(p - phase, t))];
             self.ties.push(Tie { face, cycle: s.cycle, logs });
         }
@@ -123,6 +132,16 @@ struct Groups {
     factor: Vec<f64>,
 }
 
+impl Groups {
+    /// Returns the corner of a leader's group with the largest scale.
+    fn largest(&self, leader: u32) -> u32 {
+        let face = Halfedge(leader).face();
+        let members = (0..3).map(|k| face.halfedge(k).0).filter(|c| self.leader[*c as usize] == leader);
+        let factor = |c: &u32| self.factor[*c as usize];
+        members.max_by(|a, b| factor(a).total_cmp(&factor(b))).unwrap_or(leader)
+    }
+}
+
 /// Returns the smoothest scales of at least 1 with these ties.
 ///
 /// The scales minimise the energy of the rotations. An active set holds the corners at which the
@@ -148,7 +167,7 @@ pub(crate) fn smoothest_scales(
         scales = system.solve()?;
         let leaving: Vec<u32> =
             system.active.iter().copied().filter(|&a| system.force_at(a) < -TOLERANCE).collect();
-        let mut joining = lowest(bevel, &groups, &scales);
+        let mut joining = lowest(bevel, &groups, &scales, &system.active);
         if leaving.is_empty() && joining.is_empty() {
             search.active = system.active;
             return Ok((scales, search));
@@ -194,8 +213,11 @@ fn first_guess(bevel: &BeveledMesh, groups: &Groups, ties: &[Tie], guess: &[u32]
 
 /// Returns the corners with the lowest scales below the bound, apart from each other, for each
 /// component that has some.
-fn lowest(bevel: &BeveledMesh, groups: &Groups, scales: &[f64]) -> BTreeMap<usize, Vec<u32>> {
-    let is_below = |&c: &u32| groups.leader[c as usize] == c && scales[c as usize] < 1.0 - TOLERANCE;
+fn lowest(bevel: &BeveledMesh, groups: &Groups, scales: &[f64], active: &[u32]) -> BTreeMap<usize, Vec<u32>> {
+    // Rounding may leave active corners below the bound.
+    let is_below = |&c: &u32| {
+        groups.leader[c as usize] == c && scales[c as usize] < 1.0 - TOLERANCE && !active.contains(&c)
+    };
     let mut below: Vec<u32> = (0..scales.len() as u32).filter(is_below).collect();
     below.sort_by(|a, b| scales[*a as usize].total_cmp(&scales[*b as usize]));
     let mut chosen: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
@@ -271,7 +293,8 @@ struct Saddle<'a> {
     bevel: &'a BeveledMesh,
     factor: &'a Cholesky<f64>,
     responses: Responses<'a>,
-    /// Ties, each the second corner's scale less a multiple of the first one's.
+    groups: &'a Groups,
+    /// Ties: the scale of a corner, divided by its factor, less that of its leader.
     ties: Vec<Condition>,
     active: Vec<u32>,
     forces: Vec<f64>,
@@ -281,14 +304,14 @@ impl<'a> Saddle<'a> {
     fn new(
         bevel: &'a BeveledMesh,
         laplacian: &'a CornerLaplacian,
-        groups: &Groups,
+        groups: &'a Groups,
         ties: &[Tie],
     ) -> Result<Saddle<'a>, NumericError> {
         let mut rows: Vec<Condition> = Vec::new();
         for tie in ties {
             for c in (0..3).map(|k| tie.face.halfedge(k).0) {
                 let leader = groups.leader[c as usize];
-                let row = vec![(c, 1.0), (leader, -groups.factor[c as usize])];
+                let row = vec![(c, 1.0 / groups.factor[c as usize]), (leader, -1.0)];
                 let is_new = rows.iter().rev().take(4).all(|known| known.row != row);
                 if leader != c && is_new {
                     rows.push(Condition { row, ..Condition::default() });
@@ -301,6 +324,7 @@ impl<'a> Saddle<'a> {
             bevel,
             factor: &laplacian.factor,
             responses,
+            groups,
             ties: rows,
             active: Vec::new(),
             forces: Vec::new(),
@@ -309,23 +333,30 @@ impl<'a> Saddle<'a> {
 
     fn activate(&mut self, corners: &[u32]) -> Result<(), NumericError> {
         self.active.extend_from_slice(corners);
-        self.responses.include(corners.iter().copied())
+        self.responses.include(corners.iter().map(|&leader| self.groups.largest(leader)))
     }
 
     fn deactivate(&mut self, corner: u32) {
         self.active.retain(|&a| a != corner);
     }
 
-    /// The force that holds an active corner up, in the last solution.
+    /// The force that holds an active corner up, in the last solution: up to a positive factor.
     fn force_at(&self, corner: u32) -> f64 {
         let at = self.active.iter().position(|&a| a == corner);
         at.map_or(0.0, |i| self.forces[self.ties.len() + i])
     }
 
+    /// The condition that a group is at the bound, in terms of its largest scale: that of its
+    /// leader hardly differs from the ties if the factor is large.
+    fn bound(&self, leader: u32) -> Condition {
+        let corner = self.groups.largest(leader);
+        let row = vec![(corner, 1.0 / self.groups.factor[corner as usize])];
+        Condition { row, wanted: 1.0, compliance: 0.0 }
+    }
+
     fn solve(&mut self) -> Result<Vec<f64>, NumericError> {
-        let bound = |&corner: &u32| Condition { row: vec![(corner, 1.0)], wanted: 1.0, compliance: 0.0 };
-        let conditions: Vec<Condition> =
-            self.ties.iter().cloned().chain(self.active.iter().map(bound)).collect();
+        let active = self.active.iter().map(|&leader| self.bound(leader));
+        let conditions: Vec<Condition> = self.ties.iter().cloned().chain(active).collect();
         // The forces on a component add up to zero, which determines its constant.
         let at_constant: Vec<f64> =
             conditions.iter().map(|condition| condition.row.iter().map(|(_, x)| x).sum()).collect();
@@ -350,6 +381,14 @@ impl<'a> Saddle<'a> {
         let mut scales = self.factor.complete(&half)?;
         for (c, scale) in scales.iter_mut().enumerate() {
             *scale += constants[component(c as u32)];
+        }
+        // Small scales are lost in the rounding of large ones.
+        for tie in &self.ties {
+            let ([(c, _), (leader, _)], factor) = ([tie.row[0], tie.row[1]], &self.groups.factor);
+            let largest = self.groups.largest(leader) as usize;
+            let smallest = scales[largest] / factor[largest];
+            scales[leader as usize] = smallest;
+            scales[c as usize] = smallest * factor[c as usize];
         }
         Ok(scales)
     }

@@ -6,7 +6,7 @@
 //! vanish where one should. Here gradients and jumps are squared apart.
 
 use crate::geometry::Triangle;
-use crate::polar_field::bevel::{BeveledMesh, Rotation};
+use crate::polar_field::bevel::{BeveledMesh, Cycle, Rotation};
 use crate::polar_field::powers::{face_graph, face_order};
 use crate::polar_field::responses::{Condition, HalfSolutions, Responses};
 use eikona_mesh::{Face, Halfedge};
@@ -156,7 +156,7 @@ impl CornerLaplacian {
         }
         let order = corner_order(bevel)?;
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
-        let factor = Cholesky::within(resources, symbolic.into(), &hessian(bevel, |_| 1.0)?)?;
+        let factor = Cholesky::within(resources, symbolic.into(), &hessian(bevel, |_| 1.0, |_| true)?)?;
         Ok(CornerLaplacian { factor, halves: HalfSolutions::default(), resources })
     }
 
@@ -166,11 +166,12 @@ impl CornerLaplacian {
     }
 }
 
-/// Assembles the Hessian, with each term weighted by a factor. The function is zero at one corner
-/// per component.
+/// Assembles the Hessian, with each term weighted by a factor. On grounded components, the function
+/// is drawn to zero at one corner.
 fn hessian(
     bevel: &BeveledMesh,
     factor_of: impl Fn(Term) -> f64,
+    is_grounded: impl Fn(usize) -> bool,
 ) -> Result<SymmetricMatrix<f64>, NumericError> {
     let mut matrix =
         SymmetricMatrix { diagonal: vec![0.0; bevel.mesh.halfedge_count()], off_diagonal: Vec::new() };
@@ -185,7 +186,7 @@ fn hessian(
         }
         row.places().for_each(|[a, b]| matrix.off_diagonal.push(product(a, b)));
     }
-    for component in &bevel.topology.components {
+    for (_, component) in bevel.topology.components.iter().enumerate().filter(|(c, _)| is_grounded(*c)) {
         matrix.diagonal[component.first_face.halfedge(0).index()] *= 2.0;
     }
     Ok(matrix)
@@ -282,11 +283,55 @@ impl CornerLaplacian {
         targets: &[Target],
         rhs: &[f64],
     ) -> Result<Vec<f64>, NumericError> {
+        self.pulled(bevel, targets, &[])?.solve(rhs)
+    }
+
+    /// Factors the Hessian with the terms of the targets weighted, and with pulls added.
+    pub fn pulled(
+        &self,
+        bevel: &BeveledMesh,
+        targets: &[Target],
+        pulls: &[Pull],
+    ) -> Result<Cholesky<f64>, NumericError> {
         let mut times: HashMap<Term, f64> = HashMap::new();
         for target in targets {
             *times.entry(bevel.as_listed(target.term)).or_default() += 1.0;
         }
-        let matrix = hessian(bevel, |term| 1.0 + TARGET_WEIGHT * times.get(&term).unwrap_or(&0.0))?;
-        Cholesky::within(self.resources, self.factor.symbolic().clone(), &matrix)?.solve(rhs)
+        let mut is_grounded = vec![true; bevel.topology.components.len()];
+        for pull in pulls {
+            is_grounded[bevel.component_of(Cycle::Face(pull.face))] = false;
+        }
+        let factor_of = |term| 1.0 + TARGET_WEIGHT * times.get(&term).unwrap_or(&0.0);
+        let mut matrix = hessian(bevel, factor_of, |component| is_grounded[component])?;
+        for pull in pulls {
+            let w = pull.weights;
+            let first = 3 * pull.face.index();
+            (0..3).for_each(|k| matrix.diagonal[first + k] += pull.strength * w[k] * w[k]);
+            // The terms of the faces come first, each with its three pairs of corners.
+            for (pair, [a, b]) in [[0, 1], [0, 2], [1, 2]].into_iter().enumerate() {
+                matrix.off_diagonal[first + pair] += pull.strength * w[a] * w[b];
+            }
+        }
+        Cholesky::within(self.resources, self.factor.symbolic().clone(), &matrix)
+    }
+}
+
+/// A spring at a point of a face: the squared value there, times its strength, joins the energy.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pull {
+    pub face: Face,
+    pub weights: [f64; 3],
+    pub strength: f64,
+}
+
+impl Pull {
+    /// Returns the value of a function on corners at the point.
+    pub fn value(&self, x: &[f64]) -> f64 {
+        (0..3).map(|k| self.weights[k] * x[self.face.halfedge(k).index()]).sum()
+    }
+
+    /// Adds a force at the point.
+    pub fn push(&self, force: f64, rhs: &mut [f64]) {
+        (0..3).for_each(|k| rhs[self.face.halfedge(k).index()] += force * self.weights[k]);
     }
 }

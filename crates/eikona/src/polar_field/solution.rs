@@ -3,6 +3,7 @@
 use crate::Warning;
 use crate::geometry::vector::{add, cross, norm, scale, sub};
 use crate::phases::Phases;
+use crate::polar_field::alignment::Followed;
 use crate::polar_field::domain::Domain;
 use crate::polar_field::field::{Values, polar};
 use eikona_mesh::{CurveError, Face, Located, SurfacePoint, TriangleMesh};
@@ -55,6 +56,8 @@ pub struct FieldReport {
     pub aliased: Vec<Measured>,
     /// Singular edges at which no scale puts the singularity at the wanted point.
     pub unplaced: Vec<String>,
+    /// How well the field follows each curve, boundary loop and crease.
+    pub followed: Vec<Followed>,
     /// Largest power in a face.
     pub largest_power: u32,
     /// Rounds of the active set for the scales.

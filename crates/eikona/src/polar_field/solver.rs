@@ -4,21 +4,24 @@ use crate::Warning;
 use crate::curves::side::consistently_oriented;
 use crate::geometry::{lay_out_in, unit_of};
 use crate::phases::Phases;
+use crate::polar_field::alignment::Following;
+use crate::polar_field::automatic::{Prescription, prescription};
 use crate::polar_field::bevel::{BeveledMesh, Cycle, PerCycle, Rotation};
 use crate::polar_field::domain::Domain;
 use crate::polar_field::error::PolarFieldError;
-use crate::polar_field::field::Values;
+use crate::polar_field::field::{Phased, Values};
+use crate::polar_field::guides::paths;
 use crate::polar_field::homology::Homology;
-use crate::polar_field::options::{FieldOptions, SolverOptions};
+use crate::polar_field::options::{AutomaticOptions, FieldOptions, SolverOptions};
 use crate::polar_field::particular::particular_rotation;
 use crate::polar_field::powers::{FaceSystem, powers};
-use crate::polar_field::scale::{smoothest_scales, ties};
-use crate::polar_field::singularity::{Singularity, located, name, turns_of_cycles, whole_turns};
+use crate::polar_field::scale::{ScaleSearch, smoothest_scales, ties};
+use crate::polar_field::singularity::{Prescribed, Singularity, located, name, turns_of_cycles, whole_turns};
 use crate::polar_field::smoothness::CornerLaplacian;
 use crate::polar_field::solution::{FieldReport, Measured, PolarField};
 use crate::polar_field::targets::{needed_sum, targets};
 use eikona_mesh::{Topology, TriangleMesh};
-use eikona_numeric::check_stopped;
+use eikona_numeric::{NumericError, Resources, check_stopped};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -28,6 +31,7 @@ pub struct Solver {
     pub(super) domain: Arc<Domain>,
     laplacian: CornerLaplacian,
     faces: FaceSystem,
+    resources: Resources,
     warnings: Vec<Warning>,
     phases: Phases,
 }
@@ -69,7 +73,7 @@ impl Solver {
         let laplacian = CornerLaplacian::new(&bevel, resources)?;
         let faces = FaceSystem::new(resources);
         let domain = Domain { bevel, homology, connection, curvature }.into();
-        Ok(Solver { domain, laplacian, faces, warnings, phases: phases.finish() })
+        Ok(Solver { domain, laplacian, faces, resources, warnings, phases: phases.finish() })
     }
 
     /// Returns the mesh of the field: the input, with faces flipped to a consistent orientation.
@@ -80,6 +84,34 @@ impl Solver {
     /// Returns the number of homology generators, two per handle.
     pub fn generator_count(&self) -> usize {
         self.domain.homology.generators.len()
+    }
+
+    /// Returns a first prescription, to be edited or solved as it is: the indices of the smoothest
+    /// field of N directions, or of the smoothest near what it should follow.
+    ///
+    /// The indices add up to the Euler characteristic of each component.
+    ///
+    /// # Errors
+    /// [`PolarFieldError::Degree`]; [`PolarFieldError::NoBoundary`] and other faults of the guides;
+    /// [`PolarFieldError::CurvatureWithOddDegree`]; failures of the solves.
+    ///
+    /// # Cost
+    /// A factorisation on the faces, and some ten solves.
+    ///
+    /// ```
+    /// use eikona::mesh::shapes;
+    /// use eikona::polar_field::{AutomaticOptions, FieldOptions, Solver};
+    /// let sphere = shapes::icosphere(3)?;
+    /// let solver = Solver::new(&sphere, &Default::default())?;
+    /// let found = solver.automatic(&AutomaticOptions::default())?;
+    /// assert_eq!(found.singularities.iter().map(|s| s.index).sum::<f64>(), 2.0);
+    /// let field = solver.solve(&found.singularities, &FieldOptions::default())?;
+    /// assert!(field.report.aliased.is_empty());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn automatic(&self, options: &AutomaticOptions) -> Result<Prescription, PolarFieldError> {
+        check_degree(options.degree)?;
+        prescription(&self.domain, options, self.resources)
     }
 
     /// Computes the smoothest field with these singularities.
@@ -130,9 +162,7 @@ impl Solver {
         let Domain { bevel, homology, connection, curvature } = &*self.domain;
         let degree = options.degree;
         let mut phases = Phases::begin("prescription")?;
-        if !(1..=1000).contains(&degree) {
-            return Err(PolarFieldError::Degree { degree });
-        }
+        check_degree(degree)?;
         let expected = homology.generators.len();
         if !options.generators.is_empty() && options.generators.len() != expected {
             return Err(PolarFieldError::Generators { found: options.generators.len(), expected });
@@ -151,20 +181,29 @@ impl Solver {
             along.push(TAU * turns as f64 - n * generator.curvature);
         }
         let theta = particular_rotation(bevel, homology, &wanted, &along);
+        let paths = paths(bevel, &options.guides, degree)?;
+        let following = Following { paths: &paths, degree, weight: options.guide_weight };
+        if let Some(weight) = options.guide_weight.filter(|weight| !(*weight > 0.0 && weight.is_finite())) {
+            return Err(PolarFieldError::GuideWeight { weight });
+        }
         phases.next("rotation")?;
         let near = targets(bevel, &prescribed, |v| wanted.vertex[v]);
-        let mut theta = self.laplacian.smoothest(bevel, theta, &near)?;
+        let smoothest = self.laplacian.smoothest(bevel, theta, &near)?;
+        let start = vec![0.0; bevel.topology.components.len()];
+        let mut phased = Phased { theta: smoothest, start };
+        if !paths.is_empty() {
+            phases.next("alignment")?;
+            let evaluate = |phased: &Phased| {
+                self.evaluated(&prescribed, phased, guess, degree, |_| Ok(())).map(|(values, ..)| values)
+            };
+            phased = following.turned(bevel, &self.laplacian, &near, phased.theta, evaluate)?;
+        }
         // Rounding adds up along the trees; what is missing now is small, and its rounding smaller.
-        let ((cycles, generators), _) = missing_sums(&self.domain, &theta, &wanted, &along);
-        theta.add(1.0, &particular_rotation(bevel, homology, &cycles, &generators));
-        let (_, residual) = missing_sums(&self.domain, &theta, &wanted, &along);
-        phases.next("powers")?;
-        let powers = powers(bevel, &self.faces, &prescribed, &theta)?;
-        phases.next("scales")?;
-        let ties = ties(bevel, &prescribed, &theta, &powers);
-        let (scales, search) = smoothest_scales(bevel, &self.laplacian, &ties.ties, guess)?;
-        phases.next("integration")?;
-        let values = Values::new(bevel, homology, &theta, connection, &scales, powers, degree);
+        let ((cycles, generators), _) = missing_sums(&self.domain, &phased.theta, &wanted, &along);
+        phased.theta.add(1.0, &particular_rotation(bevel, homology, &cycles, &generators));
+        let (_, residual) = missing_sums(&self.domain, &phased.theta, &wanted, &along);
+        let (values, unplaced, search) =
+            self.evaluated(&prescribed, &phased, guess, degree, |phase| phases.next(phase))?;
         let seen = values.measured(bevel, connection, |c| curvature[c], degree);
         let aliased: Vec<(Cycle, i64)> = seen.into_iter().filter(|&(c, i)| i != turns[c]).collect();
         let measured = prescribed
@@ -176,7 +215,7 @@ impl Solver {
             preparation: self.phases.clone(),
             residual,
             closure: values.closure,
-            energy: bevel.energy(&theta),
+            energy: bevel.energy(&phased.theta),
             measured,
             aliased: aliased
                 .into_iter()
@@ -186,7 +225,8 @@ impl Solver {
                     measured: i as f64 / n,
                 })
                 .collect(),
-            unplaced: ties.unplaced.into_iter().map(name).collect(),
+            unplaced: unplaced.into_iter().map(name).collect(),
+            followed: following.followed(&values),
             largest_power: values.powers.as_slice().iter().max().copied().unwrap_or(1),
             scale_rounds: search.rounds,
             scales_at_bound: search.active.len(),
@@ -194,6 +234,26 @@ impl Solver {
             warnings: self.warnings.clone(),
         };
         Ok(PolarField { domain: self.domain.clone(), values, degree, lowest_corners: search.active, report })
+    }
+
+    /// Returns the field of a rotation, the edges without a place for their singularity, and the
+    /// search for the scales.
+    fn evaluated(
+        &self,
+        prescribed: &[Prescribed],
+        phased: &Phased,
+        guess: &[u32],
+        degree: u32,
+        mut phase: impl FnMut(&'static str) -> Result<(), NumericError>,
+    ) -> Result<(Values, Vec<Cycle>, ScaleSearch), PolarFieldError> {
+        let bevel = &self.domain.bevel;
+        phase("powers")?;
+        let powers = powers(bevel, &self.faces, prescribed, &phased.theta)?;
+        phase("scales")?;
+        let ties = ties(bevel, prescribed, &phased.theta, &powers);
+        let (scales, search) = smoothest_scales(bevel, &self.laplacian, &ties.ties, guess)?;
+        phase("integration")?;
+        Ok((Values::new(&self.domain, phased, &scales, powers, degree), ties.unplaced, search))
     }
 }
 
@@ -215,6 +275,10 @@ fn missing_sums(
         homology.generators.iter().zip(along).map(|(g, wanted)| wanted - g.sum(theta)).collect();
     let largest = of_generators.iter().fold(largest, |m, x| m.max(x.abs()));
     ((missing, of_generators), largest)
+}
+
+fn check_degree(degree: u32) -> Result<(), PolarFieldError> {
+    if (1..=1000).contains(&degree) { Ok(()) } else { Err(PolarFieldError::Degree { degree }) }
 }
 
 /// Refuses surfaces on which a field has no sense.
