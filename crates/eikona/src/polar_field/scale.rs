@@ -17,7 +17,7 @@ pub(crate) struct Tie {
     pub logs: Vec<(Halfedge, f64)>,
 }
 
-/// The ties of all singular faces and edges, and the edges at which no scale places the singular
+/// The ties of all singular faces and edges, and those of them in which no scale places the singular
 /// point.
 #[derive(Debug, Default)]
 pub(crate) struct Ties {
@@ -38,6 +38,14 @@ pub(crate) fn ties(
         match (s.cycle, s.point) {
             (Cycle::Face(f), Some(Located::Face(_, weights))) => {
                 let m = f64::from(powers[f]);
+                let sign = s.turns.signum() as f64;
+                // The linear field has a zero inside if its corners surround the origin.
+                let surrounds =
+                    |k: usize| (f64::MIN_POSITIVE..m * PI).contains(&(sign * theta.split[f.halfedge(k)]));
+                if !(0..3).all(surrounds) {
+                    ties.unplaced.push(s.cycle);
+                    continue;
+                }
                 // Weight and opposite side of each corner.
                 let log = |k: usize| {
                     let opposite = theta.split[f.halfedge((k + 1) % 3)];
@@ -110,8 +118,10 @@ const MOST_ROUNDS: usize = 60;
 const MOST_JOINING: usize = 8;
 /// Rounds in which the one active corner may move to the lowest place.
 const FIRST_ROUNDS: usize = 2;
-/// Scales below the bound by less count as equal to it.
+/// Scales below the bound by less count as equal to it; forces are compared with the largest one.
 const TOLERANCE: f64 = 1e-9;
+/// Relative rounding errors of scales. High powers need scales up to 1e10.
+const ROUNDING: f64 = 1e-12;
 
 /// The scale of a corner in terms of the smallest one tied to it.
 struct Groups {
@@ -154,12 +164,16 @@ pub(crate) fn smoothest_scales(
         search.rounds = round;
         scales = system.solve()?;
         let mut changed = false;
+        let pulling: Vec<usize> =
+            system.active.iter().copied().filter(|&a| system.force_at(a) < -TOLERANCE).collect();
         for c in (0..concerned.len()).filter(|c| concerned[*c]) {
             let active: Vec<usize> = system.active.iter().copied().filter(|a| component(*a) == c).collect();
-            let pulling = |a: &usize| system.force_at(*a) < -TOLERANCE;
-            let leaving: Vec<usize> = active.iter().copied().filter(pulling).collect();
+            let leaving: Vec<usize> = pulling.iter().copied().filter(|a| component(*a) == c).collect();
             let leaders = || (0..corners).filter(|&i| groups.leader[i] as usize == i && component(i) == c);
-            let mut below: Vec<usize> = leaders().filter(|&i| scales[i] < 1.0 - TOLERANCE).collect();
+            let tolerance = scales.iter().fold(TOLERANCE, |m, x| m.max(ROUNDING * x));
+            let is_free = |i: &usize| !active.contains(i);
+            let mut below: Vec<usize> =
+                leaders().filter(|&i| scales[i] < 1.0 - tolerance).filter(is_free).collect();
             below.sort_by(|a, b| scales[*a].total_cmp(&scales[*b]));
             let mut joining: Vec<usize> = Vec::new();
             for i in below {
@@ -179,17 +193,13 @@ pub(crate) fn smoothest_scales(
                 system.activate(i)?;
             }
         }
+        search.active = system.active.len();
         if !changed {
-            search.active = system.active.len();
-            return Ok((scales, search));
+            return Ok((groups.feasible(&scales), search));
         }
     }
     search.gave_up = true;
-    for i in 0..corners {
-        let leader = groups.leader[i] as usize;
-        scales[i] = scales[leader].max(1.0) * groups.factor[i];
-    }
-    Ok((scales, search))
+    Ok((groups.feasible(&scales), search))
 }
 
 impl BeveledMesh {
@@ -226,6 +236,12 @@ impl Groups {
         Ok(groups)
     }
 
+    /// Returns the scales with exact ties, none below the bound.
+    fn feasible(&self, scales: &[f64]) -> Vec<f64> {
+        let of_leader = self.leader.iter().map(|&leader| scales[leader as usize].max(1.0));
+        of_leader.zip(&self.factor).map(|(scale, factor)| scale * factor).collect()
+    }
+
     fn lead_by_the_smallest(&mut self, face: Face) {
         let corners = [0, 1, 2].map(|k| face.halfedge(k).index());
         let leaders = corners.map(|c| self.leader[c]);
@@ -249,7 +265,7 @@ impl Groups {
 struct Saddle<'a> {
     bevel: &'a BeveledMesh,
     laplacian: &'a CornerLaplacian,
-    /// Ties: the second corner's scale less a multiple of the first one's.
+    /// Ties: a fraction of a corner's scale less the scale of its leader.
     ties: Vec<[(usize, f64); 2]>,
     active: Vec<usize>,
     /// The response at the used corners to a unit force at each of them.
@@ -270,7 +286,8 @@ impl<'a> Saddle<'a> {
         for tie in ties {
             for c in (0..3).map(|k| tie.face.halfedge(k).index()) {
                 let leader = groups.leader[c] as usize;
-                let row = [(c, 1.0), (leader, -groups.factor[c])];
+                // Factors of high powers are large; the row is not.
+                let row = [(c, 1.0 / groups.factor[c]), (leader, -1.0)];
                 if leader != c && !rows.contains(&row) {
                     rows.push(row);
                 }
@@ -334,10 +351,12 @@ impl<'a> Saddle<'a> {
         self.active.retain(|&a| a != corner);
     }
 
-    /// The force that holds an active corner up, in the last solution.
+    /// The force that holds an active corner up, in the last solution, relative to the largest one.
     fn force_at(&self, corner: usize) -> f64 {
+        let conditions = self.ties.len() + self.active.len();
+        let largest = self.forces[..conditions].iter().fold(f64::MIN_POSITIVE, |m, f| m.max(f.abs()));
         let at = self.active.iter().position(|&a| a == corner);
-        at.map_or(0.0, |i| self.forces[self.ties.len() + i])
+        at.map_or(0.0, |i| self.forces[self.ties.len() + i] / largest)
     }
 
     fn solve(&mut self) -> Result<Vec<f64>, NumericError> {
