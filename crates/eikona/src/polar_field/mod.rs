@@ -63,12 +63,16 @@ mod homology;
 mod options;
 mod particular;
 mod powers;
+#[cfg(test)]
+mod samples;
 mod scale;
 mod singularity;
 mod smoothness;
 mod solution;
 mod solver;
 mod targets;
+#[cfg(test)]
+mod twin;
 
 pub use error::PolarFieldError;
 pub use options::{FieldOptions, SolverOptions};
