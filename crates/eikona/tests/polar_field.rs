@@ -1,17 +1,8 @@
 //! Fields with prescribed singularities, checked on loops around them and at the singular points.
 
 use eikona::mesh::random::Random;
-use eikona::mesh::{Face, SurfacePoint, Topology, TriangleMesh, Vertex, damage, shapes};
-use eikona::polar_field::{FieldOptions, Place, PolarField, Singularity, Solver, SolverOptions};
-
-fn surfaces() -> Vec<(&'static str, TriangleMesh)> {
-    vec![
-        ("sphere", damage::jitter(&shapes::icosphere(3).unwrap(), 0.2, 1).unwrap()),
-        ("torus", damage::jitter(&shapes::torus(1.0, 0.4, 36, 18).unwrap(), 0.2, 2).unwrap()),
-        ("double torus", shapes::chain_of_genus(2, 2).unwrap()),
-        ("annulus", damage::jitter(&shapes::annulus(1.0, 2.0, 8, 40).unwrap(), 0.2, 3).unwrap()),
-    ]
-}
+use eikona::mesh::{Face, SurfacePoint, TriangleMesh, Vertex, damage, shapes};
+use eikona::polar_field::{FieldOptions, Place, Singularity, Solver, SolverOptions};
 
 /// A point inside an element of this kind, away from the boundary and from used elements.
 fn place(mesh: &TriangleMesh, kind: usize, random: &mut Random) -> Place {
@@ -31,77 +22,6 @@ fn place(mesh: &TriangleMesh, kind: usize, random: &mut Random) -> Place {
                 SurfacePoint::Face { vertices, bary: weights.map(|w| w / sum) }
             }
         });
-    }
-}
-
-#[test]
-fn prescribed_indices_are_measured() {
-    let mut random = Random::from_seed(11);
-    let (mut runs, mut exact) = (0, 0);
-    for (name, mesh) in surfaces() {
-        let solver = Solver::new(&mesh, &SolverOptions::default()).unwrap();
-        let topology = Topology::of(&mesh);
-        for degree in [1, 2, 3, 4, 6] {
-            for turns in [1i64, -1, 2, -3] {
-                for kind in 0..3 {
-                    let mut given: Vec<Singularity> = Vec::new();
-                    let mut add = |place, turns: i64| {
-                        given.push(Singularity { place, index: turns as f64 / f64::from(degree) });
-                    };
-                    add(place(&mesh, kind, &mut random), turns);
-                    let mut missing = topology.euler_characteristic * i64::from(degree) - turns;
-                    if let Some(b) = topology.boundary_loops.len().checked_sub(1) {
-                        add(Place::Boundary(b), missing);
-                        missing = 0;
-                    }
-                    while missing != 0 {
-                        let kind = random.below(3);
-                        add(place(&mesh, kind, &mut random), missing.signum());
-                        missing -= missing.signum();
-                    }
-                    let generators = (0..solver.generator_count())
-                        .map(|_| (random.below(3) as f64 - 1.0) / f64::from(degree))
-                        .collect();
-                    let options = FieldOptions::default().with_degree(degree).with_generators(generators);
-                    let field = match solver.solve(&given, &options) {
-                        Ok(field) => field,
-                        Err(error) => {
-                            println!("{name} N {degree} turns {turns} kind {kind}: {error}");
-                            continue;
-                        }
-                    };
-                    runs += 1;
-                    let report = &field.report;
-                    assert!(report.residual < 1e-10 && report.closure < 1e-10, "{name} {report:?}");
-                    if report.aliased.is_empty() && report.unplaced.is_empty() {
-                        exact += 1;
-                        at_their_points(&field, &given);
-                    } else {
-                        println!(
-                            "{name} N {degree} turns {turns} kind {kind}: {:?} {:?}",
-                            report.aliased, report.unplaced
-                        );
-                    }
-                    assert!(!report.scales_gave_up, "{report:?}");
-                }
-            }
-        }
-    }
-    println!("{exact} of {runs} exact");
-    assert!(runs > 200 && exact * 10 > runs * 8, "{exact} of {runs}");
-}
-
-/// The field vanishes at singular points of faces.
-fn at_their_points(field: &PolarField, given: &[Singularity]) {
-    for s in given {
-        if let Place::Point(SurfacePoint::Face { vertices, bary }) = s.place {
-            let f = field.mesh().find_face(vertices.map(Vertex)).unwrap();
-            let own = field.mesh().face_vertices(f);
-            let weights = own.map(|v| bary[vertices.iter().position(|w| *w == v.0).unwrap()]);
-            let here = field.power_at(f, weights).norm();
-            let corner = field.power_at(f, [1.0, 0.0, 0.0]).norm();
-            assert!(here < 1e-8 * corner, "{here:e} {corner:e}");
-        }
     }
 }
 
@@ -150,9 +70,9 @@ fn vectors_turn_around_singular_points_of_a_flat_disk() {
                 assert!(field.report.aliased.is_empty(), "{:?}", field.report);
                 let [x, y, _] = point.locate(&disk).unwrap().position(&disk);
                 for radius in [0.15, 0.3, 0.5] {
-                    let angles: Vec<f64> = (0..2000)
+                    let angles: Vec<f64> = (0..500)
                         .map(|i| {
-                            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 2000.0).sin_cos();
+                            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 500.0).sin_cos();
                             let at = in_plane(&disk, x + radius * cos, y + radius * sin);
                             let vectors = field.vectors_at(at).unwrap();
                             assert_eq!(vectors.len(), degree as usize);
@@ -164,7 +84,7 @@ fn vectors_turn_around_singular_points_of_a_flat_disk() {
                         let d = b - a;
                         d - std::f64::consts::TAU * (d / std::f64::consts::TAU).round()
                     };
-                    let turned: f64 = (0..2000).map(|i| step(angles[i], angles[(i + 1) % 2000])).sum();
+                    let turned: f64 = (0..500).map(|i| step(angles[i], angles[(i + 1) % 500])).sum();
                     assert!(
                         (turned / std::f64::consts::TAU - turns).abs() < 1e-9,
                         "{degree} {turns} {kind} {radius}"

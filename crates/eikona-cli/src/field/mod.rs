@@ -139,8 +139,8 @@ fn solve(
     if let Some(first) = report.aliased.iter().find(|a| a.prescribed != 0.0).or(report.aliased.first()) {
         let sentence = format!(
             "{} where the field turns by more than half a turn of its power from face to face (first: {}, whose \
-             index {} is seen as {}, with the rest at edges beside it); refine the mesh there, or spread it over \
-             several points",
+             index {} is seen as {}, with the rest at edges beside it); move a singularity from the vertex into a \
+             face, or spread it over several points",
             counted(report.aliased.len(), "element is aliased,", "elements are aliased,"),
             first.element,
             first.prescribed,

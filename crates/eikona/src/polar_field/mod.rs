@@ -29,9 +29,10 @@
 //! **Domain.** Manifold, orientable meshes with any number of components, handles and boundary
 //! loops. Others are refused with the element.
 //!
-//! **Limits.** Where the field turns by more than half a turn of its power from face to face, which
-//! happens around vertices of large negative index, it shows additional singularities at edges
-//! beside the vertex; [`FieldReport::aliased`] lists them.
+//! **Limits.** Where the field turns by more than half a turn of its power from face to face, it
+//! shows additional singularities at edges; [`FieldReport::aliased`] lists them. This happens at
+//! vertices with fewer faces than about 2N times their index, so refinement does not help; the same
+//! index inside a face or edge is not aliased.
 //!
 //! **Reference.** Jiabao Brad Wang and Amir Vaxman, *Power-Linear Polar Directional Fields*,
 //! arXiv:2506.00222, 2025.
@@ -69,12 +70,16 @@ mod options;
 mod particular;
 mod powers;
 mod responses;
+#[cfg(test)]
+mod samples;
 mod scale;
 mod singularity;
 mod smoothness;
 mod solution;
 mod solver;
 mod targets;
+#[cfg(test)]
+mod twin;
 
 pub use alignment::Followed;
 pub use automatic::Prescription;

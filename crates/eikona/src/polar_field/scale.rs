@@ -8,7 +8,7 @@ use crate::polar_field::singularity::{Prescribed, name};
 use crate::polar_field::smoothness::CornerLaplacian;
 use eikona_mesh::{Face, FaceField, Halfedge, Located};
 use eikona_numeric::{Cholesky, NumericError};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
 /// Logarithms of the scales that place a singular point, up to a constant, at corners of one face.
@@ -19,7 +19,7 @@ pub(crate) struct Tie {
     pub logs: Vec<(Halfedge, f64)>,
 }
 
-/// The ties of all singular faces and edges, and the edges at which no scale places the singular
+/// The ties of all singular faces and edges, and those of them in which no scale places the singular
 /// point.
 #[derive(Debug, Default)]
 pub(crate) struct Ties {
@@ -40,6 +40,14 @@ pub(crate) fn ties(
         match (s.cycle, s.point) {
             (Cycle::Face(f), Some(Located::Face(_, weights))) => {
                 let m = f64::from(powers[f]);
+                let sign = s.turns.signum() as f64;
+                // The linear field has a zero inside if its corners surround the origin.
+                let surrounds =
+                    |k: usize| (f64::MIN_POSITIVE..m * PI).contains(&(sign * theta.split[f.halfedge(k)]));
+                if !(0..3).all(surrounds) {
+                    ties.unplaced.push(s.cycle);
+                    continue;
+                }
                 // Weight and opposite side of each corner.
                 let log = |k: usize| {
                     let opposite = theta.split[f.halfedge((k + 1) % 3)];
@@ -121,8 +129,10 @@ const MOST_ROUNDS: usize = 60;
 const MOST_JOINING: usize = 8;
 /// Rounds in which the one active corner may move to the lowest place.
 const FIRST_ROUNDS: usize = 2;
-/// Scales below the bound by less count as equal to it.
+/// Scales below the bound by less count as equal to it; forces are compared with the largest one.
 const TOLERANCE: f64 = 1e-9;
+/// Relative rounding errors of scales. High powers need scales up to 1e10.
+const ROUNDING: f64 = 1e-12;
 
 /// The scale of a corner in terms of the smallest one tied to it.
 struct Groups {
@@ -170,7 +180,7 @@ pub(crate) fn smoothest_scales(
         let mut joining = lowest(bevel, &groups, &scales, &system.active);
         if leaving.is_empty() && joining.is_empty() {
             search.active = system.active;
-            return Ok((scales, search));
+            return Ok((groups.feasible(&scales), search));
         }
         leaving.into_iter().for_each(|a| system.deactivate(a));
         for (&component, lowest) in &mut joining {
@@ -187,11 +197,7 @@ pub(crate) fn smoothest_scales(
     }
     search.gave_up = true;
     search.active = system.active;
-    for i in 0..corners {
-        let leader = groups.leader[i] as usize;
-        scales[i] = scales[leader].max(1.0) * groups.factor[i];
-    }
-    Ok((scales, search))
+    Ok((groups.feasible(&scales), search))
 }
 
 /// Returns the corners to start with: the guess, and one in each other component with ties, which
@@ -214,9 +220,10 @@ fn first_guess(bevel: &BeveledMesh, groups: &Groups, ties: &[Tie], guess: &[u32]
 /// Returns the corners with the lowest scales below the bound, apart from each other, for each
 /// component that has some.
 fn lowest(bevel: &BeveledMesh, groups: &Groups, scales: &[f64], active: &[u32]) -> BTreeMap<usize, Vec<u32>> {
+    let tolerance = scales.iter().fold(TOLERANCE, |m, x| m.max(ROUNDING * x));
     // Rounding may leave active corners below the bound.
     let is_below = |&c: &u32| {
-        groups.leader[c as usize] == c && scales[c as usize] < 1.0 - TOLERANCE && !active.contains(&c)
+        groups.leader[c as usize] == c && scales[c as usize] < 1.0 - tolerance && !active.contains(&c)
     };
     let mut below: Vec<u32> = (0..scales.len() as u32).filter(is_below).collect();
     below.sort_by(|a, b| scales[*a as usize].total_cmp(&scales[*b as usize]));
@@ -269,6 +276,12 @@ impl Groups {
         Ok(groups)
     }
 
+    /// Returns the scales with exact ties, none below the bound.
+    fn feasible(&self, scales: &[f64]) -> Vec<f64> {
+        let of_leader = self.leader.iter().map(|&leader| scales[leader as usize].max(1.0));
+        of_leader.zip(&self.factor).map(|(scale, factor)| scale * factor).collect()
+    }
+
     fn lead_by_the_smallest(&mut self, face: Face) {
         let corners = [0, 1, 2].map(|k| face.halfedge(k).index());
         let leaders = corners.map(|c| self.leader[c]);
@@ -307,17 +320,13 @@ impl<'a> Saddle<'a> {
         groups: &'a Groups,
         ties: &[Tie],
     ) -> Result<Saddle<'a>, NumericError> {
-        let mut rows: Vec<Condition> = Vec::new();
-        for tie in ties {
-            for c in (0..3).map(|k| tie.face.halfedge(k).0) {
-                let leader = groups.leader[c as usize];
-                let row = vec![(c, 1.0 / groups.factor[c as usize]), (leader, -1.0)];
-                let is_new = rows.iter().rev().take(4).all(|known| known.row != row);
-                if leader != c && is_new {
-                    rows.push(Condition { row, ..Condition::default() });
-                }
-            }
-        }
+        let corners = ties.iter().flat_map(|tie| (0..3).map(|k| tie.face.halfedge(k).0));
+        let tied: BTreeSet<u32> = corners.filter(|&c| groups.leader[c as usize] != c).collect();
+        let tie = |c: u32| {
+            let (leader, factor) = (groups.leader[c as usize], groups.factor[c as usize]);
+            Condition { row: vec![(c, 1.0 / factor), (leader, -1.0)], ..Condition::default() }
+        };
+        let rows: Vec<Condition> = tied.into_iter().map(tie).collect();
         let mut responses = laplacian.responses();
         responses.include(rows.iter().flat_map(|tie| &tie.row).map(|&(c, _)| c))?;
         Ok(Saddle {
@@ -340,10 +349,11 @@ impl<'a> Saddle<'a> {
         self.active.retain(|&a| a != corner);
     }
 
-    /// The force that holds an active corner up, in the last solution: up to a positive factor.
+    /// The force that holds an active corner up, in the last solution, relative to the largest one.
     fn force_at(&self, corner: u32) -> f64 {
+        let largest = self.forces.iter().fold(f64::MIN_POSITIVE, |m, f| m.max(f.abs()));
         let at = self.active.iter().position(|&a| a == corner);
-        at.map_or(0.0, |i| self.forces[self.ties.len() + i])
+        at.map_or(0.0, |i| self.forces[self.ties.len() + i] / largest)
     }
 
     /// The condition that a group is at the bound, in terms of its largest scale: that of its

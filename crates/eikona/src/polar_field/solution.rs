@@ -54,7 +54,7 @@ pub struct FieldReport {
     /// Elements at which the measured index differs from the prescribed one, zero included: the
     /// field turns by more than half a turn of its N-th power from one face to the next there.
     pub aliased: Vec<Measured>,
-    /// Singular edges at which no scale puts the singularity at the wanted point.
+    /// Singular edges and faces in which no scale puts the singularity at the wanted point.
     pub unplaced: Vec<String>,
     /// How well the field follows each curve, boundary loop and crease.
     pub followed: Vec<Followed>,
