@@ -1,27 +1,32 @@
 //! `eikona field`: N directions per point, with singularities where they are asked for.
 
+mod guides;
 mod outputs;
 mod prescription;
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
-use crate::number::bytes;
+use crate::number::{above_zero, bytes};
 use crate::picture::{PictureArguments, check_picture_path};
 use crate::session::{General, Session, check_outputs};
 use crate::warned::Warned;
-use clap::Args;
-use eikona::polar_field::{FieldOptions, PolarField, Singularity, Solver, SolverOptions};
+use clap::{Args, ValueEnum};
+use eikona::polar_field::{
+    AutomaticOptions, FieldOptions, FieldReport, Followed, Guide, PolarField, Prescription, Solver,
+    SolverOptions,
+};
 use eikona_mesh::counted;
+use guides::{Alignment, Automatic, files, output_prescription, parse_alignment, read_guides};
 use outputs::{FieldFormat, field_format, output_field, output_picture, output_samples};
 use prescription::{read_indices, read_points, read_singularities};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `eikona field`.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Example (the first line makes the mesh):
   eikona make torus -o torus.ply
-  eikona field torus.ply -n 4 -o cross.rawfield --report report.json
+  eikona field torus.ply -n 4 --auto -o cross.rawfield --render cross.png
 
 The indices of each component must add up to its Euler characteristic (2 for a sphere, 0 for a torus, 1 for a disk),
 boundary loops included. S.json is a list such as
@@ -31,9 +36,22 @@ pub struct FieldArguments {
     #[command(flatten)]
     pub mesh: MeshArguments,
     /// Singularities: a list of points and boundary loops, each with its index, a multiple of 1/N.
-    /// Without it, there are none
+    /// Without it and --auto, there are none
     #[arg(long, value_name = "S.json", help_heading = "Method")]
     pub singularities: Option<PathBuf>,
+    /// Take the singularities of the smoothest field, near what --align names; `curvature` follows
+    /// the principal curvatures where they differ
+    #[arg(
+        long,
+        value_name = "HOW",
+        value_enum,
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "smoothest",
+        conflicts_with_all = ["singularities", "cycles"],
+        help_heading = "Method"
+    )]
+    pub auto: Option<Automatic>,
     /// Number of directions at each point: 1 for vectors, 2 for lines, 4 for crosses
     #[arg(short = 'n', long, value_name = "N", default_value = "4", help_heading = "Method")]
     pub degree: u32,
@@ -41,6 +59,15 @@ pub struct FieldArguments {
     /// it, all are zero
     #[arg(long, value_name = "C.json", help_heading = "Method")]
     pub cycles: Option<PathBuf>,
+    /// Make one of the directions tangent to the curves of a file (as for `eikona sdf`), to the
+    /// boundary, or to creases, edges at which the surface bends by more than DEG degrees (30); may
+    /// be repeated
+    #[arg(long, value_name = "CURVE|boundary|creases[=DEG]", value_parser = parse_alignment, help_heading = "Method")]
+    pub align: Vec<Alignment>,
+    /// Follow --align with this weight relative to the smoothness, the same at every resolution,
+    /// instead of exactly
+    #[arg(long, value_name = "W", requires = "align", value_parser = above_zero, allow_hyphen_values = true, help_heading = "Method")]
+    pub align_weight: Option<f64>,
     /// Stop before a factorisation if its predicted memory exceeds SIZE, such as 2GiB or 500MB
     #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = bytes, help_heading = "Method")]
     pub memory_limit: Option<usize>,
@@ -53,6 +80,12 @@ pub struct FieldArguments {
     /// Write the N unit vectors at the points of --sample, with their positions
     #[arg(long, value_name = "V.csv", requires = "sample", help_heading = "Outputs")]
     pub samples: Option<PathBuf>,
+    /// Write the singularities that were used, to be edited and read again
+    #[arg(long, value_name = "S.json", help_heading = "Outputs")]
+    pub save_singularities: Option<PathBuf>,
+    /// Write the indices of the homology generators that were used
+    #[arg(long, value_name = "C.json", help_heading = "Outputs")]
+    pub save_cycles: Option<PathBuf>,
     /// Draw the directions and the singular points, red for positive indices and blue for negative
     /// ones
     #[arg(long, value_name = "PNG", help_heading = "Outputs")]
@@ -67,11 +100,19 @@ pub fn run(arguments: &FieldArguments, general: &General) -> Result<u8, Failure>
     let format = check_arguments(arguments, general)?;
     let input = MeshInput::read(&arguments.mesh, &mut session)?;
     input.require_faces()?;
-    let given = arguments.singularities.as_deref();
-    let singularities = given.map_or(Ok(Vec::new()), |path| read_singularities(path, &input))?;
-    let cycles = arguments.cycles.as_deref().map_or(Ok(Vec::new()), read_indices)?;
+    let mut prescription = Prescription::default();
+    if let Some(path) = &arguments.singularities {
+        prescription.singularities = read_singularities(path, &input)?;
+    }
+    if let Some(path) = &arguments.cycles {
+        prescription.generators = read_indices(path)?;
+    }
     let points = arguments.sample.as_deref().map_or(Ok(Vec::new()), |path| read_points(path, &input))?;
-    let field = solve(arguments, &input, &singularities, cycles, &mut session)?;
+    let guides = read_guides(&arguments.align, &input, &mut session)?;
+    let (field, prescription) = solve(arguments, &input, prescription, guides, &mut session)?;
+    let Prescription { singularities, .. } = &prescription;
+    let saved = [&arguments.save_singularities, &arguments.save_cycles].map(|path| path.as_deref());
+    output_prescription(saved, &prescription, &input, &mut session)?;
     if let (Some(path), Some(format)) = (&arguments.output, format) {
         output_field(path, format, &field, &mut session)?;
     }
@@ -79,14 +120,21 @@ pub fn run(arguments: &FieldArguments, general: &General) -> Result<u8, Failure>
         output_samples(path, &field, &points, &mut session)?;
     }
     if let Some(path) = &arguments.render {
-        output_picture(path, &field, &singularities, &arguments.picture, &mut session)?;
+        output_picture(path, &field, singularities, &arguments.picture, &mut session)?;
     }
     session.finish()
 }
 
 /// Checks the arguments before any work.
 fn check_arguments(arguments: &FieldArguments, general: &General) -> Result<Option<FieldFormat>, Failure> {
-    let outputs = [&arguments.output, &arguments.samples, &arguments.render].map(|path| path.as_deref());
+    let outputs = [
+        &arguments.output,
+        &arguments.samples,
+        &arguments.save_singularities,
+        &arguments.save_cycles,
+        &arguments.render,
+    ]
+    .map(|path| path.as_deref());
     let outputs: Vec<&Path> = outputs.into_iter().chain([general.report.as_deref()]).flatten().collect();
     if outputs.is_empty() {
         return Err(Failure::Usage(
@@ -96,7 +144,7 @@ fn check_arguments(arguments: &FieldArguments, general: &General) -> Result<Opti
         ));
     }
     let read = [&arguments.singularities, &arguments.cycles, &arguments.sample];
-    let read = read.into_iter().flatten().map(PathBuf::as_path);
+    let read = read.into_iter().flatten().map(PathBuf::as_path).chain(files(&arguments.align));
     let inputs: Vec<&Path> = std::iter::once(arguments.mesh.mesh.as_path()).chain(read).collect();
     check_outputs(&outputs, &inputs)?;
     if let (Some(flag), None) = (arguments.picture.given(), &arguments.render) {
@@ -112,24 +160,40 @@ fn check_arguments(arguments: &FieldArguments, general: &General) -> Result<Opti
 fn solve(
     arguments: &FieldArguments,
     input: &MeshInput,
-    singularities: &[Singularity],
-    cycles: Vec<f64>,
+    mut prescription: Prescription,
+    guides: Vec<Guide>,
     session: &mut Session,
-) -> Result<PolarField, Failure> {
+) -> Result<(PolarField, Prescription), Failure> {
     let solver_options =
         SolverOptions::default().with_threads(session.threads()).with_memory_limit(arguments.memory_limit);
     session.report.options.extend(
         [
             ("degree", json!(arguments.degree)),
-            ("cycles", json!(cycles)),
+            (
+                "auto",
+                json!(arguments.auto.map(|how| how.to_possible_value().map(|v| v.get_name().to_string()))),
+            ),
+            ("guides", json!(arguments.align.len())),
+            ("align_weight", json!(arguments.align_weight)),
             ("threads", json!(solver_options.threads)),
             ("memory_limit", json!(arguments.memory_limit)),
         ]
         .map(|(key, value)| (key.to_string(), value)),
     );
-    let options = FieldOptions::default().with_degree(arguments.degree).with_generators(cycles);
     let solver = session.solver("prepare", || Solver::new(&input.mesh, &solver_options))?;
-    let field = session.solver("solve", || solver.solve(singularities, &options))?;
+    if let Some(how) = arguments.auto {
+        let options = AutomaticOptions::default()
+            .with_degree(arguments.degree)
+            .with_guides(guides.clone())
+            .with_curvature(how == Automatic::Curvature);
+        prescription = session.solver("automatic", || solver.automatic(&options))?;
+    }
+    let options = FieldOptions::default()
+        .with_degree(arguments.degree)
+        .with_generators(prescription.generators.clone())
+        .with_guides(guides)
+        .with_guide_weight(arguments.align_weight);
+    let field = session.solver("solve", || solver.solve(&prescription.singularities, &options))?;
     let report = &field.report;
     session.report.phases_of("prepare", &report.preparation);
     session.report.phases_of("solve", &report.phases);
@@ -155,6 +219,7 @@ fn solve(
         );
         session.warn(Warned::new("unplaced_singularities", sentence).with("count", report.unplaced.len()));
     }
+    warn_of_guides(report, arguments.align_weight.is_none(), session);
     let aliased: Vec<_> = report
         .aliased
         .iter()
@@ -173,18 +238,48 @@ fn solve(
             ("scale_rounds", json!(report.scale_rounds)),
             ("scales_at_bound", json!(report.scales_at_bound)),
             ("generators", json!(solver.generator_count())),
+            ("cycles", json!(prescription.generators)),
+            ("followed", json!(report.followed.iter().map(followed).collect::<Vec<_>>())),
         ]
         .map(|(key, value)| (key.to_string(), value)),
     );
     session.note(&format!(
         "{} with {}; largest power {}",
         counted(arguments.degree as usize, "direction", "directions"),
-        counted(singularities.len(), "prescribed index", "prescribed indices"),
+        counted(prescription.singularities.len(), "prescribed index", "prescribed indices"),
         report.largest_power
     ));
     session.detail(&format!(
         "residuals {:.1e} (rotation) and {:.1e} (closure of phases); energy {:.6e}",
         report.residual, report.closure, report.energy
     ));
-    Ok(field)
+    Ok((field, prescription))
+}
+
+/// Angles beyond this many radians between a guide and the field are warned of.
+const ASIDE: f64 = 0.02;
+
+fn warn_of_guides(report: &FieldReport, is_exact: bool, session: &mut Session) {
+    let aside = |followed: &&Followed| followed.largest_error > ASIDE;
+    let worst = |a: &&Followed, b: &&Followed| a.largest_error.total_cmp(&b.largest_error);
+    if let Some(worst) = report.followed.iter().filter(aside).filter(|_| is_exact).max_by(worst) {
+        let sentence = format!(
+            "the field is up to {:.1} degrees away from what it should follow ({}, at {}), where guides turn inside \
+             a face, or meet in one; refine the mesh there",
+            worst.largest_error.to_degrees(),
+            worst.guide,
+            worst.worst_face
+        );
+        let count = report.followed.iter().filter(aside).count();
+        session.warn(Warned::new("guides_not_followed", sentence).with("count", count));
+    }
+}
+
+fn followed(followed: &Followed) -> Value {
+    json!({
+        "guide": followed.guide,
+        "largest_error": followed.largest_error,
+        "mean_error": followed.mean_error,
+        "worst_face": followed.worst_face.0,
+    })
 }
