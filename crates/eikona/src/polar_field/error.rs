@@ -151,6 +151,12 @@ pub enum PolarFieldError {
         /// The number of generators.
         expected: usize,
     },
+    /// A trivial connection has singularities at vertices only.
+    #[error("{element} has an index, but trivial connections are singular at vertices only; move it to one")]
+    NotAtVertex {
+        /// The face or edge.
+        element: String,
+    },
     /// The field is to follow the boundary of a closed surface.
     #[error("the surface has no boundary to follow; leave this guide out")]
     NoBoundary,

@@ -69,6 +69,7 @@ mod homology;
 mod options;
 mod particular;
 mod powers;
+mod problem;
 mod responses;
 #[cfg(test)]
 mod samples;
@@ -78,6 +79,7 @@ mod smoothness;
 mod solution;
 mod solver;
 mod targets;
+mod trivial;
 #[cfg(test)]
 mod twin;
 

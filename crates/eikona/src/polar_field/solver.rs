@@ -6,23 +6,23 @@ use crate::geometry::{lay_out_in, unit_of};
 use crate::phases::Phases;
 use crate::polar_field::alignment::Following;
 use crate::polar_field::automatic::{Prescription, prescription};
-use crate::polar_field::bevel::{BeveledMesh, Cycle, PerCycle, Rotation};
+use crate::polar_field::bevel::{BeveledMesh, Cycle};
 use crate::polar_field::domain::Domain;
 use crate::polar_field::error::PolarFieldError;
 use crate::polar_field::field::{Phased, Values};
 use crate::polar_field::guides::paths;
 use crate::polar_field::homology::Homology;
 use crate::polar_field::options::{AutomaticOptions, FieldOptions, SolverOptions};
-use crate::polar_field::particular::particular_rotation;
 use crate::polar_field::powers::{FaceSystem, powers};
+use crate::polar_field::problem::{Problem, check_degree};
 use crate::polar_field::scale::{ScaleSearch, smoothest_scales, ties};
-use crate::polar_field::singularity::{Prescribed, Singularity, located, name, turns_of_cycles, whole_turns};
+use crate::polar_field::singularity::{Prescribed, Singularity, name};
 use crate::polar_field::smoothness::CornerLaplacian;
 use crate::polar_field::solution::{FieldReport, Measured, PolarField};
-use crate::polar_field::targets::{needed_sum, targets};
-use eikona_mesh::{Topology, TriangleMesh};
+use crate::polar_field::targets::targets;
+use crate::polar_field::trivial::trivial_rotation;
+use eikona_mesh::{FaceField, Topology, TriangleMesh};
 use eikona_numeric::{NumericError, Resources, check_stopped};
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// A mesh with its beveled mesh and factored energy, reused from prescription to prescription.
@@ -159,126 +159,143 @@ impl Solver {
         singularities: &[Singularity],
         options: &FieldOptions,
     ) -> Result<PolarField, PolarFieldError> {
-        let Domain { bevel, homology, connection, curvature } = &*self.domain;
-        let degree = options.degree;
+        let bevel = &self.domain.bevel;
         let mut phases = Phases::begin("prescription")?;
-        check_degree(degree)?;
-        let expected = homology.generators.len();
-        if !options.generators.is_empty() && options.generators.len() != expected {
-            return Err(PolarFieldError::Generators { found: options.generators.len(), expected });
-        }
-        let prescribed = located(bevel, singularities, degree)?;
-        let turns = turns_of_cycles(bevel, &prescribed, degree)?;
-        let mut wanted = bevel.constant(0.0);
-        for cycle in bevel.cycles() {
-            wanted[cycle] = needed_sum(turns[cycle], degree, curvature[cycle]);
-        }
-        let n = f64::from(degree);
-        let mut along = Vec::with_capacity(expected);
-        for (i, generator) in homology.generators.iter().enumerate() {
-            let index = options.generators.get(i).copied().unwrap_or(0.0);
-            let turns = whole_turns(index, degree, || format!("generator {i}"))?;
-            along.push(TAU * turns as f64 - n * generator.curvature);
-        }
-        let theta = particular_rotation(bevel, homology, &wanted, &along);
-        let paths = paths(bevel, &options.guides, degree)?;
-        let following = Following { paths: &paths, degree, weight: options.guide_weight };
-        if let Some(weight) = options.guide_weight.filter(|weight| !(*weight > 0.0 && weight.is_finite())) {
-            return Err(PolarFieldError::GuideWeight { weight });
-        }
+        let problem = Problem::new(&self.domain, singularities, options)?;
+        let paths = paths(bevel, &options.guides, problem.degree)?;
+        let particular = problem.particular();
         phases.next("rotation")?;
-        let near = targets(bevel, &prescribed, |v| wanted.vertex[v]);
-        let smoothest = self.laplacian.smoothest(bevel, theta, &near)?;
+        let near = targets(bevel, &problem.prescribed, |v| problem.around.vertex[v]);
+        let smoothest = self.laplacian.smoothest(bevel, particular, &near)?;
         let start = vec![0.0; bevel.topology.components.len()];
         let mut phased = Phased { theta: smoothest, start };
+        let following = Following { paths: &paths, degree: problem.degree, weight: options.guide_weight };
         if !paths.is_empty() {
             phases.next("alignment")?;
-            let evaluate = |phased: &Phased| {
-                self.evaluated(&prescribed, phased, guess, degree, |_| Ok(())).map(|(values, ..)| values)
-            };
+            let evaluate = |phased: &Phased| Ok(self.evaluated(&problem, phased, guess, |_| Ok(()))?.values);
             phased = following.turned(bevel, &self.laplacian, &near, phased.theta, evaluate)?;
         }
-        // Rounding adds up along the trees; what is missing now is small, and its rounding smaller.
-        let ((cycles, generators), _) = missing_sums(&self.domain, &phased.theta, &wanted, &along);
-        phased.theta.add(1.0, &particular_rotation(bevel, homology, &cycles, &generators));
-        let (_, residual) = missing_sums(&self.domain, &phased.theta, &wanted, &along);
-        let (values, unplaced, search) =
-            self.evaluated(&prescribed, &phased, guess, degree, |phase| phases.next(phase))?;
-        let seen = values.measured(bevel, connection, |c| curvature[c], degree);
-        let aliased: Vec<(Cycle, i64)> = seen.into_iter().filter(|&(c, i)| i != turns[c]).collect();
-        let measured = prescribed
-            .iter()
-            .map(|s| aliased.iter().find(|(c, _)| *c == s.cycle).map_or(s.turns, |(_, i)| *i) as f64 / n)
-            .collect();
+        let residual = problem.correct(&mut phased.theta);
+        let evaluated = self.evaluated(&problem, &phased, guess, |phase| phases.next(phase))?;
+        let followed = following.followed(&evaluated.values);
+        let mut field = self.field(&problem, &phased, evaluated);
+        field.report.residual = residual;
+        field.report.followed = followed;
+        field.report.phases = phases.finish();
+        Ok(field)
+    }
+
+    /// Computes the trivial connection with these singularities: a field that is constant in each
+    /// face, with the least square sum of rotations across edges. For comparison; its singularities
+    /// are at vertices and boundary loops only, and it follows no guides.
+    ///
+    /// # Errors
+    /// As for [`solve`](Self::solve); [`PolarFieldError::NotAtVertex`].
+    ///
+    /// # Cost
+    /// A factorisation on the vertices.
+    ///
+    /// # Reference
+    /// Keenan Crane, Mathieu Desbrun and Peter Schröder, *Trivial Connections on Discrete Surfaces*,
+    /// 2010.
+    ///
+    /// ```
+    /// use eikona::mesh::{SurfacePoint, shapes};
+    /// use eikona::polar_field::{FieldOptions, Place, Singularity, Solver};
+    /// let sphere = shapes::icosphere(3)?;
+    /// let at = |vertex| Place::Point(SurfacePoint::Vertex { vertex });
+    /// let poles = [0, 11].map(|v| Singularity { place: at(v), index: 1.0 });
+    /// let options = FieldOptions::default().with_degree(1);
+    /// let solver = Solver::new(&sphere, &Default::default())?;
+    /// let [smooth, flat] = [solver.solve(&poles, &options)?, solver.trivial_connection(&poles, &options)?];
+    /// assert_eq!(flat.report.measured, [1.0, 1.0]);
+    /// assert!(smooth.report.energy < flat.report.energy);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn trivial_connection(
+        &self,
+        singularities: &[Singularity],
+        options: &FieldOptions,
+    ) -> Result<PolarField, PolarFieldError> {
+        let bevel = &self.domain.bevel;
+        let mut phases = Phases::begin("prescription")?;
+        let problem = Problem::new(&self.domain, singularities, options)?;
+        phases.next("rotation")?;
+        let theta = trivial_rotation(&self.domain, &problem, self.resources)?;
+        let residual = problem.residual(&theta);
+        phases.next("integration")?;
+        let phased = Phased { theta, start: vec![0.0; bevel.topology.components.len()] };
+        let ones = FaceField::constant(bevel.mesh.face_count(), 1);
+        let scales = vec![1.0; bevel.mesh.halfedge_count()];
+        let values = Values::new(&self.domain, &phased, &scales, ones, problem.degree);
+        let evaluated = Evaluated { values, unplaced: Vec::new(), search: ScaleSearch::default() };
+        let mut field = self.field(&problem, &phased, evaluated);
+        field.report.residual = residual;
+        field.report.phases = phases.finish();
+        Ok(field)
+    }
+
+    /// Returns the field of a rotation.
+    fn evaluated(
+        &self,
+        problem: &Problem<'_>,
+        phased: &Phased,
+        guess: &[u32],
+        mut phase: impl FnMut(&'static str) -> Result<(), NumericError>,
+    ) -> Result<Evaluated, PolarFieldError> {
+        let bevel = &self.domain.bevel;
+        phase("powers")?;
+        let powers = powers(bevel, &self.faces, &problem.prescribed, &phased.theta)?;
+        phase("scales")?;
+        let ties = ties(bevel, &problem.prescribed, &phased.theta, &powers);
+        let (scales, search) = smoothest_scales(bevel, &self.laplacian, &ties.ties, guess)?;
+        phase("integration")?;
+        let values = Values::new(&self.domain, phased, &scales, powers, problem.degree);
+        Ok(Evaluated { values, unplaced: ties.unplaced, search })
+    }
+
+    /// Measures the field and reports.
+    fn field(&self, problem: &Problem<'_>, phased: &Phased, evaluated: Evaluated) -> PolarField {
+        let Domain { bevel, connection, curvature, .. } = &*self.domain;
+        let Evaluated { values, unplaced, search } = evaluated;
+        let n = f64::from(problem.degree);
+        let seen = values.measured(bevel, connection, |c| curvature[c], problem.degree);
+        let aliased: Vec<(Cycle, i64)> = seen.into_iter().filter(|&(c, i)| i != problem.turns[c]).collect();
+        let measured = |s: &Prescribed| {
+            aliased.iter().find(|(c, _)| *c == s.cycle).map_or(s.turns, |(_, i)| *i) as f64 / n
+        };
         let report = FieldReport {
-            phases: phases.finish(),
             preparation: self.phases.clone(),
-            residual,
             closure: values.closure,
             energy: bevel.energy(&phased.theta),
-            measured,
+            measured: problem.prescribed.iter().map(measured).collect(),
             aliased: aliased
-                .into_iter()
-                .map(|(c, i)| Measured {
+                .iter()
+                .map(|&(c, i)| Measured {
                     element: name(c),
-                    prescribed: turns[c] as f64 / n,
+                    prescribed: problem.turns[c] as f64 / n,
                     measured: i as f64 / n,
                 })
                 .collect(),
             unplaced: unplaced.into_iter().map(name).collect(),
-            followed: following.followed(&values),
             largest_power: values.powers.as_slice().iter().max().copied().unwrap_or(1),
             scale_rounds: search.rounds,
             scales_at_bound: search.active.len(),
             scales_gave_up: search.gave_up,
             warnings: self.warnings.clone(),
+            ..FieldReport::default()
         };
-        Ok(PolarField { domain: self.domain.clone(), values, degree, lowest_corners: search.active, report })
-    }
-
-    /// Returns the field of a rotation, the edges without a place for their singularity, and the
-    /// search for the scales.
-    fn evaluated(
-        &self,
-        prescribed: &[Prescribed],
-        phased: &Phased,
-        guess: &[u32],
-        degree: u32,
-        mut phase: impl FnMut(&'static str) -> Result<(), NumericError>,
-    ) -> Result<(Values, Vec<Cycle>, ScaleSearch), PolarFieldError> {
-        let bevel = &self.domain.bevel;
-        phase("powers")?;
-        let powers = powers(bevel, &self.faces, prescribed, &phased.theta)?;
-        phase("scales")?;
-        let ties = ties(bevel, prescribed, &phased.theta, &powers);
-        let (scales, search) = smoothest_scales(bevel, &self.laplacian, &ties.ties, guess)?;
-        phase("integration")?;
-        Ok((Values::new(&self.domain, phased, &scales, powers, degree), ties.unplaced, search))
+        let (domain, degree) = (self.domain.clone(), problem.degree);
+        PolarField { domain, values, degree, lowest_corners: search.active, report }
     }
 }
 
-/// Returns what is missing from the prescribed sums around cycles and along generators, and the
-/// largest of it.
-fn missing_sums(
-    Domain { bevel, homology, .. }: &Domain,
-    theta: &Rotation,
-    wanted: &PerCycle<f64>,
-    along: &[f64],
-) -> ((PerCycle<f64>, Vec<f64>), f64) {
-    let mut missing = bevel.sums(theta);
-    let mut largest = 0.0f64;
-    for cycle in bevel.cycles() {
-        missing[cycle] = wanted[cycle] - missing[cycle];
-        largest = largest.max(missing[cycle].abs());
-    }
-    let of_generators: Vec<f64> =
-        homology.generators.iter().zip(along).map(|(g, wanted)| wanted - g.sum(theta)).collect();
-    let largest = of_generators.iter().fold(largest, |m, x| m.max(x.abs()));
-    ((missing, of_generators), largest)
-}
-
-fn check_degree(degree: u32) -> Result<(), PolarFieldError> {
-    if (1..=1000).contains(&degree) { Ok(()) } else { Err(PolarFieldError::Degree { degree }) }
+/// The field of a rotation, as far as it could be placed.
+struct Evaluated {
+    values: Values,
+    /// Faces and edges whose singular point could not be placed.
+    unplaced: Vec<Cycle>,
+    search: ScaleSearch,
 }
 
 /// Refuses surfaces on which a field has no sense.
