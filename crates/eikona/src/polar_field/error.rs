@@ -151,6 +151,12 @@ pub enum PolarFieldError {
         /// The number of generators.
         expected: usize,
     },
+    /// The regularizer of the printed energy is not positive.
+    #[error("the regularizer {regularizer} is out of range; give a positive number, such as 1")]
+    Regularizer {
+        /// The regularizer given.
+        regularizer: f64,
+    },
     /// A trivial connection has singularities at vertices only.
     #[error("{element} has an index, but trivial connections are singular at vertices only; move it to one")]
     NotAtVertex {

@@ -14,7 +14,7 @@
 //! | paper | here | shape | equation |
 //! |---|---|---|---|
 //! | beveled mesh | `bevel.rs` | 3F corners | sec 4.1 |
-//! | `theta` | `particular.rs`, `smoothness.rs` | split and jump edges | 6, B.1 |
+//! | `theta` | `particular.rs`, `terms.rs`, `smoothness.rs` | split and jump edges | 6, B.1 |
 //! | `r`, `kappa` | `bevel.rs` | jump edges, cycles | sec 4.2 |
 //! | `H` | `homology.rs` | 2g walks | sec 4.3 |
 //! | `I` | [`Singularity`] | cycles | sec 4.3 |
@@ -79,6 +79,7 @@ mod smoothness;
 mod solution;
 mod solver;
 mod targets;
+mod terms;
 mod trivial;
 #[cfg(test)]
 mod twin;
@@ -87,7 +88,7 @@ pub use alignment::Followed;
 pub use automatic::Prescription;
 pub use error::PolarFieldError;
 pub use guides::{CREASE_DEGREES, Guide};
-pub use options::{AutomaticOptions, FieldOptions, SolverOptions};
+pub use options::{AutomaticOptions, FieldOptions, Smoothness, SolverOptions};
 pub use singularity::{Place, Singularity};
 pub use solution::{FieldReport, Measured, PolarField};
 pub use solver::Solver;

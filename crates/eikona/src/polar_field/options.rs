@@ -4,10 +4,28 @@ use crate::polar_field::guides::Guide;
 use crate::setters::setters;
 use eikona_numeric::Resources;
 
+/// The energy that the smoothest field minimises.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Smoothness {
+    /// Squared gradients in faces plus 10 times squared jumps across edges.
+    #[default]
+    Split,
+    /// The energy as printed in the paper: the square of the sum of the gradients in two faces and
+    /// 50 times their jump, which may cancel. It has a minimum only with a regularizer.
+    Printed {
+        /// Factor of the squared rotation along each edge of the beveled mesh, which is added. With
+        /// less than 0.01, fields are rough.
+        regularizer: f64,
+    },
+}
+
 /// Options of a [`Solver`](super::Solver), fixed when it is built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SolverOptions {
+    /// The energy. Default: [`Smoothness::Split`].
+    pub smoothness: Smoothness,
     /// Number of threads for factorisations. Default: 1. The result is the same for any number.
     pub threads: usize,
     /// Memory limit in bytes for each factorisation. Default: no limit.
@@ -16,11 +34,15 @@ pub struct SolverOptions {
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        SolverOptions { threads: 1, memory_limit: None }
+        SolverOptions { smoothness: Smoothness::Split, threads: 1, memory_limit: None }
     }
 }
 
-setters!(SolverOptions { with_threads: threads = usize, with_memory_limit: memory_limit = Option<usize> });
+setters!(SolverOptions {
+    with_smoothness: smoothness = Smoothness,
+    with_threads: threads = usize,
+    with_memory_limit: memory_limit = Option<usize>,
+});
 
 impl SolverOptions {
     pub(super) fn resources(&self) -> Resources {

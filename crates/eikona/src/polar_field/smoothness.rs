@@ -1,142 +1,15 @@
-//! The smoothness of a rotation (PLPF appendix B.1), and its minimisation over functions on
-//! corners.
-//!
-//! Deviation: the printed energy squares the sum of the gradients of two faces and their jump. The
-//! three may cancel, so that a rough field costs nothing: on a sphere of 596 faces 60 eigenvalues
-//! vanish where one should. Here gradients and jumps are squared apart.
+//! The smoothest rotation (PLPF appendix B.1): the energy as a function on corners, factored once.
 
-use crate::geometry::Triangle;
 use crate::polar_field::bevel::{BeveledMesh, Cycle, Rotation};
+use crate::polar_field::options::Smoothness;
 use crate::polar_field::powers::{face_graph, face_order};
 use crate::polar_field::responses::{Condition, HalfSolutions, Responses};
-use eikona_mesh::{Face, Halfedge};
+use crate::polar_field::terms::{Row, Term};
+use eikona_mesh::Face;
 use eikona_numeric::{
-    Cholesky, Complex, Graph, NumericError, Ordering, Resources, Scalar, Symbolic, SymmetricMatrix,
-    check_step,
+    Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, check_step,
 };
 use std::collections::HashMap;
-
-/// Weight of squared jumps relative to squared gradients. Fields are almost the same from 1 to
-/// 1000.
-const JUMP_WEIGHT: f64 = 10.0;
-
-/// Two terms of the energy: the gradient in a face, or mean and difference of the jumps at the ends
-/// of an edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Term {
-    Face(Face),
-    /// The edge of this halfedge, which has a twin.
-    Edge(Halfedge),
-}
-
-/// Coefficients of both parts of a term on up to four corners.
-pub(crate) struct Row {
-    pub corners: [Halfedge; 4],
-    pub parts: [[f64; 4]; 2],
-    pub weight: f64,
-}
-
-impl Row {
-    /// The places in the row, with their corners. A row on a face has three.
-    fn used(&self) -> impl Iterator<Item = (usize, Halfedge)> + '_ {
-        let count = if self.corners[2] == self.corners[3] { 3 } else { 4 };
-        (0..count).map(|i| (i, self.corners[i]))
-    }
-
-    /// Pairs of places in the row.
-    fn places(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
-        self.used().flat_map(|(b, _)| (0..b).map(move |a| [a, b]))
-    }
-
-    fn pairs(&self) -> impl Iterator<Item = [Halfedge; 2]> + '_ {
-        self.places().map(|pair| pair.map(|i| self.corners[i]))
-    }
-}
-
-/// The gradient of the hat function of each side: what a rotation of one along it contributes.
-fn side_gradients(triangle: &Triangle) -> [Complex; 3] {
-    let directions = triangle.directions();
-    let sides = [0, 1, 2].map(|k| directions[k] * triangle.lengths[k]);
-    let turned = |z: Complex| Complex { re: -z.im, im: z.re };
-    [0, 1, 2].map(|k| turned(sides[(k + 2) % 3] - sides[(k + 1) % 3]) * (1.0 / (6.0 * triangle.area)))
-}
-
-impl BeveledMesh {
-    /// Returns both parts of a term for a rotation.
-    pub fn term(&self, term: Term, theta: &Rotation) -> [f64; 2] {
-        match term {
-            Term::Face(f) => {
-                let gradients = side_gradients(&self.triangles[f.index()]);
-                let sum =
-                    (0..3).fold(Complex::ZERO, |sum, k| sum + gradients[k] * theta.split[f.halfedge(k)]);
-                [sum.re, sum.im]
-            }
-            Term::Edge(h) => {
-                let twin = self.twin[h].expect("terms are on interior edges");
-                let (a, b) = (theta.jump[h], theta.jump[twin]);
-                [0.5 * (a - b), (a + b) / 12f64.sqrt()]
-            }
-        }
-    }
-
-    /// Returns the weight of a term.
-    pub fn weight(&self, term: Term) -> f64 {
-        match term {
-            Term::Face(f) => 3.0 * self.triangles[f.index()].area,
-            Term::Edge(h) => {
-                let twin = self.twin[h].expect("terms are on interior edges");
-                let [t, other] = [h, twin].map(|h| &self.triangles[h.face().index()]);
-                JUMP_WEIGHT * t.lengths[h.side()].powi(2) / (t.area + other.area)
-            }
-        }
-    }
-
-    /// Returns a term as a function of corner values.
-    pub fn row(&self, term: Term) -> Row {
-        let weight = self.weight(term);
-        match term {
-            Term::Face(f) => {
-                let gradients = side_gradients(&self.triangles[f.index()]);
-                let at = |k: usize| gradients[(k + 2) % 3] - gradients[k];
-                let [a, b, c] = [0, 1, 2].map(at);
-                let corners = [0, 1, 2, 2].map(|k| f.halfedge(k));
-                Row { corners, parts: [[a.re, b.re, c.re, 0.0], [a.im, b.im, c.im, 0.0]], weight }
-            }
-            Term::Edge(h) => {
-                let twin = self.twin[h].expect("terms are on interior edges");
-                let third = 1.0 / 12f64.sqrt();
-                Row {
-                    corners: [h, h.next(), twin, twin.next()],
-                    parts: [[0.5, 0.5, -0.5, -0.5], [third, -third, third, -third]],
-                    weight,
-                }
-            }
-        }
-    }
-
-    /// Iterates over all terms.
-    pub fn terms(&self) -> impl Iterator<Item = Term> + '_ {
-        let edges = self.edges().map(|(h, _)| Term::Edge(h));
-        self.mesh.faces().map(Term::Face).chain(edges)
-    }
-
-    /// Returns the term as [`terms`](Self::terms) lists it: by the first halfedge of its edge.
-    fn as_listed(&self, term: Term) -> Term {
-        match term {
-            Term::Face(_) => term,
-            Term::Edge(h) => Term::Edge(self.twin[h].map_or(h, |twin| h.min(twin))),
-        }
-    }
-
-    /// Returns the energy of a rotation.
-    pub fn energy(&self, theta: &Rotation) -> f64 {
-        let of_term = |term: Term| {
-            let [a, b] = self.term(term, theta);
-            self.weight(term) * (a * a + b * b)
-        };
-        self.terms().map(of_term).sum()
-    }
-}
 
 /// The Hessian of the energy as a function on corners, factored. It serves every prescription, and
 /// the scales too.
@@ -144,20 +17,26 @@ impl BeveledMesh {
 pub(crate) struct CornerLaplacian {
     pub factor: Cholesky<f64>,
     pub halves: HalfSolutions,
+    smoothness: Smoothness,
     resources: Resources,
 }
 
 impl CornerLaplacian {
-    pub fn new(bevel: &BeveledMesh, resources: Resources) -> Result<CornerLaplacian, NumericError> {
+    pub fn new(
+        bevel: &BeveledMesh,
+        smoothness: Smoothness,
+        resources: Resources,
+    ) -> Result<CornerLaplacian, NumericError> {
         let mut graph = Graph { unknowns: bevel.mesh.halfedge_count(), pairs: Vec::new() };
-        for (i, term) in bevel.terms().enumerate() {
+        for (i, term) in bevel.terms(smoothness).enumerate() {
             check_step(i)?;
             bevel.row(term).pairs().for_each(|pair| graph.pairs.push(pair.map(|c| c.0)));
         }
         let order = corner_order(bevel)?;
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
-        let factor = Cholesky::within(resources, symbolic.into(), &hessian(bevel, |_| 1.0, |_| true)?)?;
-        Ok(CornerLaplacian { factor, halves: HalfSolutions::default(), resources })
+        let factor =
+            Cholesky::within(resources, symbolic.into(), &hessian(bevel, smoothness, |_| 0.0, |_| true)?)?;
+        Ok(CornerLaplacian { factor, halves: HalfSolutions::default(), smoothness, resources })
     }
 
     /// Returns the responses between no corners.
@@ -166,19 +45,20 @@ impl CornerLaplacian {
     }
 }
 
-/// Assembles the Hessian, with each term weighted by a factor. On grounded components, the function
-/// is drawn to zero at one corner.
+/// Assembles the Hessian, with more of some terms. On grounded components, the function is drawn to
+/// zero at one corner.
 fn hessian(
     bevel: &BeveledMesh,
-    factor_of: impl Fn(Term) -> f64,
+    smoothness: Smoothness,
+    more_of: impl Fn(Term) -> f64,
     is_grounded: impl Fn(usize) -> bool,
 ) -> Result<SymmetricMatrix<f64>, NumericError> {
     let mut matrix =
         SymmetricMatrix { diagonal: vec![0.0; bevel.mesh.halfedge_count()], off_diagonal: Vec::new() };
-    for (i, term) in bevel.terms().enumerate() {
+    for (i, term) in bevel.terms(smoothness).enumerate() {
         check_step(i)?;
         let row = bevel.row(term);
-        let weight = factor_of(term) * row.weight;
+        let weight = (smoothness.factor(term) + more_of(term)) * row.weight;
         let product =
             |a: usize, b: usize| weight * row.parts.iter().map(|part| part[a] * part[b]).sum::<f64>();
         for (a, corner) in row.used() {
@@ -231,9 +111,9 @@ impl CornerLaplacian {
                 rhs[corner.index()] -= weight * row.weight * (a * values[0] + b * values[1]);
             }
         };
-        for (i, term) in bevel.terms().enumerate() {
+        for (i, term) in bevel.terms(self.smoothness).enumerate() {
             check_step(i)?;
-            subtract(&bevel.row(term), 1.0, bevel.term(term, &theta));
+            subtract(&bevel.row(term), self.smoothness.factor(term), bevel.term(term, &theta));
         }
         let mut conditions = Vec::with_capacity(2 * targets.len());
         let many = 2 * targets.len() > MOST_PARTS;
@@ -301,8 +181,8 @@ impl CornerLaplacian {
         for pull in pulls {
             is_grounded[bevel.component_of(Cycle::Face(pull.face))] = false;
         }
-        let factor_of = |term| 1.0 + TARGET_WEIGHT * times.get(&term).unwrap_or(&0.0);
-        let mut matrix = hessian(bevel, factor_of, |component| is_grounded[component])?;
+        let more_of = |term| TARGET_WEIGHT * times.get(&term).unwrap_or(&0.0);
+        let mut matrix = hessian(bevel, self.smoothness, more_of, |component| is_grounded[component])?;
         for pull in pulls {
             let w = pull.weights;
             let first = 3 * pull.face.index();

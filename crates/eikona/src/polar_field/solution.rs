@@ -49,6 +49,8 @@ pub struct FieldReport {
     pub closure: f64,
     /// The smoothness energy: squared gradients plus 10 times squared jumps.
     pub energy: f64,
+    /// The energy as printed in the paper, with jumps times 50 and times 1, for comparison.
+    pub printed_energy: [f64; 2],
     /// The index of each prescribed singularity, measured from the field.
     pub measured: Vec<f64>,
     /// Elements at which the measured index differs from the prescribed one, zero included: the

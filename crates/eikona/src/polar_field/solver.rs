@@ -12,7 +12,7 @@ use crate::polar_field::error::PolarFieldError;
 use crate::polar_field::field::{Phased, Values};
 use crate::polar_field::guides::paths;
 use crate::polar_field::homology::Homology;
-use crate::polar_field::options::{AutomaticOptions, FieldOptions, SolverOptions};
+use crate::polar_field::options::{AutomaticOptions, FieldOptions, Smoothness, SolverOptions};
 use crate::polar_field::powers::{FaceSystem, powers};
 use crate::polar_field::problem::{Problem, check_degree};
 use crate::polar_field::scale::{ScaleSearch, smoothest_scales, ties};
@@ -42,11 +42,16 @@ impl Solver {
     /// # Errors
     /// [`PolarFieldError::NoFaces`], [`PolarFieldError::NonmanifoldEdge`],
     /// [`PolarFieldError::NonmanifoldVertex`], [`PolarFieldError::NotOrientable`],
-    /// [`PolarFieldError::FlatFace`]; failures of the factorisation.
+    /// [`PolarFieldError::FlatFace`], [`PolarFieldError::Regularizer`]; failures of the factorisation.
     ///
     /// # Cost
     /// A sparse factorisation on the corners: O(F^1.5) time, O(F log F) memory.
     pub fn new(mesh: &TriangleMesh, options: &SolverOptions) -> Result<Solver, PolarFieldError> {
+        if let Smoothness::Printed { regularizer } = options.smoothness
+            && !(regularizer > 0.0 && regularizer.is_finite())
+        {
+            return Err(PolarFieldError::Regularizer { regularizer });
+        }
         let mut phases = Phases::begin("geometry")?;
         if mesh.face_count() == 0 {
             return Err(PolarFieldError::NoFaces);
@@ -70,7 +75,7 @@ impl Solver {
         let (connection, curvature) = (bevel.connection(), bevel.curvature());
         phases.next("factorisation")?;
         let resources = options.resources();
-        let laplacian = CornerLaplacian::new(&bevel, resources)?;
+        let laplacian = CornerLaplacian::new(&bevel, options.smoothness, resources)?;
         let faces = FaceSystem::new(resources);
         let domain = Domain { bevel, homology, connection, curvature }.into();
         Ok(Solver { domain, laplacian, faces, resources, warnings, phases: phases.finish() })
@@ -268,6 +273,7 @@ impl Solver {
             preparation: self.phases.clone(),
             closure: values.closure,
             energy: bevel.energy(&phased.theta),
+            printed_energy: [50.0, 1.0].map(|factor| bevel.printed_energy(&phased.theta, factor)),
             measured: problem.prescribed.iter().map(measured).collect(),
             aliased: aliased
                 .iter()

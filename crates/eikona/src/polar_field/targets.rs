@@ -4,7 +4,8 @@
 use crate::geometry::Triangle;
 use crate::polar_field::bevel::{BeveledMesh, Cycle, Rotation};
 use crate::polar_field::singularity::Prescribed;
-use crate::polar_field::smoothness::{Target, Term};
+use crate::polar_field::smoothness::Target;
+use crate::polar_field::terms::Term;
 use eikona_mesh::{Face, Halfedge, Located, Vertex};
 use eikona_numeric::Complex;
 use std::f64::consts::{PI, TAU};
@@ -52,6 +53,7 @@ fn clear(bevel: &BeveledMesh, term: Term, local: &mut Rotation) {
                 local.jump[twin] = 0.0;
             }
         }
+        Term::Flap(_) | Term::Side(_) | Term::Jump(_) => {}
     }
 }
 
