@@ -1,5 +1,6 @@
 //! Benchmark cases: meshes with a source whose exact distance is known.
 
+use crate::bench::peer::{write, write_doubles, write_mesh};
 use crate::exit::Failure;
 use clap::ValueEnum;
 use eikona::contour::isolines;
@@ -77,18 +78,9 @@ impl Case {
 
     /// Writes mesh, curve and exact distance as raw arrays and JSON for another program.
     pub fn export(&self, folder: &Path) -> Result<(), Failure> {
-        let doubles =
-            |values: &mut dyn Iterator<Item = f64>| values.flat_map(f64::to_le_bytes).collect::<Vec<u8>>();
-        let write = |name: &str, bytes: &[u8]| {
-            let path = folder.join(name);
-            std::fs::write(&path, bytes)
-                .map_err(|e| Failure::Failed(format!("{}: cannot write this file: {e}", path.display())))
-        };
-        write("V.f64", &doubles(&mut self.mesh.positions().iter().flatten().copied()))?;
-        write("truth.f64", &doubles(&mut self.truth.iter().copied()))?;
-        write("area.f64", &doubles(&mut self.area.iter().copied()))?;
-        let corners = self.mesh.triangles().iter().flatten();
-        write("F.i32", &corners.flat_map(|&v| (v as i32).to_le_bytes()).collect::<Vec<u8>>())?;
+        write_mesh(folder, &self.mesh)?;
+        write_doubles(folder, "truth.f64", self.truth.iter().copied())?;
+        write_doubles(folder, "area.f64", self.area.iter().copied())?;
         let mut curves: Vec<Vec<(u32, u32, f64)>> = Vec::new();
         for curve in &self.source.curves {
             let mut nodes = Vec::with_capacity(curve.nodes.len());
@@ -109,7 +101,7 @@ impl Case {
             curves.push(nodes);
         }
         let text = serde_json::to_string(&curves).map_err(|e| Failure::Failed(e.to_string()))?;
-        write("curves.json", text.as_bytes())
+        write(folder, "curves.json", text.as_bytes())
     }
 }
 

@@ -1,10 +1,12 @@
 //! `eikona bench`: times the phases of each method. Each size runs in its own process.
 
 mod case;
+mod field;
+mod peer;
 mod sdf;
 mod winding;
 
-pub use sdf::remove_temporary_folder;
+pub use peer::remove_temporary_folder;
 
 use crate::exit::Failure;
 use crate::session::{General, Session, print_bytes};
@@ -29,6 +31,8 @@ pub enum Method {
     Sdf(sdf::SdfBench),
     /// Surface winding numbers
     Winding(winding::WindingBench),
+    /// Power-linear polar fields
+    Field(field::FieldBench),
 }
 
 /// Runs the command and returns the exit code.
@@ -36,6 +40,7 @@ pub fn run(arguments: &BenchArguments, general: &General) -> Result<u8, Failure>
     match &arguments.method {
         Method::Sdf(arguments) => sdf::run(arguments, general),
         Method::Winding(arguments) => winding::run(arguments, general),
+        Method::Field(arguments) => field::run(arguments, general),
     }
 }
 

@@ -2,6 +2,7 @@
 //! with potpourri3d on the same mesh and curve. Each size runs in its own process.
 
 use crate::bench::case::{Case, Shape};
+use crate::bench::peer::{find_module, with_folder};
 use crate::bench::{megabytes, output_json, parse_faces, print_json, printed, this_program};
 use crate::exit::Failure;
 use crate::report::peak_memory_bytes;
@@ -11,8 +12,7 @@ use eikona::signed_heat::{DiffusionTime, LevelSets, SolveOptions, Solver, Solver
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::sync::{Mutex, PoisonError};
+use std::process::Command;
 use std::time::Instant;
 
 /// Arguments of `eikona bench sdf`.
@@ -106,7 +106,7 @@ pub fn run(arguments: &SdfBench, general: &General) -> Result<u8, Failure> {
     let mut session = Session::new("bench", general);
     session.check_report()?;
     if arguments.peer.is_some() {
-        find_peer(&arguments.python)?;
+        find_module(&arguments.python, "potpourri3d", "potpourri3d")?;
     }
     let mut runs = Vec::new();
     for &faces in &arguments.faces {
@@ -114,7 +114,9 @@ pub fn run(arguments: &SdfBench, general: &General) -> Result<u8, Failure> {
         let mut run = session.phase(&name, || measure_apart(faces, arguments, general))?;
         if arguments.peer.is_some() {
             let name = format!("{faces} faces, potpourri3d");
-            run.potpourri3d = Some(session.phase(&name, || measure_peer(faces, &run, arguments))?);
+            run.potpourri3d = Some(
+                session.phase(&name, || with_folder(|folder| run_peer(folder, faces, &run, arguments)))?,
+            );
         }
         if !arguments.json {
             print_bytes(table(&run).as_bytes())?;
@@ -189,45 +191,6 @@ fn measure_apart(faces: usize, arguments: &SdfBench, general: &General) -> Resul
     command.arg("--in-this-process");
     command.args(["--threads", &general.threads.unwrap_or(1).to_string()]);
     output_json(&mut command)
-}
-
-fn find_peer(python: &Path) -> Result<(), Failure> {
-    let found = Command::new(python)
-        .args(["-c", "import numpy, potpourri3d"])
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status()
-        .is_ok_and(|s| s.success());
-    if found {
-        return Ok(());
-    }
-    let python = python.display();
-    Err(Failure::Failed(format!(
-        "{python} cannot import numpy and potpourri3d; install them with\n  {python} -m pip install \
-         potpourri3d numpy\nor choose another Python with --python PATH"
-    )))
-}
-
-/// The temporary folder that passes mesh and curve to the other program.
-static FOLDER: Mutex<Option<PathBuf>> = Mutex::new(None);
-
-/// Removes the temporary folder, if there is one.
-pub fn remove_temporary_folder() {
-    if let Some(folder) = FOLDER.lock().unwrap_or_else(PoisonError::into_inner).take() {
-        // A leftover folder is harmless.
-        let _ = std::fs::remove_dir_all(folder);
-    }
-}
-
-fn measure_peer(faces: usize, ours: &Run, arguments: &SdfBench) -> Result<PeerRun, Failure> {
-    let folder = std::env::temp_dir().join(format!("eikona-bench-{}", std::process::id()));
-    std::fs::create_dir_all(&folder)
-        .map_err(|e| Failure::Failed(format!("{}: cannot create this folder: {e}", folder.display())))?;
-    *FOLDER.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.clone());
-    let measured = run_peer(&folder, faces, ours, arguments);
-    remove_temporary_folder();
-    measured
 }
 
 fn run_peer(folder: &Path, faces: usize, ours: &Run, arguments: &SdfBench) -> Result<PeerRun, Failure> {
