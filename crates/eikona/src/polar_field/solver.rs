@@ -273,7 +273,7 @@ impl Solver {
             preparation: self.phases.clone(),
             closure: values.closure,
             energy: bevel.energy(&phased.theta),
-            printed_energy: [50.0, 1.0].map(|factor| bevel.printed_energy(&phased.theta, factor)),
+            printed_energy: bevel.printed_energies(&phased.theta, [50.0, 1.0]),
             measured: problem.prescribed.iter().map(measured).collect(),
             aliased: aliased
                 .iter()

@@ -120,17 +120,21 @@ impl BeveledMesh {
 
     /// Returns the term of a flap with this factor of jumps. The flap of a boundary edge is a face.
     fn flap(&self, h: Halfedge, factor: f64, theta: &Rotation) -> [f64; 2] {
+        let (gradients, jump) = self.flap_parts(h, theta);
+        [gradients.re, gradients.im + factor * jump]
+    }
+
+    /// Returns the integral of the gradients of a flap, and that of its jump, which is across the
+    /// edge.
+    fn flap_parts(&self, h: Halfedge, theta: &Rotation) -> (Complex, f64) {
         let of_face = |h: Halfedge, is_twin: bool| {
             let (turn, area) = self.to_flap(h, is_twin);
             self.gradient(h.face(), theta) * turn * area
         };
-        let mut sum = of_face(h, false);
-        if let Some(twin) = self.twin[h] {
-            let length = self.triangles[h.face().index()].lengths[h.side()];
-            sum += of_face(twin, true);
-            sum.im += 0.5 * factor * length * (theta.jump[h] - theta.jump[twin]);
-        }
-        [sum.re, sum.im]
+        let own = of_face(h, false);
+        let Some(twin) = self.twin[h] else { return (own, 0.0) };
+        let length = self.triangles[h.face().index()].lengths[h.side()];
+        (own + of_face(twin, true), 0.5 * length * (theta.jump[h] - theta.jump[twin]))
     }
 
     /// Returns the weight of a term.
@@ -220,13 +224,17 @@ impl BeveledMesh {
         self.terms(Smoothness::Split).map(of_term).sum()
     }
 
-    /// Returns the printed energy of a rotation, with this factor of jumps.
-    pub fn printed_energy(&self, theta: &Rotation, factor: f64) -> f64 {
-        let of_flap = |h: Halfedge| {
-            let [a, b] = self.flap(h, factor, theta);
-            self.weight(Term::Flap(h)) * (a * a + b * b)
-        };
-        self.flaps().map(of_flap).sum()
+    /// Returns the printed energy of a rotation, for several factors of jumps.
+    pub fn printed_energies<const N: usize>(&self, theta: &Rotation, factors: [f64; N]) -> [f64; N] {
+        let mut sums = [0.0; N];
+        for h in self.flaps() {
+            let (gradients, jump) = self.flap_parts(h, theta);
+            let weight = self.weight(Term::Flap(h));
+            for (sum, factor) in sums.iter_mut().zip(factors) {
+                *sum += weight * (gradients.re.powi(2) + (gradients.im + factor * jump).powi(2));
+            }
+        }
+        sums
     }
 }
 
@@ -264,7 +272,7 @@ mod tests {
         };
         let theta = bevel.differences(&bevel.halfedges().map(value).collect::<Vec<f64>>());
         let expected = 3.0 * 1.2 * 13.0;
-        for found in [bevel.energy(&theta), bevel.printed_energy(&theta, 50.0)] {
+        for found in [bevel.energy(&theta), bevel.printed_energies(&theta, [50.0])[0]] {
             assert!((found - expected).abs() < 1e-10, "{found} instead of {expected}");
         }
     }
