@@ -16,9 +16,20 @@ fn examples(help: &str) -> Vec<String> {
 #[test]
 fn the_examples_in_every_help_text_work() {
     let mut ran = 0;
-    for verb in
-        ["sdf", "winding", "inspect", "make", "render", "demo", "bench", "bench sdf", "bench winding", ""]
-    {
+    for verb in [
+        "sdf",
+        "winding",
+        "inspect",
+        "make",
+        "render",
+        "demo",
+        "bench",
+        "bench sdf",
+        "bench winding",
+        "bench field",
+        "field",
+        "",
+    ] {
         let folder = Folder::new();
         folder.write("distance.ply", ""); // overwritten by the examples
         let help = folder.done(&format!("{verb} --help"));
@@ -62,6 +73,7 @@ fn every_command_writes_a_report() {
         ("winding", "winding t.ply --curve c.json -o w.npy"),
         ("bench", "bench sdf --faces 300 --repeats 1"),
         ("bench", "bench winding --faces 300"),
+        ("bench", "bench field --faces 300"),
     ] {
         folder.done(&format!("{command} --report r.json"));
         let report = folder.json("r.json");
@@ -217,6 +229,21 @@ fn the_benchmark_measures_winding_numbers() {
             assert!(run["phases"].as_array().unwrap().len() > 5);
         }
     }
+}
+
+#[test]
+fn the_benchmark_measures_fields() {
+    let folder = Folder::new();
+    let text = folder.done("bench field --faces 3000 --threads 2 --json").text();
+    let bench: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let [run] = bench["runs"].as_array().unwrap().as_slice() else { panic!("one size") };
+    assert_eq!(run["threads"], 2);
+    assert!(run["residual"].as_f64().unwrap() < 1e-10, "{run}");
+    assert_eq!(run["edits"].as_array().unwrap().len(), 3, "{run}");
+    assert!(run["automatic_singularities"].as_u64().unwrap() > 0, "{run}");
+    let table = folder.done("bench field --faces 300").text();
+    assert!(table.contains("one singularity moved: vertex"), "{table}");
+    folder.refused("bench field --faces 300 --peer libigl --python no-such-python", 1, &["--python PATH"]);
 }
 
 #[test]

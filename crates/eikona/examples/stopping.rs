@@ -8,7 +8,7 @@
 use eikona::contour::plane_cut;
 use eikona::mesh::{SurfaceCurves, TriangleMesh, shapes};
 use eikona::numeric::observed;
-use eikona::{signed_heat, winding};
+use eikona::{polar_field, signed_heat, winding};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
@@ -34,6 +34,7 @@ fn main() {
         measure(&format!("signed heat, {threads} threads"), stops, || distance(&torus, &curves, threads));
     }
     measure("winding numbers", stops, || labels(&torus, &curves));
+    measure("polar fields", stops, || directions(&torus));
 }
 
 /// Returns whether the solve was finished.
@@ -46,6 +47,16 @@ fn distance(mesh: &TriangleMesh, curves: &SurfaceCurves, threads: usize) -> bool
 fn labels(mesh: &TriangleMesh, curves: &SurfaceCurves) -> bool {
     let solver = winding::Solver::new(mesh, &Default::default());
     solver.and_then(|solver| solver.solve(curves, &Default::default())).is_ok()
+}
+
+fn directions(mesh: &TriangleMesh) -> bool {
+    let solve = || {
+        let solver = polar_field::Solver::new(mesh, &Default::default())?;
+        let found = solver.automatic(&Default::default())?;
+        let options = polar_field::FieldOptions::default().with_generators(found.generators);
+        solver.solve(&found.singularities, &options)
+    };
+    solve().is_ok()
 }
 
 /// Stops the work at evenly spaced times and prints the delays.

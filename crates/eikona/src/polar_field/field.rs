@@ -3,7 +3,7 @@
 use crate::polar_field::bevel::{BeveledMesh, Cycle, Rotation, wrapped};
 use crate::polar_field::domain::Domain;
 use eikona_mesh::{Face, FaceField, Halfedge};
-use eikona_numeric::{Complex, Scalar};
+use eikona_numeric::{Complex, NumericError, Scalar, check_step};
 use std::f64::consts::TAU;
 
 /// A rotation with the phase at the first corner of each component.
@@ -31,10 +31,11 @@ impl Values {
         scales: &[f64],
         powers: FaceField<u32>,
         degree: u32,
-    ) -> Values {
+    ) -> Result<Values, NumericError> {
         let n = f64::from(degree);
         let mut phase = vec![0.0; bevel.mesh.halfedge_count()];
-        for &face in &homology.order {
+        for (step, &face) in homology.order.iter().enumerate() {
+            check_step(step)?;
             let first = homology.entry[face.index()].unwrap_or(face.halfedge(0));
             match homology.entry[face.index()] {
                 Some(h) => {
@@ -49,16 +50,19 @@ impl Values {
         }
         let mut closure = 0.0f64;
         for h in bevel.halfedges() {
+            check_step(h.index())?;
             let along = phase[h.next().index()] - phase[h.index()] - theta.split[h];
             closure = closure.max(wrapped(along).abs());
         }
         for (h, twin) in bevel.interior() {
+            check_step(h.index())?;
             let across = theta.jump[h] + n * connection.jump[h];
             let difference = phase[h.index()] - phase[twin.next().index()] - across;
             closure = closure.max(wrapped(difference).abs());
         }
         let mut base = vec![Complex::ZERO; phase.len()];
         for face in bevel.mesh.faces() {
+            check_step(face.index())?;
             let m = f64::from(powers[face]);
             let mut angle = phase[face.halfedge(0).index()] / m;
             for h in [0, 1, 2].map(|k| face.halfedge(k)) {
@@ -66,7 +70,7 @@ impl Values {
                 angle += theta.split[h] / m;
             }
         }
-        Values { base, powers, closure }
+        Ok(Values { base, powers, closure })
     }
 
     /// Returns the N-th power of the field at a point of a face, in the layout of the face.
@@ -106,17 +110,19 @@ impl Values {
         connection: &Rotation,
         curvature: impl Fn(Cycle) -> f64,
         degree: u32,
-    ) -> Vec<(Cycle, i64)> {
+    ) -> Result<Vec<(Cycle, i64)>, NumericError> {
         let mut seen = bevel.zero();
         for h in bevel.halfedges() {
+            check_step(h.index())?;
             seen.split[h] = self.turn(h);
         }
         for (h, twin) in bevel.interior() {
+            check_step(h.index())?;
             seen.jump[h] = self.jump(h, twin, connection, degree);
         }
         let sums = bevel.sums(&seen);
         let index = |c: Cycle| ((sums[c] + f64::from(degree) * curvature(c)) / TAU).round() as i64;
-        bevel.cycles().map(|c| (c, index(c))).collect()
+        Ok(bevel.cycles().map(|c| (c, index(c))).collect())
     }
 }
 

@@ -6,6 +6,7 @@
 
 use crate::polar_field::bevel::{BeveledMesh, Rotation};
 use eikona_mesh::{Edge, EdgeField, Face, Halfedge, UnionFind, Vertex};
+use eikona_numeric::{NumericError, check_step, check_stopped};
 use std::collections::VecDeque;
 use std::f64::consts::PI;
 
@@ -61,17 +62,21 @@ impl Generator {
 
 impl Homology {
     /// Finds two generators per handle.
-    pub fn of(bevel: &BeveledMesh) -> Homology {
+    pub fn of(bevel: &BeveledMesh) -> Result<Homology, NumericError> {
         let mesh = &bevel.mesh;
         let mut crossed = EdgeField::constant(mesh.edge_count(), false);
-        let (order, entry) = face_tree(bevel, &mut crossed);
+        let (order, entry) = face_tree(bevel, &mut crossed)?;
         let attachment: Vec<Halfedge> =
             bevel.topology.boundary_loops.iter().map(|boundary| boundary.halfedges[0]).collect();
         attachment.iter().for_each(|&h| crossed[mesh.edge(h)] = true);
-        let (tree, left) = vertex_tree(bevel, &crossed);
+        let (tree, left) = vertex_tree(bevel, &crossed)?;
         let mut homology = Homology { order, entry, attachment, generators: Vec::new() };
-        homology.generators = left.into_iter().map(|e| homology.generator(bevel, &tree, e)).collect();
-        homology
+        for e in left {
+            check_stopped()?;
+            let generator = homology.generator(bevel, &tree, e);
+            homology.generators.push(generator);
+        }
+        Ok(homology)
     }
 
     /// Closes the generator of a remaining edge.
@@ -133,7 +138,10 @@ fn twin_of(bevel: &BeveledMesh, h: Halfedge) -> Halfedge {
 }
 
 /// Grows a tree over the faces of each component, breadth first, and marks the edges it crosses.
-fn face_tree(bevel: &BeveledMesh, crossed: &mut EdgeField<bool>) -> (Vec<Face>, Vec<Option<Halfedge>>) {
+fn face_tree(
+    bevel: &BeveledMesh,
+    crossed: &mut EdgeField<bool>,
+) -> Result<(Vec<Face>, Vec<Option<Halfedge>>), NumericError> {
     let faces = bevel.mesh.face_count();
     let mut reached = vec![false; faces];
     let mut entry = vec![None; faces];
@@ -146,6 +154,7 @@ fn face_tree(bevel: &BeveledMesh, crossed: &mut EdgeField<bool>) -> (Vec<Face>, 
         order.push(root);
         let mut at = first;
         while let Some(&face) = order.get(at) {
+            check_step(at)?;
             at += 1;
             for h in [0, 1, 2].map(|k| face.halfedge(k)) {
                 let Some(twin) = bevel.twin[h] else { continue };
@@ -157,7 +166,7 @@ fn face_tree(bevel: &BeveledMesh, crossed: &mut EdgeField<bool>) -> (Vec<Face>, 
             }
         }
     }
-    (order, entry)
+    Ok((order, entry))
 }
 
 /// A spanning tree of the vertices: the edge to the parent and the distance from the root.
@@ -168,7 +177,10 @@ struct VertexTree {
 
 /// Grows the tree of vertices along edges that the tree of faces does not cross, boundary edges
 /// first. Also returns the edges in neither tree.
-fn vertex_tree(bevel: &BeveledMesh, crossed: &EdgeField<bool>) -> (VertexTree, Vec<Edge>) {
+fn vertex_tree(
+    bevel: &BeveledMesh,
+    crossed: &EdgeField<bool>,
+) -> Result<(VertexTree, Vec<Edge>), NumericError> {
     let mesh = &bevel.mesh;
     let mut sets = UnionFind::new(mesh.vertex_count());
     let mut neighbours: Vec<Vec<(Edge, Vertex)>> = vec![Vec::new(); mesh.vertex_count()];
@@ -176,6 +188,7 @@ fn vertex_tree(bevel: &BeveledMesh, crossed: &EdgeField<bool>) -> (VertexTree, V
     let free = || mesh.edges().filter(|&e| !crossed[e]);
     let on_boundary = |e: &Edge| mesh.is_boundary_edge(*e);
     for e in free().filter(on_boundary).chain(free().filter(|e| !on_boundary(e))) {
+        check_step(e.index())?;
         let [a, b] = mesh.edge_vertices(e);
         if sets.find(a.0) == sets.find(b.0) {
             left.push(e);
@@ -194,6 +207,7 @@ fn vertex_tree(bevel: &BeveledMesh, crossed: &EdgeField<bool>) -> (VertexTree, V
         tree.depth[root.index()] = 0;
         let mut queue = VecDeque::from([root]);
         while let Some(v) = queue.pop_front() {
+            check_step(v.index())?;
             for &(e, w) in &neighbours[v.index()] {
                 if tree.depth[w.index()] == u32::MAX {
                     tree.depth[w.index()] = tree.depth[v.index()] + 1;
@@ -203,7 +217,7 @@ fn vertex_tree(bevel: &BeveledMesh, crossed: &EdgeField<bool>) -> (VertexTree, V
             }
         }
     }
-    (tree, left)
+    Ok((tree, left))
 }
 
 impl VertexTree {

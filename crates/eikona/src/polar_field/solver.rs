@@ -70,9 +70,11 @@ impl Solver {
         phases.next("bevel")?;
         let bevel = BeveledMesh::new(&mesh, topology, triangles);
         check_stopped()?;
-        let homology = Homology::of(&bevel);
+        let homology = Homology::of(&bevel)?;
         check_stopped()?;
-        let (connection, curvature) = (bevel.connection(), bevel.curvature());
+        let connection = bevel.connection();
+        check_stopped()?;
+        let curvature = bevel.curvature();
         phases.next("factorisation")?;
         let resources = options.resources();
         let laplacian = CornerLaplacian::new(&bevel, options.smoothness, resources)?;
@@ -168,6 +170,7 @@ impl Solver {
         let mut phases = Phases::begin("prescription")?;
         let problem = Problem::new(&self.domain, singularities, options)?;
         let paths = paths(bevel, &options.guides, problem.degree)?;
+        check_stopped()?;
         let particular = problem.particular();
         phases.next("rotation")?;
         let near = targets(bevel, &problem.prescribed, |v| problem.around.vertex[v]);
@@ -180,10 +183,11 @@ impl Solver {
             let evaluate = |phased: &Phased| Ok(self.evaluated(&problem, phased, guess, |_| Ok(()))?.values);
             phased = following.turned(bevel, &self.laplacian, &near, phased.theta, evaluate)?;
         }
+        check_stopped()?;
         let residual = problem.correct(&mut phased.theta);
         let evaluated = self.evaluated(&problem, &phased, guess, |phase| phases.next(phase))?;
         let followed = following.followed(&evaluated.values);
-        let mut field = self.field(&problem, &phased, evaluated);
+        let mut field = self.field(&problem, &phased, evaluated)?;
         field.report.residual = residual;
         field.report.followed = followed;
         field.report.phases = phases.finish();
@@ -232,9 +236,9 @@ impl Solver {
         let phased = Phased { theta, start: vec![0.0; bevel.topology.components.len()] };
         let ones = FaceField::constant(bevel.mesh.face_count(), 1);
         let scales = vec![1.0; bevel.mesh.halfedge_count()];
-        let values = Values::new(&self.domain, &phased, &scales, ones, problem.degree);
+        let values = Values::new(&self.domain, &phased, &scales, ones, problem.degree)?;
         let evaluated = Evaluated { values, unplaced: Vec::new(), search: ScaleSearch::default() };
-        let mut field = self.field(&problem, &phased, evaluated);
+        let mut field = self.field(&problem, &phased, evaluated)?;
         field.report.residual = residual;
         field.report.phases = phases.finish();
         Ok(field)
@@ -255,16 +259,22 @@ impl Solver {
         let ties = ties(bevel, &problem.prescribed, &phased.theta, &powers);
         let (scales, search) = smoothest_scales(bevel, &self.laplacian, &ties.ties, guess)?;
         phase("integration")?;
-        let values = Values::new(&self.domain, phased, &scales, powers, problem.degree);
+        let values = Values::new(&self.domain, phased, &scales, powers, problem.degree)?;
         Ok(Evaluated { values, unplaced: ties.unplaced, search })
     }
 
     /// Measures the field and reports.
-    fn field(&self, problem: &Problem<'_>, phased: &Phased, evaluated: Evaluated) -> PolarField {
+    fn field(
+        &self,
+        problem: &Problem<'_>,
+        phased: &Phased,
+        evaluated: Evaluated,
+    ) -> Result<PolarField, NumericError> {
         let Domain { bevel, connection, curvature, .. } = &*self.domain;
         let Evaluated { values, unplaced, search } = evaluated;
         let n = f64::from(problem.degree);
-        let seen = values.measured(bevel, connection, |c| curvature[c], problem.degree);
+        let seen = values.measured(bevel, connection, |c| curvature[c], problem.degree)?;
+        check_stopped()?;
         let aliased: Vec<(Cycle, i64)> = seen.into_iter().filter(|&(c, i)| i != problem.turns[c]).collect();
         let measured = |s: &Prescribed| {
             aliased.iter().find(|(c, _)| *c == s.cycle).map_or(s.turns, |(_, i)| *i) as f64 / n
@@ -292,7 +302,7 @@ impl Solver {
             ..FieldReport::default()
         };
         let (domain, degree) = (self.domain.clone(), problem.degree);
-        PolarField { domain, values, degree, lowest_corners: search.active, report }
+        Ok(PolarField { domain, values, degree, lowest_corners: search.active, report })
     }
 }
 
