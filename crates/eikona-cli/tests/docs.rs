@@ -6,7 +6,8 @@ use run::Folder;
 use std::path::Path;
 
 /// The pages of the methods with the verb that each is about.
-const PAGES: [(&str, &str); 2] = [("signed-heat.md", "sdf"), ("winding.md", "winding")];
+const PAGES: [(&str, &str); 3] =
+    [("signed-heat.md", "sdf"), ("winding.md", "winding"), ("polar-fields.md", "field")];
 
 fn page(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(name);

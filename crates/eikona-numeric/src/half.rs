@@ -1,9 +1,10 @@
 //! Half solutions: what the forward sweep makes of a right-hand side.
 //!
-//! With `A = L L^H`, the half solution of `b` is `h(b) = L^-1 b`. Entries of the inverse follow from
-//! products, `c^H A^-1 b = h(c)^H h(b)`, and the solution itself from a backward sweep. The half
-//! solution of a sparse right-hand side is as short as its way to the root of the elimination tree,
-//! so that many of them can be kept. They are what a low-rank change of `A`, or a few constraints on
+//! With `A = L L^H`, the half solution of `b` is `h(b) = L^-1 b`. Entries of the inverse follow
+//! from products, `c^H A^-1 b = h(c)^H h(b)`, and the solution itself from a backward sweep. The
+//! half solution of a sparse right-hand side is as short as its way to the root of the elimination
+//! tree, so that many of them can be kept. They are what a low-rank change of `A`, or a few
+//! constraints on
 //! `x`, need.
 
 use crate::cholesky::Cholesky;

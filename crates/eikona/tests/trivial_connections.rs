@@ -106,9 +106,9 @@ fn singularities_off_vertices_are_refused() {
 
 #[test]
 fn energies_compare_as_in_the_specification() {
-    // A sphere of about 1400 faces, N = 1, vertex indices 3 and -1, energies split 10 / printed 50 /
-    // printed 1: smoothest 0.488 / 56.1 / 0.320, smoothest by the printed energy with a regularizer of
-    // 1: 0.650 / 35.7 / 0.457, trivial connection 1.364 / 341 / 0.136, all per face.
+    // A sphere of about 1400 faces, N = 1, vertex indices 3 and -1, energies split 10 / printed 50
+    // / printed 1: smoothest 0.488 / 56.1 / 0.320, smoothest by the printed energy with a
+    // regularizer of 1: 0.650 / 35.7 / 0.457, trivial connection 1.364 / 341 / 0.136, all per face.
     use eikona::polar_field::{Smoothness, SolverOptions};
     let mesh = damage::jitter(&shapes::geodesic_sphere(8).unwrap(), 0.2, 3).unwrap();
     let prescribed = [at(0, 3.0), at(300, -1.0)];
@@ -130,8 +130,8 @@ fn energies_compare_as_in_the_specification() {
     assert!(s[0] < r[0] && r[0] < t[0], "gradients and jumps apart");
     assert!(r[1] < s[1] && s[1] < t[1], "as printed");
     assert!(t[2] < s[2] && s[2] < r[2], "as printed, with a factor of 1");
-    // The figures of the specification are of another mesh and other places. Its regularized field had
-    // other targets.
+    // The figures of the specification are of another mesh and other places. Its regularized field
+    // had other targets.
     let known = [(s, [0.488, 56.1, 0.320]), (t, [1.364, 341.0, 0.136])];
     for (found, expected) in known.iter().flat_map(|(found, known)| found.iter().zip(known)) {
         assert!((0.8..1.25).contains(&(found / expected)), "{found} and {expected}");

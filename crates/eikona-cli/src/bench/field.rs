@@ -1,5 +1,5 @@
-//! `eikona bench field`: times polar fields with eight singularities of mixed kinds on a torus, edits
-//! of them, and an automatic field.
+//! `eikona bench field`: times polar fields with eight singularities of mixed kinds on a torus,
+//! edits of them, and an automatic field.
 
 use crate::bench::peer::{find_module, with_folder, write_doubles, write_mesh};
 use crate::bench::{megabytes, output_json, parse_faces, print_json, printed, this_program};

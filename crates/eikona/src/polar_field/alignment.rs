@@ -31,13 +31,14 @@ const PATIENCE: usize = 8;
 const SMALL: f64 = 1e-10;
 /// Directions with a shorter mean than this cancel.
 const OPPOSITE: f64 = 1e-6;
-/// A corner of a closed path may take a whole turn of the power if the power of the tangent turns by
-/// more than this there.
+/// A corner of a closed path may take a whole turn of the power if the power of the tangent turns
+/// by more than this there.
 const CORNER: f64 = 0.8 * PI;
 
 /// Bent runs of this length, relative to the root of the area of their face, have one station.
 const SHORT: f64 = 0.2;
-/// Squared length of pieces, relative to the area of their face, below which no firmer hold is taken.
+/// Squared length of pieces, relative to the area of their face, below which no firmer hold is
+/// taken.
 const SHORTEST: f64 = 1e-5;
 /// Derivatives of a phase that change by more than this are computed anew.
 const STALE: f64 = 0.1;

@@ -30,7 +30,8 @@ const MOST_STEPS: usize = 40;
 const TIMES: [f64; 3] = [1e-2, 2.5e-3, 6e-4];
 /// Most diffusions per time.
 const MOST_DIFFUSIONS: usize = 12;
-/// A diffusion that turns no face by more than this angle, in radians of the power, is the last one.
+/// A diffusion that turns no face by more than this angle, in radians of the power, is the last
+/// one.
 const STILL: f64 = 0.01;
 /// Size of the disturbance that breaks symmetries.
 const DISTURBANCE: f64 = 0.05;
@@ -38,10 +39,10 @@ const DISTURBANCE: f64 = 0.05;
 /// Returns the smoothest field of unit length, close to the targets.
 ///
 /// It starts with the field that minimises the squared differences across edges, times their length
-/// over the distance of the centroids, by one solve, or by inverse iteration if there are no targets.
-/// That field is short around places where the unit field would have several singularities of small
-/// index. Diffusions, each followed by normalisation (Viertel and Osting 2019), separate these, and
-/// remove pairs that are there for no reason.
+/// over the distance of the centroids, by one solve, or by inverse iteration if there are no
+/// targets. That field is short around places where the unit field would have several singularities
+/// of small index. Diffusions, each followed by normalisation (Viertel and Osting 2019), separate
+/// these, and remove pairs that are there for no reason.
 ///
 /// # Cost
 /// Four factorisations on the faces, and at most 76 solves.

@@ -81,8 +81,8 @@ impl Values {
         polar(base.norm().powf(m), m * base.arg())
     }
 
-    /// Returns the derivatives of the phase at a point of a face by the phases at its corners; `None`
-    /// where the field vanishes.
+    /// Returns the derivatives of the phase at a point of a face by the phases at its corners;
+    /// `None` where the field vanishes.
     pub fn phase_derivatives(&self, face: Face, weights: [f64; 3]) -> Option<[f64; 3]> {
         let parts = [0, 1, 2].map(|k| self.base[face.halfedge(k).index()] * weights[k]);
         let sum = parts.iter().fold(Complex::ZERO, |sum, part| sum + *part);

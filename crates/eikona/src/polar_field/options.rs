@@ -62,8 +62,8 @@ pub struct FieldOptions {
     pub generators: Vec<f64>,
     /// What the field follows: one of its directions is tangent to it. Default: nothing.
     pub guides: Vec<Guide>,
-    /// Weight of the guides: that of the squared error of the phase, averaged over a length equal to
-    /// the square root of the area, relative to the smoothness energy. It has the same effect at
+    /// Weight of the guides: that of the squared error of the phase, averaged over a length equal
+    /// to the square root of the area, relative to the smoothness energy. It has the same effect at
     /// every resolution. Default: `None`, the field follows exactly.
     pub guide_weight: Option<f64>,
 }

@@ -2,7 +2,8 @@
 //! multipliers.
 //!
 //! The entries of the inverse between corners are products of half solutions, one per corner. They
-//! do not depend on the prescription, so they are kept: an edit computes those of new elements only.
+//! do not depend on the prescription, so they are kept: an edit computes those of new elements
+//! only.
 
 use eikona_numeric::{
     Cholesky, Graph, HalfSolution, NumericError, Ordering, Symbolic, SymmetricMatrix, check_step,

@@ -42,7 +42,8 @@ impl Solver {
     /// # Errors
     /// [`PolarFieldError::NoFaces`], [`PolarFieldError::NonmanifoldEdge`],
     /// [`PolarFieldError::NonmanifoldVertex`], [`PolarFieldError::NotOrientable`],
-    /// [`PolarFieldError::FlatFace`], [`PolarFieldError::Regularizer`]; failures of the factorisation.
+    /// [`PolarFieldError::FlatFace`], [`PolarFieldError::Regularizer`]; failures of the
+    /// factorisation.
     ///
     /// # Cost
     /// A sparse factorisation on the corners: O(F^1.5) time, O(F log F) memory.
@@ -205,7 +206,8 @@ impl Solver {
     /// A factorisation on the vertices.
     ///
     /// # Reference
-    /// Keenan Crane, Mathieu Desbrun and Peter Schröder, *Trivial Connections on Discrete Surfaces*,
+    /// Keenan Crane, Mathieu Desbrun and Peter Schröder, *Trivial Connections on Discrete
+    /// Surfaces*,
     /// 2010.
     ///
     /// ```

@@ -2,8 +2,8 @@
 //!
 //! Deviation: the printed energy squares the sum of the gradients of two faces and their jump. The
 //! three may cancel, so that a rough field costs nothing: on a sphere of 596 faces 60 eigenvalues
-//! vanish where one should. By default gradients and jumps are squared apart; the printed form is an
-//! option, with a share of the squared rotation added.
+//! vanish where one should. By default gradients and jumps are squared apart; the printed form is
+//! an option, with a share of the squared rotation added.
 
 use crate::geometry::Triangle;
 use crate::polar_field::bevel::{BeveledMesh, Rotation};
@@ -188,8 +188,8 @@ impl BeveledMesh {
         }
     }
 
-    /// Iterates over the terms of an energy: those on faces, on edges, and others. Terms on faces and
-    /// edges are listed for targets even where the energy does not contain them.
+    /// Iterates over the terms of an energy: those on faces, on edges, and others. Terms on faces
+    /// and edges are listed for targets even where the energy does not contain them.
     pub fn terms(&self, smoothness: Smoothness) -> impl Iterator<Item = Term> + '_ {
         let edges = self.edges().map(|(h, _)| Term::Edge(h));
         let is_printed = matches!(smoothness, Smoothness::Printed { .. });
@@ -279,15 +279,15 @@ mod tests {
 
     #[test]
     fn a_gradient_and_a_jump_cancel_in_the_printed_energy_only() {
-        // A function that falls across a face by what it jumps at the edge: the integral over the flap
-        // vanishes, although the function is rough.
+        // A function that falls across a face by what it jumps at the edge: the integral over the
+        // flap vanishes, although the function is rough.
         let (_, bevel) = flat();
         let h = bevel.edges().next().unwrap().0;
         let triangle = &bevel.triangles[h.face().index()];
         let mut x = vec![0.0; 3 * bevel.triangles.len()];
         let height = 2.0 * triangle.area / triangle.lengths[h.side()];
-        // Zero at the far corner, s at the edge: gradient s / height away from the edge, times the area
-        // s length / 2; the jump from 0 to s times the length is twice that.
+        // Zero at the far corner, s at the edge: gradient s / height away from the edge, times the
+        // area s length / 2; the jump from 0 to s times the length is twice that.
         (x[h.index()], x[h.next().index()]) = (1.0, 1.0);
         let theta = bevel.differences(&x);
         let [re, im] = bevel.flap(h, 0.5, &theta);

@@ -1,6 +1,6 @@
 //! Trivial connections (Crane, Desbrun and Schröder 2010): the rotation from face to face with
-//! prescribed indices and the least square sum, without rotation inside faces. The field is constant
-//! in each face, and singular at vertices only.
+//! prescribed indices and the least square sum, without rotation inside faces. The field is
+//! constant in each face, and singular at vertices only.
 
 use crate::polar_field::bevel::{BeveledMesh, Cycle, Rotation};
 use crate::polar_field::domain::Domain;
@@ -16,8 +16,8 @@ use eikona_numeric::{
 
 /// Returns the rotation of the trivial connection.
 ///
-/// The one of least squares is a gradient on the vertices (a boundary loop counts as one vertex) plus
-/// a combination of the generators.
+/// The one of least squares is a gradient on the vertices (a boundary loop counts as one vertex)
+/// plus a combination of the generators.
 ///
 /// # Cost
 /// A factorisation on the vertices, and one solve per generator.
