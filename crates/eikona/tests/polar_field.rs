@@ -1,8 +1,11 @@
 //! Fields with prescribed singularities, checked on loops around them and at the singular points.
 
+mod plane;
+
 use eikona::mesh::random::Random;
 use eikona::mesh::{Face, SurfacePoint, TriangleMesh, Vertex, damage, shapes};
 use eikona::polar_field::{FieldOptions, Place, Singularity, Solver, SolverOptions};
+use plane::in_plane;
 
 /// A point inside an element of this kind, away from the boundary and from used elements.
 fn place(mesh: &TriangleMesh, kind: usize, random: &mut Random) -> Place {
@@ -25,20 +28,6 @@ fn place(mesh: &TriangleMesh, kind: usize, random: &mut Random) -> Place {
     }
 }
 
-/// Returns the surface point at a place in the plane of a flat mesh.
-fn in_plane(mesh: &TriangleMesh, x: f64, y: f64) -> SurfacePoint {
-    let weights = |f: Face| {
-        let [a, b, c] = mesh.face_positions(f);
-        let twice = |p: [f64; 3], q: [f64; 3]| (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x);
-        let parts = [twice(b, c), twice(c, a), twice(a, b)];
-        let whole: f64 = parts.iter().sum();
-        parts.map(|p| p / whole)
-    };
-    let least = |f: &Face| weights(*f).into_iter().fold(f64::INFINITY, f64::min);
-    let face = mesh.faces().max_by(|f, g| least(f).total_cmp(&least(g))).unwrap();
-    SurfacePoint::Face { vertices: mesh.face_vertices(face).map(|v| v.0), bary: weights(face) }
-}
-
 /// On a flat mesh the vectors can be compared directly: around each singularity they turn by its
 /// index, whatever is inside the loop.
 #[test]
@@ -51,9 +40,7 @@ fn vectors_turn_around_singular_points_of_a_flat_disk() {
         for turns in [1.0, -1.0, 2.0] {
             let index = turns / f64::from(degree);
             for (kind, centre) in [[0.3, 0.1], [-0.25, 0.3], [0.1, -0.4]].into_iter().enumerate() {
-                let SurfacePoint::Face { vertices, .. } = in_plane(&disk, centre[0], centre[1]) else {
-                    unreachable!()
-                };
+                let SurfacePoint::Face { vertices, .. } = in_plane(&disk, centre) else { unreachable!() };
                 let point = match kind {
                     0 => SurfacePoint::Vertex { vertex: vertices[0] },
                     1 => {
@@ -73,7 +60,7 @@ fn vectors_turn_around_singular_points_of_a_flat_disk() {
                     let angles: Vec<f64> = (0..500)
                         .map(|i| {
                             let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 500.0).sin_cos();
-                            let at = in_plane(&disk, x + radius * cos, y + radius * sin);
+                            let at = in_plane(&disk, [x + radius * cos, y + radius * sin]);
                             let vectors = field.vectors_at(at).unwrap();
                             assert_eq!(vectors.len(), degree as usize);
                             assert!(vectors.iter().all(|v| (v[0].hypot(v[1]) - 1.0).abs() < 1e-12));
