@@ -88,8 +88,8 @@ fn constant_fields_are_found_without_singularities() {
 }
 
 /// On the unit disk the smoothest angle around `s` is `arg(z - s) - arg(1 - conj(s) z)`: its normal
-/// derivative vanishes at the boundary. Returns the mean square deviation from it at distances above
-/// 0.25 from `s`, per turn.
+/// derivative vanishes at the boundary. Returns the mean square deviation from it at distances
+/// above 0.25 from `s`, per turn.
 fn off_the_harmonic_angle(disk: &TriangleMesh, field: &PolarField, turns: f64, [x, y]: [f64; 2]) -> f64 {
     let exact = |[u, v, _]: [f64; 3]| {
         // 1 - conj(s) z for z = u + i v.

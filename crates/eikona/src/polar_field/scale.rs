@@ -17,8 +17,8 @@ pub(crate) struct Tie {
     pub logs: Vec<(Halfedge, f64)>,
 }
 
-/// The ties of all singular faces and edges, and those of them in which no scale places the singular
-/// point.
+/// The ties of all singular faces and edges, and those of them in which no scale places the
+/// singular point.
 #[derive(Debug, Default)]
 pub(crate) struct Ties {
     pub ties: Vec<Tie>,

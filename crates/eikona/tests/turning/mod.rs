@@ -35,8 +35,8 @@ fn between(mesh: &TriangleMesh, f: Face, [from, to]: [Vertex; 2], t: f64) -> [f6
 }
 
 /// How far the N-th power turns in a face on a straight way, in radians. The way is halved until no
-/// turn can be missed: the power is that of a linear field, whose change follows from its lengths at
-/// the ends and in the middle (parallelogram law).
+/// turn can be missed: the power is that of a linear field, whose change follows from its lengths
+/// at the ends and in the middle (parallelogram law).
 fn turn_inside(field: &PolarField, f: Face, from: [f64; 3], to: [f64; 3]) -> f64 {
     let m = f64::from(field.power_of_face(f));
     let values = [from, to].map(|p| field.power_at(f, p));
