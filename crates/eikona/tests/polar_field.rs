@@ -99,19 +99,31 @@ fn prescriptions_that_can_not_be_met_are_refused() {
     );
     let message = fault(&[at(0, 0.3)], 4);
     assert!(
-        message.contains("singularity 0 has index 0.3, which is not a whole multiple of 1/4"),
+        message.contains(
+            "singularity 0 has index 0.3, which is not a whole multiple of 1/4; choose 0.25 or 0.5"
+        ),
         "{message}"
     );
     assert!(fault(&[at(0, f64::NAN)], 4).contains("singularity 0 has index NaN"));
+    assert!(fault(&[at(0, -1e9)], 4).contains("choose one of at most 1000000/4 in magnitude"));
+    // Three decimals of a third are a third.
+    let thirds = FieldOptions::default().with_degree(3);
+    assert!(solver.solve(&[at(0, 0.333), at(5, 1.667)], &thirds).unwrap().report.residual < 1e-10);
     assert!(
         fault(&[at(7, 1.0), at(7, 1.0)], 1).contains("singularity 1 is on vertex 7, which has another one")
     );
-    assert!(fault(&[at(100_000, 2.0)], 1).contains("point 0"));
+    assert!(fault(&[at(100_000, 2.0)], 1).contains("singularity 0: vertex 100000 does not exist"));
     assert!(fault(&[at(0, 2.0)], 0).contains("N = 0 is out of range"));
     let ring = Singularity { place: Place::Boundary(0), index: 0.0 };
-    assert!(fault(&[ring], 1).contains("there are 0 loops"));
+    assert!(fault(&[ring], 1).contains("the mesh has 0 boundary loops"));
     let options = FieldOptions::default().with_generators(vec![1.0]);
-    assert!(solver.solve(&[at(0, 2.0)], &options).unwrap_err().to_string().contains("has 0 generators"));
+    assert!(
+        solver
+            .solve(&[at(0, 2.0)], &options)
+            .unwrap_err()
+            .to_string()
+            .contains("1 index is given for homology generators, but the surface has 0 generators")
+    );
 
     let fault = |mesh: &TriangleMesh| Solver::new(mesh, &SolverOptions::default()).unwrap_err().to_string();
     let band = shapes::moebius_band(1.0, 0.5, 20, 3).unwrap();
