@@ -199,7 +199,7 @@ fn singularities_that_can_not_be_placed_are_warned_of() {
     let command = "field s.obj --singularities s.json -o f.rawfield --report r.json";
     folder.warned(
         command,
-        &["1 singularity is not exactly at the wanted point (first: in face 0)", "move it away"],
+        &["1 singularity is not exactly at the wanted point (first: in face 0)", "away, or refine"],
     );
     assert_eq!(folder.json("r.json")["result"]["unplaced"], serde_json::json!(["face 0"]));
 }

@@ -140,6 +140,21 @@ fn prescriptions_that_can_not_be_met_are_refused() {
     assert!(message.contains("which is on the boundary; move it inside"), "{message}");
 }
 
+/// Found by fuzzing: the scales of such a power overflow, except at the centre.
+#[test]
+fn huge_indices_are_unplaced_instead_of_infinite() {
+    let torus = shapes::torus(1.0, 0.4, 6, 4).unwrap();
+    let solver = Solver::new(&torus, &SolverOptions::default()).unwrap();
+    let at = |face: usize, bary: [f64; 3], index: f64| {
+        let vertices = torus.triangles()[face];
+        Singularity { place: Place::Point(SurfacePoint::Face { vertices, bary }), index }
+    };
+    let given = [at(0, [0.5, 0.25, 0.25], 1200.0), at(30, [0.2, 0.3, 0.5], -1200.0)];
+    let field = solver.solve(&given, &FieldOptions::default().with_degree(1)).unwrap();
+    assert_eq!(field.report.unplaced, ["face 0", "face 30"]);
+    assert!(torus.faces().all(|f| field.power_at(f, [0.2, 0.5, 0.3]).re.is_finite()));
+}
+
 /// From one face to the other, the N-th power turns by exactly half a turn per unit of its index at
 /// the singular point of an edge.
 #[test]

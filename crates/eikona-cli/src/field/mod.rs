@@ -150,8 +150,8 @@ fn solve(
     }
     if let Some(first) = report.unplaced.first() {
         let sentence = format!(
-            "{} exactly at the wanted point (first: in {first}), too close to others; move it away, or refine the \
-             mesh there",
+            "{} exactly at the wanted point (first: in {first}), too close to others or of too large an index; move \
+             it away, or refine the mesh there",
             counted(report.unplaced.len(), "singularity is not", "singularities are not")
         );
         session.warn(Warned::new("unplaced_singularities", sentence).with("count", report.unplaced.len()));
