@@ -7,7 +7,7 @@ mod plane;
 use eikona::mesh::shapes;
 use eikona::mesh::{Face, Halfedge, SurfacePoint, TriangleMesh, Vertex, damage};
 use eikona::polar_field::{FieldOptions, Place, PolarField, Singularity, Solver, SolverOptions};
-use frames::{angle_in_face, sub, wrapped};
+use frames::{angle_in_face, dot, sub, wrapped};
 use plane::in_plane;
 
 fn solve(mesh: &TriangleMesh, given: &[Singularity], degree: u32) -> PolarField {
@@ -58,8 +58,8 @@ fn renumbered(given: &[Singularity], number: impl Fn(u32) -> u32) -> Vec<Singula
 }
 
 /// A field relative to the first side of each face of a mesh: the angle of its N-th power at a
-/// point of the face. `corner` gives the corner of the field's mesh for each corner of that mesh; if the
-/// faces of one are flipped, angles are measured the other way round.
+/// point of the face. `corner` gives the corner of the field's mesh for each corner of that mesh;
+/// if the faces of one are flipped, angles are measured the other way round.
 fn angles(field: &PolarField, mesh: &TriangleMesh, corner: impl Fn(Halfedge) -> Halfedge) -> Vec<f64> {
     let weights = [0.2, 0.5, 0.3];
     let of_face = |f: Face| {
@@ -79,6 +79,7 @@ fn angles(field: &PolarField, mesh: &TriangleMesh, corner: impl Fn(Halfedge) -> 
 /// The largest difference of two fields, after the best rotation of all directions by one angle.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| wrapped(a - b)).collect();
+    assert!(!differences.is_empty() && differences.iter().all(|d| d.is_finite()));
     let off: Vec<f64> = differences.iter().map(|d| wrapped(d - differences[0])).collect();
     let (low, high) = off.iter().fold((0.0, 0.0), |(low, high): (f64, f64), d| (low.min(*d), high.max(*d)));
     0.5 * (high - low)
@@ -114,15 +115,19 @@ fn position_and_size_do_not_matter() {
     let (mesh, given) = scene(degree);
     let before = angles(&solve(&mesh, &given, degree), &mesh, |h| h);
     let (sin, cos) = 0.7f64.sin_cos();
-    for (scale, shift) in [(1.0, 100.0), (1e-8, 0.0), (1e8, 0.0), (1e-150, 0.0), (1e150, 0.0)] {
+    for (scale, shift) in [(1.0, 100.0), (1e-8, 0.0), (1e8, 0.0), (1e-200, 0.0), (1e200, 0.0)] {
         let moved = |p: &[f64; 3]| {
             let [x, y, z] = *p;
             let [y, z] = [cos * y - sin * z, sin * y + cos * z];
             [cos * x - sin * z, y, sin * x + cos * z].map(|x| scale * (x + shift))
         };
         let mesh = mesh.with_positions(mesh.positions().iter().map(moved).collect()).unwrap();
-        let distance = distance(&before, &angles(&solve(&mesh, &given, degree), &mesh, |h| h));
+        let field = solve(&mesh, &given, degree);
+        let distance = distance(&before, &angles(&field, &mesh, |h| h));
         assert!(distance < 1e-9, "{scale:e}: {distance:e}");
+        for vector in field.vectors_at(SurfacePoint::Vertex { vertex: 5 }).unwrap() {
+            assert!((dot(vector, vector) - 1.0).abs() < 1e-12, "{scale:e}: {vector:?}");
+        }
     }
 }
 

@@ -25,7 +25,10 @@ pub fn wrapped(angle: f64) -> f64 {
 /// The angle of a vector in the frame of a face, whose first axis is its first side.
 pub fn angle_in_face(mesh: &TriangleMesh, f: Face, v: Vector) -> f64 {
     let [a, b, c] = mesh.face_positions(f);
-    let (along, normal) = (sub(b, a), cross(sub(b, a), sub(c, a)));
+    // Products of tiny or huge lengths would leave the range.
+    let scaled = |v: Vector| v.map(|x| x / v.iter().fold(0.0, |m: f64, x| m.max(x.abs())));
+    let (along, v) = (scaled(sub(b, a)), scaled(v));
+    let normal = cross(along, scaled(sub(c, a)));
     let across = cross(normal, along).map(|x| x / dot(normal, normal).sqrt());
     dot(v, across).atan2(dot(v, along))
 }
