@@ -1,9 +1,11 @@
 //! Errors of polar field solves.
 
-use crate::polar_field::singularity::MOST_TURNS;
 use eikona_mesh::{CurveError, Edge, Face, Vertex, counted};
 use eikona_numeric::NumericError;
 use thiserror::Error;
+
+/// Largest accepted index times N.
+pub(crate) const MOST_TURNS: f64 = 1e6;
 
 /// Why no field could be computed.
 #[derive(Debug, Error)]

@@ -1,7 +1,7 @@
 //! Prescribed indices: where the field turns, and how often.
 
 use crate::polar_field::bevel::{BeveledMesh, Cycle, PerCycle};
-use crate::polar_field::error::PolarFieldError;
+use crate::polar_field::error::{MOST_TURNS, PolarFieldError};
 use eikona_mesh::{Located, SurfacePoint};
 
 /// An element around which the field turns.
@@ -34,8 +34,6 @@ pub(crate) struct Prescribed {
     pub turns: i64,
 }
 
-/// Largest accepted index times N.
-pub(crate) const MOST_TURNS: f64 = 1e6;
 /// Largest accepted deviation of an index times N from a whole number, so that 0.333 is a third.
 const ROUNDED: f64 = 0.01;
 
