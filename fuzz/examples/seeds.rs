@@ -57,6 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     write_choice_seeds(&root.join("solve"))?;
     write_choice_seeds(&root.join("winding"))?;
+    write_choice_seeds(&root.join("polar_field"))?;
     write_curve_seeds(&root.join("curves"))
 }
 

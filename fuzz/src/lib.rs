@@ -3,6 +3,7 @@
 
 pub mod choices;
 pub mod curves;
+pub mod polar_field;
 pub mod readers;
 pub mod solve;
 pub mod winding;

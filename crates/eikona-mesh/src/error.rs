@@ -279,7 +279,7 @@ pub enum CurveError {
         vertices: [u32; 2],
     },
     /// Three vertices that are not the corners of a face.
-    #[error("vertices {}, {} and {} are not the corners of a face", vertices[0], vertices[1], vertices[2])]
+    #[error("vertices {}, {} and {} are not the corners of a face; name the three corners of one", vertices[0], vertices[1], vertices[2])]
     NoSuchFace {
         /// The vertices as given.
         vertices: [u32; 3],

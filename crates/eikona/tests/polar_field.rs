@@ -1,8 +1,11 @@
 //! Fields with prescribed singularities, checked on loops around them and at the singular points.
 
+mod plane;
+
 use eikona::mesh::random::Random;
 use eikona::mesh::{Face, SurfacePoint, TriangleMesh, Vertex, damage, shapes};
 use eikona::polar_field::{FieldOptions, Place, Singularity, Solver, SolverOptions};
+use plane::in_plane;
 
 /// A point inside an element of this kind, away from the boundary and from used elements.
 fn place(mesh: &TriangleMesh, kind: usize, random: &mut Random) -> Place {
@@ -25,20 +28,6 @@ fn place(mesh: &TriangleMesh, kind: usize, random: &mut Random) -> Place {
     }
 }
 
-/// Returns the surface point at a place in the plane of a flat mesh.
-fn in_plane(mesh: &TriangleMesh, x: f64, y: f64) -> SurfacePoint {
-    let weights = |f: Face| {
-        let [a, b, c] = mesh.face_positions(f);
-        let twice = |p: [f64; 3], q: [f64; 3]| (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x);
-        let parts = [twice(b, c), twice(c, a), twice(a, b)];
-        let whole: f64 = parts.iter().sum();
-        parts.map(|p| p / whole)
-    };
-    let least = |f: &Face| weights(*f).into_iter().fold(f64::INFINITY, f64::min);
-    let face = mesh.faces().max_by(|f, g| least(f).total_cmp(&least(g))).unwrap();
-    SurfacePoint::Face { vertices: mesh.face_vertices(face).map(|v| v.0), bary: weights(face) }
-}
-
 /// On a flat mesh the vectors can be compared directly: around each singularity they turn by its
 /// index, whatever is inside the loop.
 #[test]
@@ -51,9 +40,7 @@ fn vectors_turn_around_singular_points_of_a_flat_disk() {
         for turns in [1.0, -1.0, 2.0] {
             let index = turns / f64::from(degree);
             for (kind, centre) in [[0.3, 0.1], [-0.25, 0.3], [0.1, -0.4]].into_iter().enumerate() {
-                let SurfacePoint::Face { vertices, .. } = in_plane(&disk, centre[0], centre[1]) else {
-                    unreachable!()
-                };
+                let SurfacePoint::Face { vertices, .. } = in_plane(&disk, centre) else { unreachable!() };
                 let point = match kind {
                     0 => SurfacePoint::Vertex { vertex: vertices[0] },
                     1 => {
@@ -73,7 +60,7 @@ fn vectors_turn_around_singular_points_of_a_flat_disk() {
                     let angles: Vec<f64> = (0..500)
                         .map(|i| {
                             let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 500.0).sin_cos();
-                            let at = in_plane(&disk, x + radius * cos, y + radius * sin);
+                            let at = in_plane(&disk, [x + radius * cos, y + radius * sin]);
                             let vectors = field.vectors_at(at).unwrap();
                             assert_eq!(vectors.len(), degree as usize);
                             assert!(vectors.iter().all(|v| (v[0].hypot(v[1]) - 1.0).abs() < 1e-12));
@@ -112,19 +99,31 @@ fn prescriptions_that_can_not_be_met_are_refused() {
     );
     let message = fault(&[at(0, 0.3)], 4);
     assert!(
-        message.contains("singularity 0 has index 0.3, which is not a whole multiple of 1/4"),
+        message.contains(
+            "singularity 0 has index 0.3, which is not a whole multiple of 1/4; choose 0.25 or 0.5"
+        ),
         "{message}"
     );
     assert!(fault(&[at(0, f64::NAN)], 4).contains("singularity 0 has index NaN"));
+    assert!(fault(&[at(0, -1e9)], 4).contains("choose one of at most 1000000/4 in magnitude"));
+    // Three decimals of a third are a third.
+    let thirds = FieldOptions::default().with_degree(3);
+    assert!(solver.solve(&[at(0, 0.333), at(5, 1.667)], &thirds).unwrap().report.residual < 1e-10);
     assert!(
         fault(&[at(7, 1.0), at(7, 1.0)], 1).contains("singularity 1 is on vertex 7, which has another one")
     );
-    assert!(fault(&[at(100_000, 2.0)], 1).contains("point 0"));
+    assert!(fault(&[at(100_000, 2.0)], 1).contains("singularity 0: vertex 100000 does not exist"));
     assert!(fault(&[at(0, 2.0)], 0).contains("N = 0 is out of range"));
     let ring = Singularity { place: Place::Boundary(0), index: 0.0 };
-    assert!(fault(&[ring], 1).contains("there are 0 loops"));
+    assert!(fault(&[ring], 1).contains("the mesh has 0 boundary loops"));
     let options = FieldOptions::default().with_generators(vec![1.0]);
-    assert!(solver.solve(&[at(0, 2.0)], &options).unwrap_err().to_string().contains("has 0 generators"));
+    assert!(
+        solver
+            .solve(&[at(0, 2.0)], &options)
+            .unwrap_err()
+            .to_string()
+            .contains("1 index is given for homology generators, but the surface has 0 generators")
+    );
 
     let fault = |mesh: &TriangleMesh| Solver::new(mesh, &SolverOptions::default()).unwrap_err().to_string();
     let band = shapes::moebius_band(1.0, 0.5, 20, 3).unwrap();
@@ -139,6 +138,21 @@ fn prescriptions_that_can_not_be_met_are_refused() {
     let rim = (0..disk.vertex_count() as u32).find(|v| disk.is_boundary_vertex(Vertex(*v))).unwrap();
     let message = solver.solve(&[at(rim, 1.0)], &FieldOptions::default()).unwrap_err().to_string();
     assert!(message.contains("which is on the boundary; move it inside"), "{message}");
+}
+
+/// Found by fuzzing: the scales of such a power overflow, except at the centre.
+#[test]
+fn huge_indices_are_unplaced_instead_of_infinite() {
+    let torus = shapes::torus(1.0, 0.4, 6, 4).unwrap();
+    let solver = Solver::new(&torus, &SolverOptions::default()).unwrap();
+    let at = |face: usize, bary: [f64; 3], index: f64| {
+        let vertices = torus.triangles()[face];
+        Singularity { place: Place::Point(SurfacePoint::Face { vertices, bary }), index }
+    };
+    let given = [at(0, [0.5, 0.25, 0.25], 1200.0), at(30, [0.2, 0.3, 0.5], -1200.0)];
+    let field = solver.solve(&given, &FieldOptions::default().with_degree(1)).unwrap();
+    assert_eq!(field.report.unplaced, ["face 0", "face 30"]);
+    assert!(torus.faces().all(|f| field.power_at(f, [0.2, 0.5, 0.3]).re.is_finite()));
 }
 
 /// From one face to the other, the N-th power turns by exactly half a turn per unit of its index at

@@ -1,6 +1,7 @@
 //! Random prescriptions: fields turn as often as prescribed, measured from their values around
 //! every element of the mesh and on loops at a distance from the singularities.
 
+mod frames;
 mod turning;
 
 use eikona::mesh::random::Random;

@@ -203,8 +203,8 @@ fn solve(
     if let Some(first) = report.aliased.iter().find(|a| a.prescribed != 0.0).or(report.aliased.first()) {
         let sentence = format!(
             "{} where the field turns by more than half a turn of its power from face to face (first: {}, whose \
-             index {} is seen as {}, with the rest at edges beside it); move a singularity from the vertex into a \
-             face, or spread it over several points",
+             index {} is seen as {}, with the rest at edges beside it); move large indices from vertices into faces, \
+             or spread them over several points",
             counted(report.aliased.len(), "element is aliased,", "elements are aliased,"),
             first.element,
             first.prescribed,
@@ -214,8 +214,9 @@ fn solve(
     }
     if let Some(first) = report.unplaced.first() {
         let sentence = format!(
-            "{} whose singular point could not be placed inside it (first: {first}); refine the mesh there",
-            counted(report.unplaced.len(), "edge", "edges")
+            "{} exactly at the wanted point (first: in {first}), too close to others or of too large an index; move \
+             it away, or refine the mesh there",
+            counted(report.unplaced.len(), "singularity is not", "singularities are not")
         );
         session.warn(Warned::new("unplaced_singularities", sentence).with("count", report.unplaced.len()));
     }
@@ -237,6 +238,7 @@ fn solve(
             ("largest_power", json!(report.largest_power)),
             ("scale_rounds", json!(report.scale_rounds)),
             ("scales_at_bound", json!(report.scales_at_bound)),
+            ("scales_gave_up", json!(report.scales_gave_up)),
             ("generators", json!(solver.generator_count())),
             ("cycles", json!(prescription.generators)),
             ("followed", json!(report.followed.iter().map(followed).collect::<Vec<_>>())),

@@ -3,14 +3,14 @@
 use crate::exit::Failure;
 use crate::input::MeshInput;
 use eikona::polar_field::{Place, Singularity};
-use eikona_mesh::SurfacePoint;
+use eikona_mesh::{CurveError, FileError, SurfacePoint};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
 /// One entry of a list, read key by key, so that the error names a wrong key.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object such as {\"vertex\": 3, \"index\": 0.25}")]
 struct Entry {
     vertex: Option<u32>,
     edge: Option<[u32; 2]>,
@@ -78,9 +78,7 @@ pub fn read_points(path: &Path, input: &MeshInput) -> Result<Vec<SurfacePoint>, 
         let wrong = |problem: String| Failure::Input(format!("{}: entry {i}: {problem}", path.display()));
         match entry.point() {
             Some(point) if entry.boundary.is_none() && entry.index.is_none() => {
-                let point = on_mesh(point, input).map_err(wrong)?;
-                point.locate(&input.mesh).map_err(|e| wrong(e.to_string()))?;
-                Ok(point)
+                on_mesh(point, input).map_err(wrong)
             }
             _ => Err(wrong(format!("a point is {FORMS}, with exactly these keys"))),
         }
@@ -93,29 +91,51 @@ pub fn read_indices(path: &Path) -> Result<Vec<f64>, Failure> {
     read(path)
 }
 
-/// Converts a point from the numbers of the file to those of the mesh.
+/// Converts a point from the numbers of the file to those of the mesh, and checks that it is there.
 fn on_mesh(point: SurfacePoint, input: &MeshInput) -> Result<SurfacePoint, String> {
     input.check_of_file(point)?;
-    Ok(input.renumber(point))
+    let on_mesh = input.renumber(point);
+    match (on_mesh.locate(&input.mesh), point) {
+        (Ok(_), _) => Ok(on_mesh),
+        (Err(CurveError::NoSuchEdge { .. }), SurfacePoint::Edge { vertices: [a, b], .. }) => {
+            Err(format!("vertices {a} and {b} are not joined by an edge; name the ends of one"))
+        }
+        (Err(CurveError::NoSuchFace { .. }), SurfacePoint::Face { vertices, .. }) => {
+            Err(CurveError::NoSuchFace { vertices }.to_string())
+        }
+        (Err(fault), _) => Err(fault.to_string()),
+    }
 }
 
 fn read<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|fault| {
-        Failure::Input(match fault.kind() {
-            std::io::ErrorKind::NotFound => {
-                format!("{}: no such file; check the name and the folder", path.display())
-            }
-            _ => format!("{}: {fault}", path.display()),
-        })
-    })?;
-    serde_json::from_str(&text).map_err(|fault| {
+    let wrong = |problem: &str| {
+        Failure::Input(format!("{}: {problem}; give a JSON list as shown by --help", path.display()))
+    };
+    let name = || path.display().to_string();
+    let bytes =
+        std::fs::read(path).map_err(|fault| Failure::reading(path, FileError::Io { path: name(), fault }))?;
+    let text = std::str::from_utf8(&bytes).map_err(|_| wrong("this is not a text file"))?;
+    if text.trim().is_empty() {
+        return Err(wrong("the file is empty"));
+    }
+    serde_json::from_str(text).map_err(|fault| {
         let message = fault.to_string();
         // The place is given once, before the problem.
         let problem = message.rsplit_once(" at line ").map_or(message.as_str(), |(problem, _)| problem);
-        let (line, column) = (fault.line(), fault.column());
-        Failure::Input(format!(
-            "{}: line {line} column {column}: {problem}; give a JSON list as shown by --help",
-            path.display()
-        ))
+        let problem = in_words(problem);
+        wrong(&format!("line {} column {}: {problem}", fault.line(), fault.column()))
     })
+}
+
+/// Replaces names of types in a message of the JSON reader.
+fn in_words(problem: &str) -> String {
+    let words = [
+        ("u32", "a whole number of 0 or more"),
+        ("usize", "a whole number of 0 or more"),
+        ("f64", "a number"),
+        ("invalid type: map, expected a sequence", "this is one object, not a list of them"),
+        ("expected a sequence", "expected a list"),
+        ("an array of length", "a list of length"),
+    ];
+    words.into_iter().fold(problem.to_string(), |text, (from, to)| text.replace(from, to))
 }

@@ -1,8 +1,11 @@
 //! Errors of polar field solves.
 
-use eikona_mesh::{CurveError, Edge, Face, Vertex};
+use eikona_mesh::{CurveError, Edge, Face, Vertex, counted};
 use eikona_numeric::NumericError;
 use thiserror::Error;
+
+/// Largest accepted index times N.
+pub(crate) const MOST_TURNS: f64 = 1e6;
 
 /// Why no field could be computed.
 #[derive(Debug, Error)]
@@ -57,10 +60,7 @@ pub enum PolarFieldError {
         face: Face,
     },
     /// An index is not a multiple of 1/N, or too large.
-    #[error(
-        "{what} has index {index}, which is not a whole multiple of 1/{degree} between -1e6/{degree} and \
-         1e6/{degree}; round it, or change N"
-    )]
+    #[error("{what} has index {index}, which is not a whole multiple of 1/{degree}; {}", remedy(*index, *degree))]
     Index {
         /// The singularity or generator, in words.
         what: String,
@@ -110,7 +110,8 @@ pub enum PolarFieldError {
     },
     /// There is no such boundary loop.
     #[error(
-        "singularity {singularity} is on boundary loop {boundary}, but there are {loops} loops, numbered from 0"
+        "singularity {singularity} is on boundary loop {boundary}, but the mesh has {}; loops are numbered from 0",
+        counted(*loops, "boundary loop", "boundary loops")
     )]
     NoSuchLoop {
         /// 0-based index of the singularity.
@@ -143,7 +144,9 @@ pub enum PolarFieldError {
     },
     /// The number of indices of homology generators is wrong.
     #[error(
-        "{found} indices of homology generators are given, but the surface has {expected} generators, two per handle"
+        "{} for homology generators, but the surface has {}, two per handle; give one index per generator, or none",
+        counted(*found, "index is given", "indices are given"),
+        counted(*expected, "generator", "generators")
     )]
     Generators {
         /// The number given.
@@ -206,10 +209,30 @@ pub enum PolarFieldError {
         /// The degree N.
         degree: u32,
     },
-    /// A point is not on the mesh.
+    /// A singularity is not on the mesh.
+    #[error("singularity {singularity}: {fault}")]
+    Point {
+        /// 0-based index of the singularity.
+        singularity: usize,
+        /// What is wrong with its point.
+        fault: CurveError,
+    },
+    /// A curve to follow is not on the mesh.
     #[error(transparent)]
-    Point(#[from] CurveError),
+    Curve(#[from] CurveError),
     /// A linear system could not be solved.
     #[error(transparent)]
     Numeric(#[from] NumericError),
+}
+
+/// What to do about an index that is no multiple of 1/N, or too large.
+fn remedy(index: f64, degree: u32) -> String {
+    let n = f64::from(degree);
+    let turns = index * n;
+    if turns.abs() <= MOST_TURNS {
+        let [below, above] = [turns.floor() / n, turns.ceil() / n];
+        format!("choose {below} or {above}, or change N")
+    } else {
+        format!("choose one of at most {MOST_TURNS}/{degree} in magnitude")
+    }
 }

@@ -32,7 +32,10 @@
 //! **Limits.** Where the field turns by more than half a turn of its power from face to face, it
 //! shows additional singularities at edges; [`FieldReport::aliased`] lists them. This happens at
 //! vertices with fewer faces than about 2N times their index, so refinement does not help; the same
-//! index inside a face or edge is not aliased.
+//! index inside a face or edge is not aliased. Far from singularities, directions approach the
+//! smoothest ones with refinement, down to 0.3 degrees of the power on regular triangles and 2.5
+//! degrees on triangles four times as long as wide. Seen from there, a singularity is off from its
+//! point by up to 0.2 edge lengths.
 //!
 //! **Reference.** Jiabao Brad Wang and Amir Vaxman, *Power-Linear Polar Directional Fields*,
 //! arXiv:2506.00222, 2025.

@@ -19,6 +19,16 @@ pub(crate) struct Tie {
     pub logs: Vec<(Halfedge, f64)>,
 }
 
+/// Largest difference of logarithms of scales in a tie.
+const MOST_SPREAD: f64 = 100.0;
+
+impl Tie {
+    fn spread(&self) -> f64 {
+        let logs = || self.logs.iter().map(|(_, log)| *log);
+        logs().fold(f64::NEG_INFINITY, f64::max) - logs().fold(f64::INFINITY, f64::min)
+    }
+}
+
 /// The ties of all singular faces and edges, and those of them in which no scale places the
 /// singular point.
 #[derive(Debug, Default)]
@@ -54,7 +64,7 @@ pub(crate) fn ties(
                     log_scale((opposite / m).sin(), weights[k], m)
                 };
                 let logs = (0..3).map(|k| (f.halfedge(k), log(k))).collect();
-                ties.ties.push(Tie { face: f, cycle: s.cycle, logs });
+                ties.place(s.cycle, vec![Tie { face: f, cycle: s.cycle, logs }]);
             }
             (Cycle::Edge(e), Some(Located::Edge(_, t))) => {
                 let h = bevel.mesh.edge_halfedges(e)[0];
@@ -67,13 +77,10 @@ pub(crate) fn ties(
     ties
 }
 
-/// Largest logarithm of a scale: a tie that would put the singular point on a corner.
-const MOST_LOG: f64 = 150.0;
-
 /// Returns the logarithm of the scale of a corner with this weight, from the sine of the angle that
 /// is opposite.
 fn log_scale(sine: f64, weight: f64, power: f64) -> f64 {
-    (power * (sine.abs() / weight).ln()).clamp(-MOST_LOG, MOST_LOG)
+    power * (sine.abs() / weight).ln()
 }
 
 impl Ties {
@@ -102,12 +109,22 @@ impl Ties {
         }
         let phase = 0.5 * (low + high);
         let corners = [([h, h.next()], own), ([twin.next(), twin], other)];
-        for ([at_first, at_second], [p, q]) in corners {
+        let ties = corners.map(|([at_first, at_second], [p, q])| {
             let face = at_first.face();
             let m = f64::from(powers[face]);
             let log = |angle: f64, weight: f64| log_scale((angle / m).sin(), weight, m);
             let logs = vec![(at_first, log(q - phase, 1.0 - t)), (at_second, log(p - phase, t))];
-            self.ties.push(Tie { face, cycle: s.cycle, logs });
+            Tie { face, cycle: s.cycle, logs }
+        });
+        self.place(s.cycle, ties.into());
+    }
+
+    /// Adds the ties of a singularity, unless scales would overflow.
+    fn place(&mut self, cycle: Cycle, ties: Vec<Tie>) {
+        if ties.iter().all(|tie| tie.spread() < MOST_SPREAD) {
+            self.ties.extend(ties);
+        } else {
+            self.unplaced.push(cycle);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Prescribed indices: where the field turns, and how often.
 
 use crate::polar_field::bevel::{BeveledMesh, Cycle, PerCycle};
-use crate::polar_field::error::PolarFieldError;
+use crate::polar_field::error::{MOST_TURNS, PolarFieldError};
 use eikona_mesh::{Located, SurfacePoint};
 
 /// An element around which the field turns.
@@ -34,10 +34,10 @@ pub(crate) struct Prescribed {
     pub turns: i64,
 }
 
-/// Largest accepted index times N.
-const MOST_TURNS: f64 = 1e6;
+/// Largest accepted deviation of an index times N from a whole number, so that 0.333 is a third.
+const ROUNDED: f64 = 0.01;
 
-/// Returns an index times N, if it is whole.
+/// Returns an index times N, if it is whole up to decimals that were left out.
 pub(crate) fn whole_turns(
     index: f64,
     degree: u32,
@@ -45,7 +45,7 @@ pub(crate) fn whole_turns(
 ) -> Result<i64, PolarFieldError> {
     let exact = index * f64::from(degree);
     let turns = exact.round();
-    if exact.abs() <= MOST_TURNS && (exact - turns).abs() <= 1e-6 {
+    if exact.abs() <= MOST_TURNS && (exact - turns).abs() <= ROUNDED {
         Ok(turns as i64)
     } else {
         Err(PolarFieldError::Index { what: what(), index, degree })
@@ -72,7 +72,8 @@ pub(crate) fn located(
                 return Err(PolarFieldError::NoSuchLoop { singularity: i, boundary: b, loops });
             }
             Place::Point(point) => {
-                let place = point.locate(&bevel.mesh).map_err(|e| e.at_point(i))?;
+                let place = point.locate(&bevel.mesh);
+                let place = place.map_err(|fault| PolarFieldError::Point { singularity: i, fault })?;
                 let boundary = |element: String| PolarFieldError::OnBoundary { singularity: i, element };
                 let cycle = match place {
                     Located::Vertex(v) if bevel.mesh.vertex_corners(v).is_empty() => {

@@ -137,7 +137,12 @@ impl PolarField {
     /// Returns the axes of a face: along its first side, and to the left of it.
     fn axes(&self, face: Face) -> [[f64; 3]; 2] {
         let [a, b, c] = self.mesh().face_positions(face);
-        let unit = |v: [f64; 3]| scale(v, 1.0 / norm(v));
+        // Squares of lengths overflow long before lengths do.
+        let unit = |v: [f64; 3]| {
+            let largest = v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            let v = v.map(|x| x / largest);
+            scale(v, 1.0 / norm(v))
+        };
         let along = unit(sub(b, a));
         let normal = unit(cross(along, unit(sub(c, a))));
         [along, cross(normal, along)]

@@ -11,8 +11,14 @@ use crate::polar_field::options::Smoothness;
 use eikona_mesh::{Face, Halfedge};
 use eikona_numeric::{Complex, Scalar};
 
-/// Weight of squared jumps relative to squared gradients. Fields are almost the same from 1 to
-/// 1000.
+/// Weight of squared jumps relative to squared gradients.
+///
+/// A larger weight makes fields more accurate far from singularities, where jumps carry part of the
+/// rotation: on a disk the angle of the power is off from the harmonic one by 0.016, 0.006, 0.001
+/// radians (root mean square) for weights of 1, 10, 100, and by 0.12, 0.044, 0.006 on triangles
+/// four times as long as wide; refinement does not help. A smaller one leaves room for singular
+/// faces next to others: with 100 and 1000, 1 and 5 of 480 random prescriptions have one that
+/// can not be placed, with 10 and 30 none.
 const JUMP_WEIGHT: f64 = 10.0;
 /// Factor of jumps in the printed energy.
 const PRINTED_JUMP_FACTOR: f64 = 50.0;

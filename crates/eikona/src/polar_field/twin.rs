@@ -1,8 +1,7 @@
 //! A dense twin of the method, written from its definitions: beveled edges are pairs of corners,
 //! cycles are closed walks of corners, the energy is integrated in space, and dense systems give
-//! rotations, powers and scales. From the library it takes only the walks of the generators,
-//! because their indices depend on the choice of generators. Fields are compared with it by their
-//! values.
+//! rotations, powers and scales. From the library it takes only the walks of the generators, which
+//! give their indices a meaning. Fields are compared with it by their values.
 
 use crate::polar_field::bevel::{Cycle, wrapped};
 use crate::polar_field::homology::Step;

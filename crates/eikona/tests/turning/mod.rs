@@ -1,33 +1,11 @@
 //! How often a field turns, measured from its values: around single elements, and on closed
 //! polylines across faces. Shares nothing with the library but evaluation.
 
+use crate::frames::{angle_in_face, cross, dot, sub, wrapped};
 use eikona::mesh::{Edge, Face, Halfedge, Neighbour, TriangleMesh, Vertex};
 use eikona::polar_field::PolarField;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
-
-type Vector = [f64; 3];
-
-fn sub(a: Vector, b: Vector) -> Vector {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-fn wrapped(angle: f64) -> f64 {
-    angle - TAU * (angle / TAU).round()
-}
-
-/// The angle of a vector in the frame of a face, whose first axis is its first side.
-pub fn angle_in_face(mesh: &TriangleMesh, f: Face, v: Vector) -> f64 {
-    let [a, b, c] = mesh.face_positions(f);
-    let (along, normal) = (sub(b, a), cross(sub(b, a), sub(c, a)));
-    let across = cross(normal, along).map(|x| x / dot(normal, normal).sqrt());
-    dot(v, across).atan2(dot(v, along))
-}
 
 fn corner_angle(mesh: &TriangleMesh, h: Halfedge) -> f64 {
     let [here, a, b] = [h, h.next(), h.previous()].map(|h| mesh.position(mesh.origin(h)));
