@@ -13,11 +13,11 @@ use crate::warned::Warned;
 use clap::{Args, ValueEnum};
 use eikona::polar_field::{
     AutomaticOptions, FieldOptions, FieldReport, Followed, Guide, PolarField, Prescription, Solver,
-    SolverOptions,
+    SolverOptions, StreamlineOptions,
 };
 use eikona_mesh::counted;
 use guides::{Alignment, Automatic, files, output_prescription, parse_alignment, read_guides};
-use outputs::{FieldFormat, field_format, output_field, output_picture, output_samples};
+use outputs::{FieldFormat, field_format, output_field, output_picture, output_samples, output_streamlines};
 use prescription::{read_indices, read_points, read_singularities};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -86,10 +86,20 @@ pub struct FieldArguments {
     /// Write the indices of the homology generators that were used
     #[arg(long, value_name = "C.json", help_heading = "Outputs")]
     pub save_cycles: Option<PathBuf>,
-    /// Draw the directions and the singular points, red for positive indices and blue for negative
+    /// Write evenly spaced streamlines as OBJ polylines
+    #[arg(long, value_name = "L.obj", help_heading = "Outputs")]
+    pub streamlines: Option<PathBuf>,
+    /// Distance between streamlines of about the same direction, in the unit of the mesh; default: a
+    /// 50th of the root of the area
+    #[arg(long, value_name = "D", value_parser = above_zero, allow_hyphen_values = true, help_heading = "Outputs")]
+    pub separation: Option<f64>,
+    /// Draw streamlines and the singular points, red for positive indices and blue for negative
     /// ones
     #[arg(long, value_name = "PNG", help_heading = "Outputs")]
     pub render: Option<PathBuf>,
+    /// Draw marks at faces instead of streamlines
+    #[arg(long, requires = "render", help_heading = "Outputs")]
+    pub glyphs: bool,
     #[command(flatten)]
     pub picture: PictureArguments,
 }
@@ -119,8 +129,19 @@ pub fn run(arguments: &FieldArguments, general: &General) -> Result<u8, Failure>
     if let Some(path) = &arguments.samples {
         output_samples(path, &field, &points, &mut session)?;
     }
+    let is_drawn = arguments.render.is_some() && !arguments.glyphs;
+    let lines = if arguments.streamlines.is_some() || is_drawn {
+        let options = StreamlineOptions::default().with_separation(arguments.separation);
+        session.solver("streamlines", || field.streamlines(&options))?
+    } else {
+        Vec::new()
+    };
+    if let Some(path) = &arguments.streamlines {
+        output_streamlines(path, &field, &lines, &mut session)?;
+    }
     if let Some(path) = &arguments.render {
-        output_picture(path, &field, singularities, &arguments.picture, &mut session)?;
+        let lines = is_drawn.then_some(lines.as_slice());
+        output_picture(path, &field, lines, singularities, &arguments.picture, &mut session)?;
     }
     session.finish()
 }
@@ -130,6 +151,7 @@ fn check_arguments(arguments: &FieldArguments, general: &General) -> Result<Opti
     let outputs = [
         &arguments.output,
         &arguments.samples,
+        &arguments.streamlines,
         &arguments.save_singularities,
         &arguments.save_cycles,
         &arguments.render,

@@ -3,9 +3,10 @@
 use crate::exit::Failure;
 use crate::picture::{PictureArguments, draw};
 use crate::session::Session;
-use eikona::polar_field::{Place, PolarField, Singularity};
-use eikona_mesh::{Quality, SurfacePoint};
-use eikona_render::{Coloring, Drawing, GlyphStyle, PointStyle, Scene};
+use eikona::contour::obj_lines;
+use eikona::polar_field::{Place, PolarField, Singularity, Streamline};
+use eikona_mesh::{Quality, SurfacePoint, counted};
+use eikona_render::{Coloring, CurveStyle, Drawing, GlyphStyle, PointStyle, Scene};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -87,21 +88,71 @@ fn vectors(field: &PolarField, point: SurfacePoint) -> Result<Vec<[f64; 3]>, Fai
     field.vectors_at(point).map_err(|e| Failure::Input(e.to_string()))
 }
 
+/// Writes streamlines as OBJ polylines.
+pub fn output_streamlines(
+    path: &Path,
+    field: &PolarField,
+    lines: &[Streamline],
+    session: &mut Session,
+) -> Result<(), Failure> {
+    let polylines: Vec<_> = lines.iter().map(|line| line.positions(field.mesh())).collect();
+    let text = obj_lines(&polylines).map_err(|e| Failure::Failed(e.to_string()))?;
+    session.note(&counted(lines.len(), "streamline", "streamlines"));
+    session.output("streamlines", path, text.into_bytes())
+}
+
 /// Most glyphs in a picture; on finer meshes, evenly spaced faces have one.
 const MOST_GLYPHS: usize = 3000;
 /// Colours of singular points of positive and negative index.
 const POSITIVE: [u8; 3] = [206, 52, 43];
 const NEGATIVE: [u8; 3] = [38, 84, 168];
+/// Colour of streamlines.
+const LINE: [u8; 3] = [42, 48, 60];
 
-/// Draws the vectors as marks and the singular points as dots, red for positive indices and blue
-/// for negative ones.
+/// Draws streamlines, or vectors as marks, and the singular points as dots, red for positive indices
+/// and blue for negative ones.
 pub fn output_picture(
     path: &Path,
     field: &PolarField,
+    lines: Option<&[Streamline]>,
     singularities: &[Singularity],
     picture: &PictureArguments,
     session: &mut Session,
 ) -> Result<(), Failure> {
+    let mesh = field.mesh();
+    let mut scene = Scene::new(mesh, Coloring::default());
+    match lines {
+        Some(lines) => {
+            let arrow_spacing = (field.degree() == 1).then_some(90.0);
+            let style =
+                CurveStyle { color: LINE, width: 1.6, outline: None, arrow_spacing, ..CurveStyle::default() };
+            for line in lines {
+                let points = line.positions(mesh).into();
+                scene = scene.with(Drawing::Curve { points, style: style.clone() });
+            }
+        }
+        None => scene = scene.with(glyphs(field)?),
+    }
+    for (color, sign) in [(POSITIVE, 1.0), (NEGATIVE, -1.0)] {
+        let positions: Vec<[f64; 3]> = singularities
+            .iter()
+            .filter(|s| s.index * sign > 0.0)
+            .filter_map(|s| match s.place {
+                Place::Point(point) => Some(point.locate(mesh).ok()?.position(mesh)),
+                Place::Boundary(_) => None,
+            })
+            .collect();
+        if !positions.is_empty() {
+            let style = PointStyle { color, radius: 7.0 };
+            scene = scene.with(Drawing::Points { positions: positions.into(), style });
+        }
+    }
+    let png = session.phase("render", || draw(scene, picture))?;
+    session.output("picture", path, png)
+}
+
+/// Returns a mark for each of the N vectors at evenly chosen faces.
+fn glyphs(field: &PolarField) -> Result<Drawing<'static>, Failure> {
     let mesh = field.mesh();
     let step = mesh.face_count().div_ceil(MOST_GLYPHS);
     let area: f64 = Quality::of(mesh).area;
@@ -121,21 +172,5 @@ pub fn output_picture(
         }
     }
     let style = GlyphStyle { head: directed, ..GlyphStyle::default() };
-    let mut scene = Scene::new(mesh, Coloring::default()).with(Drawing::Glyphs { ends: ends.into(), style });
-    for (color, sign) in [(POSITIVE, 1.0), (NEGATIVE, -1.0)] {
-        let positions: Vec<[f64; 3]> = singularities
-            .iter()
-            .filter(|s| s.index * sign > 0.0)
-            .filter_map(|s| match s.place {
-                Place::Point(point) => Some(point.locate(mesh).ok()?.position(mesh)),
-                Place::Boundary(_) => None,
-            })
-            .collect();
-        if !positions.is_empty() {
-            let style = PointStyle { color, radius: 7.0 };
-            scene = scene.with(Drawing::Points { positions: positions.into(), style });
-        }
-    }
-    let png = session.phase("render", || draw(scene, picture))?;
-    session.output("picture", path, png)
+    Ok(Drawing::Glyphs { ends: ends.into(), style })
 }

@@ -217,6 +217,23 @@ pub enum PolarFieldError {
         /// What is wrong with its point.
         fault: CurveError,
     },
+    /// The separation of streamlines is out of range.
+    #[error("the separation {separation} of streamlines is out of range; give a length above {least:.3e}")]
+    Separation {
+        /// The separation given.
+        separation: f64,
+        /// The least one.
+        least: f64,
+    },
+    /// The point of a streamline is not on the mesh.
+    #[error("{0}")]
+    Start(CurveError),
+    /// The field has no direction at the start of a streamline.
+    #[error("the field vanishes at {element}, so no streamline starts there; choose another point")]
+    Vanishes {
+        /// The vertex, edge or face.
+        element: String,
+    },
     /// A curve to follow is not on the mesh.
     #[error(transparent)]
     Curve(#[from] CurveError),

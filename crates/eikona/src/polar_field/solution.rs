@@ -6,6 +6,7 @@ use crate::phases::Phases;
 use crate::polar_field::alignment::Followed;
 use crate::polar_field::domain::Domain;
 use crate::polar_field::field::{Values, polar};
+use crate::polar_field::singularity::Prescribed;
 use eikona_mesh::{CurveError, Face, Located, SurfacePoint, TriangleMesh};
 use eikona_numeric::Complex;
 use std::f64::consts::TAU;
@@ -18,6 +19,8 @@ pub struct PolarField {
     pub(super) domain: Arc<Domain>,
     pub(super) values: Values,
     pub(super) degree: u32,
+    /// The prescribed singularities, those of index zero included.
+    pub(super) singular: Vec<Prescribed>,
     /// The corners at which the bound of the scales is attained.
     pub(super) lowest_corners: Vec<u32>,
     /// Residuals, measured indices and timings.
@@ -120,7 +123,7 @@ impl PolarField {
             return Ok(vec![[0.0; 3]; self.degree as usize]);
         }
         let first = power.arg() / f64::from(self.degree);
-        let [along, across] = self.axes(face);
+        let [along, across, _] = self.frame(face);
         let vector = |k: u32| {
             let z = polar(1.0, first + TAU * f64::from(k) / f64::from(self.degree));
             add(scale(along, z.re), scale(across, z.im))
@@ -134,8 +137,8 @@ impl PolarField {
         self.values.power_at(face, weights)
     }
 
-    /// Returns the axes of a face: along its first side, and to the left of it.
-    fn axes(&self, face: Face) -> [[f64; 3]; 2] {
+    /// Returns the axes of a face: along its first side, to the left of it, and normal.
+    pub(super) fn frame(&self, face: Face) -> [[f64; 3]; 3] {
         let [a, b, c] = self.mesh().face_positions(face);
         // Squares of lengths overflow long before lengths do.
         let unit = |v: [f64; 3]| {
@@ -145,6 +148,6 @@ impl PolarField {
         };
         let along = unit(sub(b, a));
         let normal = unit(cross(along, unit(sub(c, a))));
-        [along, cross(normal, along)]
+        [along, cross(normal, along), normal]
     }
 }

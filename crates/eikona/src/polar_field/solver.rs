@@ -304,7 +304,8 @@ impl Solver {
             ..FieldReport::default()
         };
         let (domain, degree) = (self.domain.clone(), problem.degree);
-        Ok(PolarField { domain, values, degree, lowest_corners: search.active, report })
+        let singular = problem.prescribed.clone();
+        Ok(PolarField { domain, values, degree, singular, lowest_corners: search.active, report })
     }
 }
 
