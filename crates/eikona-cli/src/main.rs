@@ -5,6 +5,7 @@ mod demo;
 mod exit;
 mod field;
 mod field_file;
+mod field_inspect;
 mod input;
 mod inspect;
 mod isoline_file;
@@ -57,6 +58,8 @@ enum Verb {
     Winding(Box<winding::WindingArguments>),
     /// Compute a field of N directions with prescribed singularities
     Field(Box<field::FieldArguments>),
+    /// Report indices, turning and curl of a field of N vectors per face
+    FieldInspect(Box<field_inspect::FieldInspectArguments>),
     /// Report the topology, quality and faults of a mesh and its curves
     Inspect(Box<inspect::InspectArguments>),
     /// Generate shapes and curves, optionally damaged
@@ -111,6 +114,7 @@ fn run(arguments: Vec<OsString>) -> u8 {
         Verb::Sdf(arguments) => sdf::run(arguments, general),
         Verb::Winding(arguments) => winding::run(arguments, general),
         Verb::Field(arguments) => field::run(arguments, general),
+        Verb::FieldInspect(arguments) => field_inspect::run(arguments, general),
         Verb::Inspect(arguments) => inspect::run(arguments, general),
         Verb::Make(arguments) => make::run(arguments, general),
         Verb::Render(arguments) => render::run(arguments, general),

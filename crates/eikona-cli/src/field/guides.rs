@@ -1,6 +1,7 @@
 //! What the field follows, and automatic prescriptions.
 
 use crate::exit::Failure;
+use crate::field::prescription::is_sings;
 use crate::input::MeshInput;
 use crate::session::Session;
 use crate::source::{SourceArguments, read_source};
@@ -73,10 +74,14 @@ pub enum Automatic {
 pub fn output_prescription(
     [singularities, cycles]: [Option<&Path>; 2],
     prescription: &Prescription,
+    degree: u32,
     input: &MeshInput,
     session: &mut Session,
 ) -> Result<(), Failure> {
-    if let Some(path) = singularities {
+    if let Some(path) = singularities.filter(|path| is_sings(path)) {
+        let text = sings(path, prescription, degree, input)?;
+        session.output("singularities", path, text.into_bytes())?;
+    } else if let Some(path) = singularities {
         let entries: Vec<Value> =
             prescription.singularities.iter().map(|singularity| entry(singularity, input)).collect();
         let lines: Vec<String> = entries.iter().map(Value::to_string).collect();
@@ -86,6 +91,27 @@ pub fn output_prescription(
         session.output("cycles", path, format!("{}\n", json!(prescription.generators)).into_bytes())?;
     }
     Ok(())
+}
+
+/// Lists vertices with their index times N. Other places have no row in this format.
+fn sings(
+    path: &Path,
+    prescription: &Prescription,
+    degree: u32,
+    input: &MeshInput,
+) -> Result<String, Failure> {
+    let mut rows = Vec::with_capacity(prescription.singularities.len());
+    for singularity in prescription.singularities.iter().filter(|s| s.index != 0.0) {
+        let Place::Point(SurfacePoint::Vertex { vertex }) = singularity.place else {
+            return Err(Failure::Input(format!(
+                "{}: this format is for singularities at vertices only; write .json",
+                path.display()
+            )));
+        };
+        let vertex = input.provenance.vertex_parent(Vertex(vertex)).map_or(vertex, |parent| parent.0);
+        rows.push(format!("{vertex} {}\n", (singularity.index * f64::from(degree)).round()));
+    }
+    Ok(format!("{degree} {}\n{}", rows.len(), rows.concat()))
 }
 
 fn entry(singularity: &Singularity, input: &MeshInput) -> Value {

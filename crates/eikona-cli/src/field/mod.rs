@@ -17,7 +17,10 @@ use eikona::polar_field::{
 };
 use eikona_mesh::counted;
 use guides::{Alignment, Automatic, files, output_prescription, parse_alignment, read_guides};
-use outputs::{FieldFormat, field_format, output_field, output_picture, output_samples, output_streamlines};
+use outputs::{
+    FieldFormat, field_format, output_field, output_matching, output_picture, output_samples,
+    output_streamlines,
+};
 use prescription::{read_indices, read_points, read_singularities};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -35,7 +38,8 @@ boundary loops included. S.json is a list such as
 pub struct FieldArguments {
     #[command(flatten)]
     pub mesh: MeshArguments,
-    /// Singularities: a list of points and boundary loops, each with its index, a multiple of 1/N.
+    /// Singularities: a list of points and boundary loops, each with its index, a multiple of 1/N
+    /// (.json), or vertices with their index times N (.sings, Directional).
     /// Without it and --auto, there are none
     #[arg(long, value_name = "S.json", help_heading = "Method")]
     pub singularities: Option<PathBuf>,
@@ -71,7 +75,8 @@ pub struct FieldArguments {
     /// Stop before a factorisation if its predicted memory exceeds SIZE, such as 2GiB or 500MB
     #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = bytes, help_heading = "Method")]
     pub memory_limit: Option<usize>,
-    /// Write N unit vectors per face, at its centroid: .rawfield (Directional) or .csv
+    /// Write N unit vectors per face, at its centroid: .rawfield (Directional), .csv, or .rosy
+    /// (QuadWild), which is for N = 4
     #[arg(short, long, value_name = "OUT", help_heading = "Outputs")]
     pub output: Option<PathBuf>,
     /// Points at which to evaluate the field: a list of surface points as in S.json, without index
@@ -80,7 +85,11 @@ pub struct FieldArguments {
     /// Write the N unit vectors at the points of --sample, with their positions
     #[arg(long, value_name = "V.csv", requires = "sample", help_heading = "Outputs")]
     pub samples: Option<PathBuf>,
-    /// Write the singularities that were used, to be edited and read again
+    /// Write how the vectors of neighbouring faces continue each other (Directional)
+    #[arg(long, value_name = "M.matching", help_heading = "Outputs")]
+    pub save_matching: Option<PathBuf>,
+    /// Write the singularities that were used, to be edited and read again: .json, or .sings
+    /// (Directional), which is for vertices only
     #[arg(long, value_name = "S.json", help_heading = "Outputs")]
     pub save_singularities: Option<PathBuf>,
     /// Write the indices of the homology generators that were used
@@ -112,7 +121,7 @@ pub fn run(arguments: &FieldArguments, general: &General) -> Result<u8, Failure>
     input.require_faces()?;
     let mut prescription = Prescription::default();
     if let Some(path) = &arguments.singularities {
-        prescription.singularities = read_singularities(path, &input)?;
+        prescription.singularities = read_singularities(path, arguments.degree, &input)?;
     }
     if let Some(path) = &arguments.cycles {
         prescription.generators = read_indices(path)?;
@@ -122,9 +131,12 @@ pub fn run(arguments: &FieldArguments, general: &General) -> Result<u8, Failure>
     let (field, prescription) = solve(arguments, &input, prescription, guides, &mut session)?;
     let Prescription { singularities, .. } = &prescription;
     let saved = [&arguments.save_singularities, &arguments.save_cycles].map(|path| path.as_deref());
-    output_prescription(saved, &prescription, &input, &mut session)?;
+    output_prescription(saved, &prescription, arguments.degree, &input, &mut session)?;
     if let (Some(path), Some(format)) = (&arguments.output, format) {
         output_field(path, format, &field, &mut session)?;
+    }
+    if let Some(path) = &arguments.save_matching {
+        output_matching(path, &field, &mut session)?;
     }
     if let Some(path) = &arguments.samples {
         output_samples(path, &field, &points, &mut session)?;
@@ -152,6 +164,7 @@ fn check_arguments(arguments: &FieldArguments, general: &General) -> Result<Opti
         &arguments.output,
         &arguments.samples,
         &arguments.streamlines,
+        &arguments.save_matching,
         &arguments.save_singularities,
         &arguments.save_cycles,
         &arguments.render,
@@ -176,7 +189,11 @@ fn check_arguments(arguments: &FieldArguments, general: &General) -> Result<Opti
         return Err(Failure::Usage(format!("{flag} has no effect on a picture of directions; leave it out")));
     }
     arguments.render.as_deref().map_or(Ok(()), check_picture_path)?;
-    arguments.output.as_deref().map(field_format).transpose()
+    let format = arguments.output.as_deref().map(field_format).transpose()?;
+    if format == Some(FieldFormat::Rosy) && arguments.degree != 4 {
+        return Err(Failure::Usage(".rosy files are for N = 4 only; write .rawfield".into()));
+    }
+    Ok(format)
 }
 
 fn solve(

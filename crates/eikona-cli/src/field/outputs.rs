@@ -17,6 +17,8 @@ pub enum FieldFormat {
     Rawfield,
     /// A header line, then centroid and vectors per face.
     Csv,
+    /// The number of faces, 4, and the first of four vectors per face (QuadWild).
+    Rosy,
 }
 
 /// Determines the format from a file name.
@@ -26,8 +28,13 @@ pub fn field_format(path: &Path) -> Result<FieldFormat, Failure> {
         Ok(FieldFormat::Rawfield)
     } else if name.ends_with(".csv") {
         Ok(FieldFormat::Csv)
+    } else if name.ends_with(".rosy") {
+        Ok(FieldFormat::Rosy)
     } else {
-        Err(Failure::Usage(format!("{}: unknown output format; use .rawfield or .csv", path.display())))
+        Err(Failure::Usage(format!(
+            "{}: unknown output format; use .rawfield, .rosy or .csv",
+            path.display()
+        )))
     }
 }
 
@@ -45,6 +52,14 @@ pub fn output_field(
     let points: Vec<SurfacePoint> = field.mesh().triangles().iter().map(centroid).collect();
     let text = match format {
         FieldFormat::Csv => table(field, &points)?,
+        FieldFormat::Rosy => {
+            let mut text = format!("{}\n4\n", points.len());
+            for &point in &points {
+                let [x, y, z] = vectors(field, point)?[0];
+                let _ = writeln!(text, "{x:?} {y:?} {z:?}");
+            }
+            text
+        }
         FieldFormat::Rawfield => {
             let mut text = format!("{} {}\n", field.degree(), points.len());
             for &point in &points {
@@ -56,6 +71,17 @@ pub fn output_field(
         }
     };
     session.output("field", path, text.into_bytes())
+}
+
+/// Writes how the vectors of neighbouring faces continue each other: N and the number of rows, then
+/// two faces, the vertices of their edge, and the shift (Directional).
+pub fn output_matching(path: &Path, field: &PolarField, session: &mut Session) -> Result<(), Failure> {
+    let rows = field.matching();
+    let mut text = format!("{} {}\n", field.degree(), rows.len());
+    for ([f, g], [v, w], shift) in rows {
+        let _ = writeln!(text, "{} {} {} {} {shift}", f.0, g.0, v.0, w.0);
+    }
+    session.output("matching", path, text.into_bytes())
 }
 
 /// Writes the vectors at points, with their positions.

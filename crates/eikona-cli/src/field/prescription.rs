@@ -48,8 +48,55 @@ impl Entry {
     }
 }
 
+/// Whether a file is of the form of Directional: N and a count, then vertices with index times N.
+pub fn is_sings(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("sings") || e.eq_ignore_ascii_case("sing"))
+}
+
+/// Reads `N count`, then rows of a vertex and its index times N.
+fn read_sings(path: &Path, degree: u32, input: &MeshInput) -> Result<Vec<Singularity>, Failure> {
+    let bytes = std::fs::read(path)
+        .map_err(|fault| Failure::reading(path, FileError::Io { path: path.display().to_string(), fault }))?;
+    let text = String::from_utf8_lossy(&bytes);
+    let wrong = |line: usize, problem: String| {
+        Failure::Input(format!("{}: line {}: {problem}", path.display(), line + 1))
+    };
+    let mut result = Vec::new();
+    let mut header: Option<(i64, i64)> = None;
+    for (line, words) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+        let numbers: Vec<i64> = words.split_whitespace().map_while(|word| word.parse().ok()).collect();
+        match (header, numbers.as_slice()) {
+            // An older writer adds a third number to the header.
+            (None, &[n, count, ..]) if n == i64::from(degree) => header = Some((n, count)),
+            (None, &[n, _, ..]) => {
+                return Err(wrong(line, format!("these singularities are for N = {n}; give -n {n}")));
+            }
+            (Some((n, _)), &[vertex, turns]) => {
+                let vertex =
+                    u32::try_from(vertex).map_err(|_| wrong(line, format!("there is no vertex {vertex}")))?;
+                let point = SurfacePoint::Vertex { vertex };
+                let point = on_mesh(point, input).map_err(|problem| wrong(line, problem))?;
+                result.push(Singularity { place: Place::Point(point), index: turns as f64 / n as f64 });
+            }
+            (None, _) => return Err(wrong(line, "expected N and the number of singularities".into())),
+            (Some(_), _) => return Err(wrong(line, "expected a vertex and its index times N".into())),
+        }
+    }
+    match header {
+        Some((_, count)) if usize::try_from(count) == Ok(result.len()) => Ok(result),
+        Some((_, count)) => {
+            let found = result.len();
+            Err(wrong(0, format!("the header says {count} singularities, but {found} rows follow")))
+        }
+        None => Err(wrong(0, "the file is empty; expected N and the number of singularities".into())),
+    }
+}
+
 /// Reads a list of singularities, in the numbers of the mesh file.
-pub fn read_singularities(path: &Path, input: &MeshInput) -> Result<Vec<Singularity>, Failure> {
+pub fn read_singularities(path: &Path, degree: u32, input: &MeshInput) -> Result<Vec<Singularity>, Failure> {
+    if is_sings(path) {
+        return read_sings(path, degree, input);
+    }
     let entries: Vec<Entry> = read(path)?;
     let mut result = Vec::with_capacity(entries.len());
     for (i, entry) in entries.iter().enumerate() {

@@ -217,6 +217,38 @@ pub enum PolarFieldError {
         /// What is wrong with its point.
         fault: CurveError,
     },
+    /// The number of vectors is not N per face.
+    #[error(
+        "{found} vectors are given, but {faces} faces with N = {degree} need {}; check that the field is of this mesh",
+        *degree as usize * faces
+    )]
+    FieldSize {
+        /// The number of vectors.
+        found: usize,
+        /// The degree N.
+        degree: u32,
+        /// The number of faces.
+        faces: usize,
+    },
+    /// A vector is not finite.
+    #[error("vector {vector} of {face} is not finite; replace it")]
+    NonFiniteVector {
+        /// The face.
+        face: Face,
+        /// 0-based index of the vector in its face.
+        vector: usize,
+    },
+    /// A matching is between faces that share no edge.
+    #[error(
+        "row {row} of the matching is between {} and {}, which share no edge of two faces; check that it is of this \
+         mesh", faces[0], faces[1]
+    )]
+    Matching {
+        /// 0-based index of the row.
+        row: usize,
+        /// Its faces.
+        faces: [Face; 2],
+    },
     /// The separation of streamlines is out of range.
     #[error("the separation {separation} of streamlines is out of range; give a length above {least:.3e}")]
     Separation {

@@ -81,6 +81,14 @@ impl Values {
         polar(base.norm().powf(m), m * base.arg())
     }
 
+    /// Returns how far the N-th power turns along the segment between two points of a face.
+    pub fn turn_between(&self, face: Face, from: [f64; 3], to: [f64; 3]) -> f64 {
+        let [from, to] = [from, to].map(|weights| {
+            (0..3).fold(Complex::ZERO, |sum, k| sum + self.base[face.halfedge(k).index()] * weights[k])
+        });
+        f64::from(self.powers[face]) * (to * from.conj()).arg()
+    }
+
     /// Returns the derivatives of the phase at a point of a face by the phases at its corners;
     /// `None` where the field vanishes.
     pub fn phase_derivatives(&self, face: Face, weights: [f64; 3]) -> Option<[f64; 3]> {

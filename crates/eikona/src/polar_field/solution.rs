@@ -4,10 +4,11 @@ use crate::Warning;
 use crate::geometry::vector::{add, cross, norm, scale, sub};
 use crate::phases::Phases;
 use crate::polar_field::alignment::Followed;
+use crate::polar_field::bevel::wrapped;
 use crate::polar_field::domain::Domain;
 use crate::polar_field::field::{Values, polar};
 use crate::polar_field::singularity::Prescribed;
-use eikona_mesh::{CurveError, Face, Located, SurfacePoint, TriangleMesh};
+use eikona_mesh::{CurveError, Face, Halfedge, Located, SurfacePoint, TriangleMesh, Vertex};
 use eikona_numeric::Complex;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -129,6 +130,37 @@ impl PolarField {
             add(scale(along, z.re), scale(across, z.im))
         };
         Ok((0..self.degree).map(vector).collect())
+    }
+
+    /// Returns how the vectors at the centroids of neighbouring faces continue each other: for each
+    /// edge of two faces these faces, the vertices of the edge in the order of the first face, and a
+    /// shift `k` from 0 to N - 1. Vector `j` of the first face, in the order of
+    /// [`vectors_at`](Self::vectors_at), continues as vector `j + k` of the second one.
+    ///
+    /// The field is followed from centroid to centroid through the middle of the edge, so rotations
+    /// inside faces are counted right however large they are.
+    pub fn matching(&self) -> Vec<([Face; 2], [Vertex; 2], u32)> {
+        let Domain { bevel, connection, .. } = &*self.domain;
+        let n = f64::from(self.degree);
+        let mut matching = Vec::new();
+        for (h, twin) in bevel.edges() {
+            let middle = |h: Halfedge| {
+                let mut weights = [0.5; 3];
+                weights[(h.side() + 2) % 3] = 0.0;
+                weights
+            };
+            let centroid = |h: Halfedge| self.power_at(h.face(), [1.0 / 3.0; 3]);
+            // Turns of the power: inside the first face, across the edge, inside the second face.
+            let own = -self.values.turn_between(h.face(), middle(h), [1.0 / 3.0; 3]);
+            let other = self.values.turn_between(twin.face(), middle(twin), [1.0 / 3.0; 3]);
+            let [p, q] = [h, twin].map(|h| self.power_at(h.face(), middle(h)).arg());
+            let across = wrapped(q - p + n * connection.jump[h]);
+            let arrived = centroid(h).arg() + own + across + other - n * connection.jump[h];
+            let shift = ((arrived - centroid(twin).arg()) / TAU).round() as i64;
+            let ends = [bevel.mesh.origin(h), bevel.mesh.tip(h)];
+            matching.push(([h.face(), twin.face()], ends, shift.rem_euclid(i64::from(self.degree)) as u32));
+        }
+        matching
     }
 
     /// Returns the N-th power of the field at a point of a face, in the frame whose first axis runs

@@ -318,7 +318,7 @@ struct Evaluated {
 }
 
 /// Refuses surfaces on which a field has no sense.
-fn check_surface(mesh: &TriangleMesh, topology: &Topology) -> Result<(), PolarFieldError> {
+pub(super) fn check_surface(mesh: &TriangleMesh, topology: &Topology) -> Result<(), PolarFieldError> {
     if let Some(&edge) = topology.nonmanifold_edges.first() {
         let (vertices, faces) = (mesh.edge_vertices(edge), mesh.edge_halfedges(edge).len());
         return Err(PolarFieldError::NonmanifoldEdge { edge, vertices, faces });

@@ -1,0 +1,289 @@
+//! Indices, turning, smoothness and curl of anybody's field of N vectors per face.
+
+use crate::curves::side::consistently_oriented;
+use crate::geometry::vector::{cross, dot, norm, scale, sub};
+use crate::geometry::{lay_out_in, unit_of};
+use crate::polar_field::bevel::{BeveledMesh, Cycle};
+use crate::polar_field::error::PolarFieldError;
+use crate::polar_field::problem::check_degree;
+use crate::polar_field::solver::check_surface;
+use eikona_mesh::{Edge, Face, Topology, TriangleMesh, Vertex};
+use eikona_numeric::{Complex, check_step};
+use std::f64::consts::{PI, TAU};
+
+/// N vectors per face, face by face.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FaceVectors {
+    /// The number N of vectors per face.
+    pub degree: u32,
+    /// N vectors per face, counter-clockwise, in the order of the faces.
+    pub vectors: Vec<[f64; 3]>,
+    /// For each pair of neighbouring faces that is listed: vector `j` of the first one continues as
+    /// vector `j + k` of the second one. Others are matched by the smallest rotation.
+    pub matching: Vec<([Face; 2], i64)>,
+}
+
+/// What a field of vectors per face does.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct FieldInspection {
+    /// The index of each singular vertex inside the surface, a multiple of 1/N.
+    pub vertices: Vec<(Vertex, f64)>,
+    /// The index of each boundary loop relative to its tangent.
+    pub boundaries: Vec<f64>,
+    /// The sum of all indices, and the Euler characteristic: they are equal on every field that has
+    /// a direction in each face.
+    pub index_sum: f64,
+    /// The Euler characteristic.
+    pub euler_characteristic: i64,
+    /// Largest rotation from face to face beyond parallel transport, in radians, and the edge.
+    pub largest_rotation: (f64, Option<Edge>),
+    /// Root mean square of this rotation over the edges, in radians.
+    pub mean_rotation: f64,
+    /// Edges with a rotation of more than 0.9 of pi/N. The true rotation may be the other one, by
+    /// which the indices of both ends change: refine the mesh there, or give a matching.
+    pub ambiguous: Vec<Edge>,
+    /// The sum over edges of the squared rotation of the N-th power, times the squared length over
+    /// the area of both faces: the Dirichlet energy of the phase, without unit.
+    pub smoothness: f64,
+    /// Largest curl: the difference of the projections of matched vectors to their common edge,
+    /// relative to the mean length of the vectors; and the edge.
+    pub largest_curl: (f64, Option<Edge>),
+    /// Root mean square of the curl.
+    pub mean_curl: f64,
+    /// Faces with a vector that is zero.
+    pub zero: Vec<Face>,
+    /// Faces whose vectors are not listed counter-clockwise.
+    pub disordered: Vec<Face>,
+    /// Faces whose vectors are not equally long and equally spaced, to 1 percent.
+    pub asymmetric: Vec<Face>,
+    /// Largest angle between a vector and the plane of its face, in radians, and the face.
+    pub out_of_plane: (f64, Option<Face>),
+}
+
+/// Rotations beyond this share of pi/N are ambiguous.
+const AMBIGUOUS: f64 = 0.9;
+/// Vectors that differ by less than this, relative to their length, are equal.
+const EQUAL: f64 = 0.01;
+
+/// Measures a field of N vectors per face.
+///
+/// Indices are signed. Each face turns to the next by the rotation that matches its vectors with the
+/// least turn (or as the matching says), and the same rotation counts at both ends of the edge, so
+/// that the indices add up to the Euler characteristic.
+///
+/// # Errors
+/// [`PolarFieldError::Degree`]; [`PolarFieldError::FieldSize`] unless there are N vectors per face;
+/// [`PolarFieldError::NonFiniteVector`]; [`PolarFieldError::Matching`]; and the errors of
+/// [`Solver::new`](super::Solver::new) about the surface.
+///
+/// # Cost
+/// O(N F).
+///
+/// ```
+/// use eikona::mesh::shapes;
+/// use eikona::polar_field::{FaceVectors, inspect_field};
+/// // The same direction everywhere on a disk: it turns once relative to the boundary.
+/// let disk = shapes::disk(4, 12, 1.0)?;
+/// let vectors = vec![[1.0, 0.0, 0.0]; disk.face_count()];
+/// let seen = inspect_field(&disk, &FaceVectors { degree: 1, vectors, ..Default::default() })?;
+/// assert!(seen.vertices.is_empty() && seen.boundaries == [1.0]);
+/// assert!(seen.largest_rotation.0 < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn inspect_field(mesh: &TriangleMesh, field: &FaceVectors) -> Result<FieldInspection, PolarFieldError> {
+    check_degree(field.degree)?;
+    let (found, expected) = (field.vectors.len(), field.degree as usize * mesh.face_count());
+    if found != expected {
+        let (degree, faces) = (field.degree, mesh.face_count());
+        return Err(PolarFieldError::FieldSize { found, degree, faces });
+    }
+    if mesh.face_count() == 0 {
+        return Err(PolarFieldError::NoFaces);
+    }
+    let n = field.degree as usize;
+    if let Some(i) = field.vectors.iter().position(|v| v.iter().any(|x| !x.is_finite())) {
+        return Err(PolarFieldError::NonFiniteVector { face: Face((i / n) as u32), vector: i % n });
+    }
+    let topology = Topology::of(mesh);
+    check_surface(mesh, &topology)?;
+    let mut warnings = Vec::new();
+    let oriented = consistently_oriented(mesh, &mut warnings);
+    let topology = if warnings.is_empty() { topology } else { Topology::of(&oriented) };
+    let triangles = lay_out_in(&oriented, unit_of(&oriented))?;
+    if let Some(face) = mesh.faces().find(|f| triangles[f.index()].mollified) {
+        return Err(PolarFieldError::FlatFace { face });
+    }
+    let bevel = BeveledMesh::new(&oriented, topology, triangles);
+    let mut result = FieldInspection {
+        euler_characteristic: bevel.topology.components.iter().map(|c| c.euler_characteristic).sum(),
+        ..FieldInspection::default()
+    };
+    // In a flipped face, counter-clockwise is the other way around.
+    let is_flipped = |f: Face| mesh.triangles()[f.index()] != oriented.triangles()[f.index()];
+    let flat = result.flattened(&bevel, field, is_flipped)?;
+    let matching = Matching::new(&bevel, field, is_flipped)?;
+    result.measure(&bevel, &flat, n, &matching)?;
+    Ok(result)
+}
+
+impl FieldInspection {
+    /// Returns the vectors in the layouts of the faces, and notes what is wrong with them.
+    fn flattened(
+        &mut self,
+        bevel: &BeveledMesh,
+        field: &FaceVectors,
+        is_flipped: impl Fn(Face) -> bool,
+    ) -> Result<Vec<Complex>, PolarFieldError> {
+        let n = field.degree as usize;
+        let mut flat = Vec::with_capacity(field.vectors.len());
+        for face in bevel.mesh.faces() {
+            check_step(face.index())?;
+            let [a, b, c] = bevel.mesh.face_positions(face);
+            let unit = |v: [f64; 3]| scale(v, 1.0 / norm(v));
+            let along = unit(sub(b, a));
+            let normal = unit(cross(along, unit(sub(c, a))));
+            let across = cross(normal, along);
+            let first = face.index() * n;
+            let mut vectors: Vec<[f64; 3]> = field.vectors[first..first + n].to_vec();
+            if is_flipped(face) {
+                vectors[1..].reverse();
+            }
+            let begin = flat.len();
+            for v in vectors {
+                let size = norm(v);
+                if size > 0.0 {
+                    let angle = (dot(v, normal) / size).clamp(-1.0, 1.0).asin().abs();
+                    if angle > self.out_of_plane.0 {
+                        self.out_of_plane = (angle, Some(face));
+                    }
+                }
+                flat.push(Complex { re: dot(v, along), im: dot(v, across) });
+            }
+            let own = &flat[begin..];
+            if own.iter().any(|z| z.norm() == 0.0) {
+                self.zero.push(face);
+                continue;
+            }
+            let turns = (0..n).map(|j| (own[(j + 1) % n] * own[j].conj()).arg().rem_euclid(TAU));
+            let whole: f64 = turns.clone().sum();
+            if n > 1 && (whole - TAU).abs() > 1e-6 {
+                self.disordered.push(face);
+            }
+            let size = own[0].norm();
+            let is_even = |turn: f64| (turn - TAU / n as f64).abs() < EQUAL;
+            let is_equal = |z: &Complex| (z.norm() - size).abs() < EQUAL * size;
+            if n > 1 && !(turns.clone().all(is_even) && own.iter().all(is_equal)) {
+                self.asymmetric.push(face);
+            }
+        }
+        Ok(flat)
+    }
+
+    fn measure(
+        &mut self,
+        bevel: &BeveledMesh,
+        flat: &[Complex],
+        n: usize,
+        matching: &Matching,
+    ) -> Result<(), PolarFieldError> {
+        let connection = bevel.connection();
+        let mut jumps = bevel.zero();
+        let mean_size = flat.iter().map(|z| z.norm()).sum::<f64>() / flat.len() as f64;
+        let (mut squares, mut curls, mut count) = (0.0, 0.0, 0usize);
+        for (h, twin) in bevel.edges() {
+            check_step(h.index())?;
+            let of = |f: Face| &flat[f.index() * n..(f.index() + 1) * n];
+            let (own, other) = (of(h.face()), of(twin.face()));
+            // Vectors of the twin's face, carried to the layout of the own one.
+            let turn = Complex { re: connection.jump[h].cos(), im: connection.jump[h].sin() };
+            // The own vectors are shifted by k against the other ones; all rotations are added.
+            let effort = |k: usize| -> f64 {
+                (0..n).map(|j| (own[(j + k) % n] * (other[j] * turn).conj()).arg()).sum()
+            };
+            let shift = matching.shift(h.face(), twin.face(), n).unwrap_or_else(|| {
+                (0..n).min_by(|a, b| effort(*a).abs().total_cmp(&effort(*b).abs())).unwrap_or(0)
+            });
+            // N times the mean rotation.
+            let effort = effort(shift);
+            jumps.jump[h] = effort;
+            jumps.jump[twin] = -effort;
+            let e = bevel.mesh.edge(h);
+            let rotation = effort / n as f64;
+            squares += rotation * rotation;
+            count += 1;
+            if rotation.abs() > self.largest_rotation.0 {
+                self.largest_rotation = (rotation.abs(), Some(e));
+            }
+            if effort.abs() > AMBIGUOUS * PI {
+                self.ambiguous.push(e);
+            }
+            let triangles = [h, twin].map(|h| &bevel.triangles[h.face().index()]);
+            let length = triangles[0].lengths[h.side()];
+            self.smoothness += length * length / (triangles[0].area + triangles[1].area) * effort * effort;
+            let along = triangles[0].directions()[h.side()];
+            let curl = (0..n)
+                .map(|j| ((own[(j + shift) % n] - other[j] * turn) * along.conj()).re.abs())
+                .fold(0.0, f64::max)
+                / mean_size;
+            curls += curl * curl;
+            if curl > self.largest_curl.0 {
+                self.largest_curl = (curl, Some(e));
+            }
+        }
+        if count > 0 {
+            self.mean_rotation = (squares / count as f64).sqrt();
+            self.mean_curl = (curls / count as f64).sqrt();
+        }
+        let (sums, curvature) = (bevel.sums(&jumps), bevel.curvature());
+        let degree = n as f64;
+        for cycle in bevel.cycles() {
+            let index = ((sums[cycle] + degree * curvature[cycle]) / TAU).round() / degree;
+            match cycle {
+                Cycle::Vertex(v) if index != 0.0 => self.vertices.push((v, index)),
+                Cycle::Boundary(_) => self.boundaries.push(index),
+                _ => {}
+            }
+        }
+        let inner: f64 = self.vertices.iter().map(|(_, index)| index).sum();
+        self.index_sum = inner + self.boundaries.iter().sum::<f64>();
+        Ok(())
+    }
+}
+
+/// Shifts between the vectors of neighbouring faces, as given.
+struct Matching(std::collections::HashMap<[u32; 2], i64>);
+
+impl Matching {
+    fn new(
+        bevel: &BeveledMesh,
+        field: &FaceVectors,
+        is_flipped: impl Fn(Face) -> bool,
+    ) -> Result<Matching, PolarFieldError> {
+        let mut shifts = std::collections::HashMap::new();
+        for (row, &([f, g], k)) in field.matching.iter().enumerate() {
+            let faces = bevel.mesh.face_count();
+            let is_pair = f.index() < faces
+                && g.index() < faces
+                && (0..3).any(|s| bevel.twin[f.halfedge(s)].is_some_and(|t| t.face() == g));
+            if !is_pair {
+                return Err(PolarFieldError::Matching { row, faces: [f, g] });
+            }
+            // Between flipped faces both orders run backwards; between others the shift has no sense.
+            let k = match [f, g].map(&is_flipped) {
+                [false, false] => k,
+                [true, true] => -k,
+                _ => continue,
+            };
+            shifts.insert([f.0, g.0], k);
+        }
+        Ok(Matching(shifts))
+    }
+
+    /// Returns the shift of the vectors of `own` against those of `other`.
+    fn shift(&self, own: Face, other: Face, n: usize) -> Option<usize> {
+        let k = self.0.get(&[other.0, own.0]).copied();
+        let k = k.or_else(|| self.0.get(&[own.0, other.0]).map(|k| -k))?;
+        Some(k.rem_euclid(n as i64) as usize)
+    }
+}
