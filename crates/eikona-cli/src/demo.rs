@@ -1,5 +1,5 @@
-//! `eikona demo`: makes a mesh and a broken curve, computes the distance and draws it, by running
-//! the commands that it prints.
+//! `eikona demo`: makes a mesh and a broken curve, computes the distance and a cross field, and
+//! draws them, by running the commands that it prints.
 
 use crate::exit::Failure;
 use crate::progress::say;
@@ -18,13 +18,15 @@ pub struct DemoArguments {
     pub output: PathBuf,
 }
 
-/// The commands: make a mesh and a curve with 60 % of its length kept, and compute the distance to
-/// it. `DIR` stands for the folder and `REPORT` for the report of the second command.
-const COMMANDS: [&str; 2] = [
+/// The commands: make a mesh and a curve with 60 % of its length kept, compute the distance to it,
+/// and a cross field with automatic singularities. `DIR` stands for the folder and `REPORT` for the
+/// report of the second command.
+const COMMANDS: [&str; 3] = [
     "make clay_animal levels=5 -o DIR/animal.ply --broken-curve DIR/broken-loop.json \
      --cut axis=x,at=0,wave=0.13,waves=7,about=0:1.1:0.8 --keep 0.06 --drop 0.04 --seed 3",
     "sdf DIR/animal.ply --curve DIR/broken-loop.json -o DIR/distance.ply --isolines DIR/isolines.obj --render DIR/distance.png \
      --report REPORT",
+    "field DIR/animal.ply --auto -o DIR/cross.rawfield --streamlines DIR/streamlines.obj --render DIR/field.png",
 ];
 
 /// Runs the commands through `run`, which takes a command line that starts with the program's name.
@@ -56,7 +58,8 @@ pub fn run(
         }
     }
     if general.quiet == 0 {
-        say(&format!("see {}", folder.join("distance.png").display()));
+        let [distance, field] = ["distance.png", "field.png"].map(|name| folder.join(name));
+        say(&format!("see {} and {}", distance.display(), field.display()));
     }
     Ok(0)
 }

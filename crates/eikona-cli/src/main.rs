@@ -31,8 +31,8 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Signed distance and inside/outside labels on surface meshes, from curves with gaps, noise and
-/// crossings
+/// Signed distance and inside/outside labels from curves with gaps, noise and crossings, and
+/// directions with prescribed singularities, on surface meshes
 #[derive(Parser, Debug)]
 #[command(name = "eikona", version, max_term_width = 110, after_help = AFTER_HELP)]
 struct Cli {
@@ -43,7 +43,7 @@ struct Cli {
 }
 
 const AFTER_HELP: &str = "Examples:
-  eikona demo                                      mesh, broken curve, distance and picture
+  eikona demo                                      mesh, broken curve, distance, directions, pictures
   eikona make torus -o torus.ply
   eikona torus.ply                                 same as: eikona inspect torus.ply
   eikona sdf torus.ply --points 0 -o distance.ply --render distance.png
@@ -66,7 +66,7 @@ enum Verb {
     Make(Box<make::MakeArguments>),
     /// Draw a mesh with its fields and curves as PNG
     Render(Box<render::RenderArguments>),
-    /// Run a first example: make a mesh and a broken curve, measure, draw
+    /// Run a first example: make a mesh and a broken curve, compute distance and directions, draw
     Demo(demo::DemoArguments),
     /// Measure time, accuracy and memory on meshes with a known answer
     Bench(bench::BenchArguments),

@@ -57,8 +57,8 @@ fn lines_of_a_constant_field_are_straight() {
 
 #[test]
 fn lines_around_a_centre_are_logarithmic_spirals() {
-    // With index 1 at the centre of a disk, the field keeps its angle to the radius: along a line, the
-    // logarithm of the radius is proportional to the angle.
+    // With index 1 at the centre of a disk, the field keeps its angle to the radius: along a line,
+    // the logarithm of the radius is proportional to the angle.
     let disk = shapes::disk(24, 72, 1.0).unwrap();
     let centre = [Singularity { place: Place::Point(SurfacePoint::Vertex { vertex: 0 }), index: 1.0 }];
     let field = solve(&disk, &centre, &FieldOptions::default().with_degree(1));

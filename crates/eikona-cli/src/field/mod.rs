@@ -98,8 +98,8 @@ pub struct FieldArguments {
     /// Write evenly spaced streamlines as OBJ polylines
     #[arg(long, value_name = "L.obj", help_heading = "Outputs")]
     pub streamlines: Option<PathBuf>,
-    /// Distance between streamlines of about the same direction, in the unit of the mesh; default: a
-    /// 50th of the root of the area
+    /// Distance between streamlines of about the same direction, in the unit of the mesh; default:
+    /// a 50th of the root of the area
     #[arg(long, value_name = "D", value_parser = above_zero, allow_hyphen_values = true, help_heading = "Outputs")]
     pub separation: Option<f64>,
     /// Draw streamlines and the singular points, red for positive indices and blue for negative

@@ -135,8 +135,8 @@ const NEGATIVE: [u8; 3] = [38, 84, 168];
 /// Colour of streamlines.
 const LINE: [u8; 3] = [42, 48, 60];
 
-/// Draws streamlines, or vectors as marks, and the singular points as dots, red for positive indices
-/// and blue for negative ones.
+/// Draws streamlines, or vectors as marks, and the singular points as dots, red for positive
+/// indices and blue for negative ones.
 pub fn output_picture(
     path: &Path,
     field: &PolarField,
@@ -150,8 +150,7 @@ pub fn output_picture(
     match lines {
         Some(lines) => {
             let arrow_spacing = (field.degree() == 1).then_some(90.0);
-            let style =
-                CurveStyle { color: LINE, width: 1.6, outline: None, arrow_spacing, ..CurveStyle::default() };
+            let style = CurveStyle { color: LINE, width: 1.6, outline: None, arrow_spacing };
             for line in lines {
                 let points = line.positions(mesh).into();
                 scene = scene.with(Drawing::Curve { points, style: style.clone() });

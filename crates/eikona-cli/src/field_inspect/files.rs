@@ -1,5 +1,5 @@
-//! Reads fields of N vectors per face: `.rawfield` and `.matching` (Directional), `.rosy` (QuadWild),
-//! and the CSV of `eikona field`.
+//! Reads fields of N vectors per face: `.rawfield` and `.matching` (Directional), `.rosy`
+//! (QuadWild), and the CSV of `eikona field`.
 
 use crate::exit::Failure;
 use eikona::polar_field::FaceVectors;
@@ -143,7 +143,8 @@ impl Lines<'_> {
     }
 
     /// Reads `N rows`, then rows of two faces and a shift: documented as five columns (faces, the
-    /// vertices of their edge, shift); writers also use three, and eight with other data in between.
+    /// vertices of their edge, shift); writers also use three, and eight with other data in
+    /// between.
     fn matching(&self, degree: u32) -> Result<Vec<([Face; 2], i64)>, Failure> {
         let [n, rows] = self.header("expected N and the number of rows")?;
         if n != degree as usize {

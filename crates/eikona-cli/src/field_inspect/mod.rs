@@ -21,7 +21,8 @@ use std::path::PathBuf;
   eikona field torus.ply --auto -o cross.rawfield
   eikona field-inspect cross.rawfield torus.ply")]
 pub struct FieldInspectArguments {
-    /// Field of N vectors per face: .rawfield (Directional), .rosy (QuadWild), or .csv as written by
+    /// Field of N vectors per face: .rawfield (Directional), .rosy (QuadWild), or .csv as written
+    /// by
     /// `eikona field`
     #[arg(value_name = "FIELD")]
     pub field: PathBuf,

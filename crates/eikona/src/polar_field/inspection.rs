@@ -68,9 +68,9 @@ const EQUAL: f64 = 0.01;
 
 /// Measures a field of N vectors per face.
 ///
-/// Indices are signed. Each face turns to the next by the rotation that matches its vectors with the
-/// least turn (or as the matching says), and the same rotation counts at both ends of the edge, so
-/// that the indices add up to the Euler characteristic.
+/// Indices are signed. Each face turns to the next by the rotation that matches its vectors with
+/// the least turn (or as the matching says), and the same rotation counts at both ends of the edge,
+/// so that the indices add up to the Euler characteristic.
 ///
 /// # Errors
 /// [`PolarFieldError::Degree`]; [`PolarFieldError::FieldSize`] unless there are N vectors per face;
@@ -269,7 +269,8 @@ impl Matching {
             if !is_pair {
                 return Err(PolarFieldError::Matching { row, faces: [f, g] });
             }
-            // Between flipped faces both orders run backwards; between others the shift has no sense.
+            // Between flipped faces both orders run backwards; between others the shift has no
+            // sense.
             let k = match [f, g].map(&is_flipped) {
                 [false, false] => k,
                 [true, true] => -k,

@@ -133,8 +133,8 @@ impl PolarField {
     }
 
     /// Returns how the vectors at the centroids of neighbouring faces continue each other: for each
-    /// edge of two faces these faces, the vertices of the edge in the order of the first face, and a
-    /// shift `k` from 0 to N - 1. Vector `j` of the first face, in the order of
+    /// edge of two faces these faces, the vertices of the edge in the order of the first face, and
+    /// a shift `k` from 0 to N - 1. Vector `j` of the first face, in the order of
     /// [`vectors_at`](Self::vectors_at), continues as vector `j + k` of the second one.
     ///
     /// The field is followed from centroid to centroid through the middle of the edge, so rotations

@@ -218,7 +218,8 @@ impl Solver {
     /// let poles = [0, 11].map(|v| Singularity { place: at(v), index: 1.0 });
     /// let options = FieldOptions::default().with_degree(1);
     /// let solver = Solver::new(&sphere, &Default::default())?;
-    /// let [smooth, flat] = [solver.solve(&poles, &options)?, solver.trivial_connection(&poles, &options)?];
+    /// let smooth = solver.solve(&poles, &options)?;
+    /// let flat = solver.trivial_connection(&poles, &options)?;
     /// assert_eq!(flat.report.measured, [1.0, 1.0]);
     /// assert!(smooth.report.energy < flat.report.energy);
     /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -1,8 +1,8 @@
 //! Streamlines of the field itself: curves whose tangent is one of its directions.
 //!
 //! In a face the N-th power is a power of a linear field, so a streamline turns inside of faces and
-//! meets each edge at any point (`tracer.rs`). Evenly spaced lines (`spacing.rs`) keep a distance to
-//! others of about the same direction; lines of other directions cross them.
+//! meets each edge at any point (`tracer.rs`). Evenly spaced lines (`spacing.rs`) keep a distance
+//! to others of about the same direction; lines of other directions cross them.
 
 mod spacing;
 mod tracer;
@@ -69,12 +69,12 @@ setters!(StreamlineOptions { with_separation: separation = Option<f64> });
 impl PolarField {
     /// Returns evenly spaced streamlines (after Jobard and Lefer 1997, on a surface).
     ///
-    /// Lines of about the same direction are `separation` apart where they start, and end where they
-    /// come closer than half of it. The result is the same every time.
+    /// Lines of about the same direction are `separation` apart where they start, and end where
+    /// they come closer than half of it. The result is the same every time.
     ///
     /// # Errors
-    /// [`PolarFieldError::Separation`] unless it is positive, finite, and large enough for less than
-    /// about a million lines; [`PolarFieldError::Numeric`] if an observer stops the work.
+    /// [`PolarFieldError::Separation`] unless it is positive, finite, and large enough for less
+    /// than about a million lines; [`PolarFieldError::Numeric`] if an observer stops the work.
     ///
     /// # Cost
     /// O(A / s^2) nodes for the area A and the separation s, plus one per crossed edge.
