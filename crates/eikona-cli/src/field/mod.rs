@@ -271,6 +271,10 @@ fn solve(
             ("closure", json!(report.closure)),
             ("energy", json!(report.energy)),
             ("energy_metric", json!("squared gradients + 10 squared jumps")),
+            (
+                "printed_energy",
+                json!({"jumps times 50": report.printed_energy[0], "jumps times 1": report.printed_energy[1]}),
+            ),
             ("measured", json!(report.measured)),
             ("aliased", json!(aliased)),
             ("unplaced", json!(report.unplaced)),
