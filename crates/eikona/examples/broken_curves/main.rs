@@ -8,8 +8,8 @@
 //! cargo run -p eikona --example broken_curves -- 5 1 torus       # surfaces named "..torus.."
 //! ```
 //!
-//! Numbers are percentages of the range of the truth and of the area. `study.rs` describes the curves
-//! and their truth.
+//! Numbers are percentages of the range of the truth and of the area. `study.rs` describes the
+//! curves and their truth.
 
 mod breaking;
 mod study;
