@@ -369,6 +369,14 @@ impl MeshInput {
         self.file.lines.iter().map(|line| line.iter().map(new).collect()).collect()
     }
 
+    /// Returns the number of a vertex of the mesh as files name it: [`renumber`](Self::renumber)
+    /// maps it back.
+    pub fn vertex_in_file(&self, vertex: u32) -> u32 {
+        let before = self.stitched.as_ref().and_then(|s| s.provenance.vertex_parent(Vertex(vertex)));
+        let before = before.unwrap_or(Vertex(vertex));
+        self.renamed.vertex_parent(before).unwrap_or(before).0
+    }
+
     /// Converts a point from vertices of the file to vertices of the mesh. The result is invalid if
     /// its face or edge was dropped.
     pub fn renumber(&self, point: SurfacePoint) -> SurfacePoint {

@@ -61,6 +61,19 @@ pub fn rounded(x: f64, digits: usize, size: f64) -> String {
     }
 }
 
+/// Writes an index as a signed multiple of 1/N in lowest terms, such as +1/4.
+pub fn fraction(index: f64, degree: u32) -> String {
+    let (turns, n) = ((index * f64::from(degree)).round() as i64, i64::from(degree));
+    let (mut divisor, mut rest) = (n, turns.abs());
+    while rest != 0 {
+        (divisor, rest) = (rest, divisor % rest);
+    }
+    match n / divisor {
+        1 => format!("{:+}", turns / divisor),
+        denominator => format!("{:+}/{denominator}", turns / divisor),
+    }
+}
+
 /// Parses a number of bytes, with an optional unit.
 pub fn bytes(text: &str) -> Result<usize, String> {
     const UNITS: [(&str, f64); 9] = [

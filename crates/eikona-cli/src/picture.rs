@@ -211,6 +211,10 @@ fn scale_widths(drawing: &mut Drawing, scale: f64) {
             scale_outline(&mut style.outline);
         }
         Drawing::Points { style, .. } => style.radius *= scale,
+        Drawing::Texts { style, .. } => {
+            style.size *= scale;
+            style.offset *= scale;
+        }
     }
 }
 

@@ -63,6 +63,13 @@ fn numbers_of_saved_singularities_are_those_of_the_file() {
         assert_eq!(a["vertex"].as_u64().unwrap() + 1, b["vertex"].as_u64().unwrap());
     }
     assert_eq!(plain.len(), 2);
+    // STL has no vertices: they are numbered as welded.
+    folder.done("make icosphere levels=3 -o welded.stl");
+    for name in ["saved.json", "saved.sings"] {
+        folder.done(&format!("field welded.stl --auto --save-singularities {name} -o a.csv"));
+        folder.done(&format!("field welded.stl --singularities {name} -o b.csv"));
+        assert_eq!(folder.read("a.csv"), folder.read("b.csv"), "{name}");
+    }
 }
 
 #[test]

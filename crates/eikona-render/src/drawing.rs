@@ -34,6 +34,16 @@ pub enum Drawing<'a> {
         /// Their style.
         style: PointStyle,
     },
+    /// Short texts beside points that are not hidden, such as the index of a singularity. Letters,
+    /// digits and signs are those of ASCII; others are left out.
+    Texts {
+        /// The points.
+        positions: Cow<'a, [[f64; 3]]>,
+        /// A text per point.
+        texts: Cow<'a, [String]>,
+        /// Their style.
+        style: TextStyle,
+    },
 }
 
 impl Drawing<'_> {
@@ -82,7 +92,7 @@ impl Drawing<'_> {
             Drawing::Isolines(_) => &[],
             Drawing::Curve { points, .. } => points,
             Drawing::Glyphs { ends, .. } => ends.as_flattened(),
-            Drawing::Points { positions, .. } => positions,
+            Drawing::Points { positions, .. } | Drawing::Texts { positions, .. } => positions,
         }
     }
 
@@ -123,6 +133,10 @@ impl Drawing<'_> {
                 outline_width(&style.outline)
             }
             Drawing::Points { style, .. } => pixels("point radius", style.radius),
+            Drawing::Texts { style, .. } => {
+                pixels("text size", style.size)?;
+                pixels("text offset", style.offset)
+            }
         }
     }
 }
@@ -255,5 +269,24 @@ pub struct PointStyle {
 impl Default for PointStyle {
     fn default() -> Self {
         PointStyle { color: [196, 46, 46], radius: 6.0 }
+    }
+}
+
+/// Style of texts beside points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextStyle {
+    /// sRGB colour.
+    pub color: [u8; 3],
+    /// sRGB colour of the halo, which sets the text off from the background.
+    pub halo: [u8; 3],
+    /// Height of a capital letter.
+    pub size: f64,
+    /// Distance from the point, to the right and upwards.
+    pub offset: f64,
+}
+
+impl Default for TextStyle {
+    fn default() -> Self {
+        TextStyle { color: [24, 26, 32], halo: [255, 255, 255], size: 12.0, offset: 8.0 }
     }
 }

@@ -32,6 +32,7 @@
 //! | glyphs | [`Drawing::Glyphs`] |
 //! | streamlines | [`Drawing::Curve`], one per streamline |
 //! | points | [`Drawing::Points`] |
+//! | texts at points | [`Drawing::Texts`] |
 //!
 //! Stages: fit the camera ([`Camera`]); rasterise faces into a visibility buffer at a multiple of
 //! the image resolution; colour and shade each sample; draw curves, glyphs and points with a depth
@@ -58,7 +59,7 @@ mod shadow;
 mod short_isolines;
 
 pub use color::{ColorMap, label_color};
-pub use drawing::{CurveStyle, Drawing, GlyphStyle, Isolines, Levels, Outline, PointStyle};
+pub use drawing::{CurveStyle, Drawing, GlyphStyle, Isolines, Levels, Outline, PointStyle, TextStyle};
 pub use error::RenderError;
 pub use image::Image;
 pub use options::{Background, Camera, Lighting, Projection, RenderOptions, UpAxis, Wireframe};

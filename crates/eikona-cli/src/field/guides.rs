@@ -6,7 +6,7 @@ use crate::input::MeshInput;
 use crate::session::Session;
 use crate::source::{SourceArguments, read_source};
 use eikona::polar_field::{CREASE_DEGREES, Guide, Place, Prescription, Singularity};
-use eikona_mesh::{SurfacePoint, Vertex};
+use eikona_mesh::SurfacePoint;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -108,7 +108,7 @@ fn sings(
                 path.display()
             )));
         };
-        let vertex = input.provenance.vertex_parent(Vertex(vertex)).map_or(vertex, |parent| parent.0);
+        let vertex = input.vertex_in_file(vertex);
         rows.push(format!("{vertex} {}\n", (singularity.index * f64::from(degree)).round()));
     }
     Ok(format!("{degree} {}\n{}", rows.len(), rows.concat()))
@@ -116,7 +116,7 @@ fn sings(
 
 fn entry(singularity: &Singularity, input: &MeshInput) -> Value {
     let index = singularity.index;
-    let file = |v: u32| input.provenance.vertex_parent(Vertex(v)).map_or(v, |parent| parent.0);
+    let file = |v: u32| input.vertex_in_file(v);
     match singularity.place {
         Place::Boundary(boundary) => json!({"boundary": boundary, "index": index}),
         Place::Point(SurfacePoint::Vertex { vertex }) => json!({"vertex": file(vertex), "index": index}),

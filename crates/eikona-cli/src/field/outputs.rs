@@ -1,12 +1,13 @@
 //! Output files of `eikona field`.
 
 use crate::exit::Failure;
+use crate::number::fraction;
 use crate::picture::{PictureArguments, draw};
 use crate::session::Session;
 use eikona::contour::obj_lines;
-use eikona::polar_field::{Place, PolarField, Singularity, Streamline};
+use eikona::polar_field::{Match, Place, PolarField, Singularity, Streamline};
 use eikona_mesh::{Quality, SurfacePoint, counted};
-use eikona_render::{Coloring, CurveStyle, Drawing, GlyphStyle, PointStyle, Scene};
+use eikona_render::{Coloring, CurveStyle, Drawing, GlyphStyle, PointStyle, Scene, TextStyle};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -78,8 +79,9 @@ pub fn output_field(
 pub fn output_matching(path: &Path, field: &PolarField, session: &mut Session) -> Result<(), Failure> {
     let rows = field.matching();
     let mut text = format!("{} {}\n", field.degree(), rows.len());
-    for ([f, g], [v, w], shift) in rows {
-        let _ = writeln!(text, "{} {} {} {} {shift}", f.0, g.0, v.0, w.0);
+    for Match { faces: [f, g], vertices, shift } in rows {
+        let [v, w] = vertices.map(|pair| pair.map(|v| v.0)).unwrap_or_default();
+        let _ = writeln!(text, "{} {} {v} {w} {shift}", f.0, g.0);
     }
     session.output("matching", path, text.into_bytes())
 }
@@ -132,11 +134,13 @@ const MOST_GLYPHS: usize = 3000;
 /// Colours of singular points of positive and negative index.
 const POSITIVE: [u8; 3] = [206, 52, 43];
 const NEGATIVE: [u8; 3] = [38, 84, 168];
+/// Most singular points whose index is written beside them.
+const MOST_TEXTS: usize = 80;
 /// Colour of streamlines.
 const LINE: [u8; 3] = [42, 48, 60];
 
-/// Draws streamlines, or vectors as marks, and the singular points as dots, red for positive
-/// indices and blue for negative ones.
+/// Draws streamlines, or vectors as marks, and the singular points as dots with their index, red for
+/// positive indices and blue for negative ones.
 pub fn output_picture(
     path: &Path,
     field: &PolarField,
@@ -158,19 +162,26 @@ pub fn output_picture(
         }
         None => scene = scene.with(glyphs(field)?),
     }
+    let mut texts: Vec<([f64; 3], String)> = Vec::new();
     for (color, sign) in [(POSITIVE, 1.0), (NEGATIVE, -1.0)] {
-        let positions: Vec<[f64; 3]> = singularities
-            .iter()
-            .filter(|s| s.index * sign > 0.0)
-            .filter_map(|s| match s.place {
-                Place::Point(point) => Some(point.locate(mesh).ok()?.position(mesh)),
-                Place::Boundary(_) => None,
-            })
-            .collect();
-        if !positions.is_empty() {
+        let place = |s: &Singularity| match s.place {
+            Place::Point(point) => Some((point.locate(mesh).ok()?.position(mesh), s.index)),
+            Place::Boundary(_) => None,
+        };
+        let points: Vec<([f64; 3], f64)> =
+            singularities.iter().filter(|s| s.index * sign > 0.0).filter_map(place).collect();
+        if !points.is_empty() {
             let style = PointStyle { color, radius: 7.0 };
-            scene = scene.with(Drawing::Points { positions: positions.into(), style });
+            let positions = points.iter().map(|(position, _)| *position).collect();
+            scene = scene.with(Drawing::Points { positions, style });
         }
+        texts.extend(points.into_iter().map(|(p, index)| (p, fraction(index, field.degree()))));
+    }
+    // More of them would hide the field.
+    if texts.len() <= MOST_TEXTS {
+        let (positions, texts): (Vec<_>, Vec<_>) = texts.into_iter().unzip();
+        let style = TextStyle::default();
+        scene = scene.with(Drawing::Texts { positions: positions.into(), texts: texts.into(), style });
     }
     let png = session.phase("render", || draw(scene, picture))?;
     session.output("picture", path, png)

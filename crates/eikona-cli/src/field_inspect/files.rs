@@ -2,8 +2,8 @@
 //! (QuadWild), and the CSV of `eikona field`.
 
 use crate::exit::Failure;
-use eikona::polar_field::FaceVectors;
-use eikona_mesh::Face;
+use eikona::polar_field::{FaceVectors, Match};
+use eikona_mesh::{Face, Vertex};
 use std::path::Path;
 
 /// Reads a field. `degree` is N where the file does not have it, and must agree where it does.
@@ -33,7 +33,7 @@ pub fn read_field(path: &Path, degree: Option<u32>) -> Result<FaceVectors, Failu
 }
 
 /// Reads shifts between the vectors of neighbouring faces.
-pub fn read_matching(path: &Path, degree: u32) -> Result<Vec<([Face; 2], i64)>, Failure> {
+pub fn read_matching(path: &Path, degree: u32) -> Result<Vec<Match>, Failure> {
     let text = read(path)?;
     Lines { path, text: &text }.matching(degree)
 }
@@ -145,7 +145,7 @@ impl Lines<'_> {
     /// Reads `N rows`, then rows of two faces and a shift: documented as five columns (faces, the
     /// vertices of their edge, shift); writers also use three, and eight with other data in
     /// between.
-    fn matching(&self, degree: u32) -> Result<Vec<([Face; 2], i64)>, Failure> {
+    fn matching(&self, degree: u32) -> Result<Vec<Match>, Failure> {
         let [n, rows] = self.header("expected N and the number of rows")?;
         if n != degree as usize {
             return Err(self.wrong(0, &format!("this matching has N = {n}, but the field has N = {degree}")));
@@ -161,9 +161,12 @@ impl Lines<'_> {
                 return Err(self.wrong(line, &problem));
             }
             // Boundary edges have face -1.
-            let faces = [numbers[0], numbers[1]].map(|f| u32::try_from(f).ok());
-            if let ([Some(f), Some(g)], Some(&k)) = (faces, numbers.last()) {
-                matching.push(([Face(f), Face(g)], k));
+            let number = |i: usize| u32::try_from(*numbers.get(i)?).ok();
+            if let (Some(f), Some(g), Some(&shift)) = (number(0), number(1), numbers.last()) {
+                let has_vertices = numbers.len() > 3;
+                let vertices = number(2).zip(number(3)).filter(|_| has_vertices);
+                let vertices = vertices.map(|(v, w)| [Vertex(v), Vertex(w)]);
+                matching.push(Match { faces: [Face(f), Face(g)], vertices, shift });
             }
         }
         self.counted(found, rows)?;

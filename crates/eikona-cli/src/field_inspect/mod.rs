@@ -4,6 +4,7 @@ mod files;
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
+use crate::number::fraction;
 use crate::session::{General, Session, check_outputs, print_bytes};
 use clap::Args;
 use eikona::geometry::vector::{cross, norm, scale, sub};
@@ -21,8 +22,7 @@ use std::path::PathBuf;
   eikona field torus.ply --auto -o cross.rawfield
   eikona field-inspect cross.rawfield torus.ply")]
 pub struct FieldInspectArguments {
-    /// Field of N vectors per face: .rawfield (Directional), .rosy (QuadWild), or .csv as written
-    /// by
+    /// Field of N vectors per face: .rawfield (Directional), .rosy (QuadWild), or .csv of
     /// `eikona field`
     #[arg(value_name = "FIELD")]
     pub field: PathBuf,
@@ -88,20 +88,6 @@ fn completed(field: FaceVectors, mesh: &TriangleMesh) -> Result<FaceVectors, Fai
         vectors.extend([v, turned, scale(v, -1.0), scale(turned, -1.0)]);
     }
     Ok(FaceVectors { vectors, ..field })
-}
-
-/// An index as a multiple of 1/N, such as +1/4.
-fn fraction(index: f64, degree: u32) -> String {
-    let (turns, n) = ((index * f64::from(degree)).round() as i64, i64::from(degree));
-    // Lowest terms.
-    let (mut divisor, mut rest) = (n, turns.abs());
-    while rest != 0 {
-        (divisor, rest) = (rest, divisor % rest);
-    }
-    match n / divisor {
-        1 => format!("{:+}", turns / divisor),
-        denominator => format!("{:+}/{denominator}", turns / divisor),
-    }
 }
 
 fn shown<T: ToString>(elements: &[T], most: usize) -> String {

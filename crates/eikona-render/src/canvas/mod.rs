@@ -5,6 +5,7 @@ mod glyphs;
 mod path;
 mod points;
 mod stroke;
+mod texts;
 
 use crate::camera::{Normalization, Projected, View};
 use crate::color::Linear;
@@ -51,6 +52,7 @@ impl<'a> Canvas<'a> {
             Drawing::Curve { points, style } => self.curve(points, style),
             Drawing::Glyphs { ends, style } => self.glyphs(ends, style),
             Drawing::Points { positions, style } => self.points(positions, style),
+            Drawing::Texts { positions, texts, style } => self.texts(positions, texts, style),
         }
     }
 

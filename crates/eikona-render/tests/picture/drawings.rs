@@ -226,3 +226,38 @@ fn glyphs_are_visible_if_their_middle_is() {
     let flat = red(&valley, along(-0.2, 0.2, 0.125).map(|[x, _, z]| [x, -0.5, z - 0.01]));
     assert!(flat > whole / 2, "{flat}");
 }
+
+#[test]
+fn texts_are_written_beside_visible_points_only() {
+    let mesh = square(1, 0.0);
+    let text = |z: f64| Drawing::Texts {
+        positions: vec![[0.3, 0.4, z]].into(),
+        texts: vec!["+1/4".to_string()].into(),
+        style: TextStyle { size: 14.0, offset: 6.0, ..TextStyle::default() },
+    };
+    let options = plain(200);
+    let empty = render(&clay(&mesh), &options).unwrap();
+    let changed = |z: f64| {
+        let image = render(&clay(&mesh).with(text(z)), &options).unwrap();
+        let (mut dark, mut all) = (0, 0);
+        for y in 0..200 {
+            for x in 0..200 {
+                let (a, b) = (image.pixel(x, y).unwrap(), empty.pixel(x, y).unwrap());
+                // All letters are to the upper right of the point.
+                assert!(a == b || x > 60 && y < 122, "{x} {y}");
+                all += usize::from(a != b);
+                dark += usize::from(darkness(a) > darkness(b) + 60);
+            }
+        }
+        [dark, all]
+    };
+    let [dark, all] = changed(0.0);
+    assert!(dark > 30 && all > 2 * dark, "letters {dark}, with their halo {all}");
+    let hidden = render(&clay(&mesh).with(text(-0.5)), &options).unwrap();
+    let is_ink = |image: &Image, x: u32, y: u32| darkness(image.pixel(x, y).unwrap()) > 180;
+    let ink = |image: &Image| {
+        (0..200).flat_map(|x| (0..200).map(move |y| (x, y))).filter(|&(x, y)| is_ink(image, x, y)).count()
+    };
+    let shown = render(&clay(&mesh).with(text(0.0)), &options).unwrap();
+    assert!(ink(&shown) > 10 && ink(&hidden) == 0, "{} and {}", ink(&shown), ink(&hidden));
+}

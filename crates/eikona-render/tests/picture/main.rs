@@ -6,8 +6,8 @@ mod extremes;
 use eikona_mesh::{Curve, SurfaceCurves, TriangleMesh, Vertex, shapes};
 use eikona_render::{
     Background, Camera, ColorMap, Coloring, CurveStyle, Drawing, GlyphStyle, Image, Isolines, Levels,
-    Lighting, Outline, PointStyle, Projection, RenderError, RenderOptions, ScalarField, Scene, UpAxis,
-    Values, Wireframe, label_color, render,
+    Lighting, Outline, PointStyle, Projection, RenderError, RenderOptions, ScalarField, Scene, TextStyle,
+    UpAxis, Values, Wireframe, label_color, render,
 };
 
 /// Unit square in the xy plane at height `z`, its cells cut from lower left to upper right.

@@ -2,7 +2,7 @@
 
 use crate::polar_field::bevel::{BeveledMesh, Cycle, Rotation, wrapped};
 use crate::polar_field::domain::Domain;
-use eikona_mesh::{Face, FaceField, Halfedge};
+use eikona_mesh::{Face, FaceField, Halfedge, HalfedgeField};
 use eikona_numeric::{Complex, NumericError, Scalar, check_step};
 use std::f64::consts::TAU;
 
@@ -19,6 +19,8 @@ pub(crate) struct Values {
     /// The linear field at each corner, in the layout of its face.
     pub base: Vec<Complex>,
     pub powers: FaceField<u32>,
+    /// How far the power turns from face to face at the origin of each halfedge, as solved for.
+    pub jump: HalfedgeField<f64>,
     /// Largest deviation of a phase around a cycle from a whole number of turns.
     pub closure: f64,
 }
@@ -70,7 +72,7 @@ impl Values {
                 angle += theta.split[h] / m;
             }
         }
-        Ok(Values { base, powers, closure })
+        Ok(Values { base, powers, jump: theta.jump.clone(), closure })
     }
 
     /// Returns the N-th power of the field at a point of a face, in the layout of the face.

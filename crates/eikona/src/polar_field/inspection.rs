@@ -1,14 +1,14 @@
 //! Indices, turning, smoothness and curl of anybody's field of N vectors per face.
 
-use crate::curves::side::consistently_oriented;
 use crate::geometry::vector::{cross, dot, norm, scale, sub};
-use crate::geometry::{lay_out_in, unit_of};
 use crate::polar_field::bevel::{BeveledMesh, Cycle};
 use crate::polar_field::error::PolarFieldError;
+use crate::polar_field::field::polar;
 use crate::polar_field::problem::check_degree;
-use crate::polar_field::solver::check_surface;
-use eikona_mesh::{Edge, Face, Topology, TriangleMesh, Vertex};
+use crate::polar_field::surface::Surface;
+use eikona_mesh::{Edge, Face, FaceField, Halfedge, TriangleMesh, Vertex};
 use eikona_numeric::{Complex, check_step};
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 /// N vectors per face, face by face.
@@ -16,11 +16,23 @@ use std::f64::consts::{PI, TAU};
 pub struct FaceVectors {
     /// The number N of vectors per face.
     pub degree: u32,
-    /// N vectors per face, counter-clockwise, in the order of the faces.
+    /// N vectors per face, in the order of the faces; in each face counter-clockwise, in the
+    /// orientation of the first face of its component.
     pub vectors: Vec<[f64; 3]>,
-    /// For each pair of neighbouring faces that is listed: vector `j` of the first one continues as
-    /// vector `j + k` of the second one. Others are matched by the smallest rotation.
-    pub matching: Vec<([Face; 2], i64)>,
+    /// How vectors continue each other across edges. Others are matched by the smallest rotation.
+    pub matching: Vec<Match>,
+}
+
+/// How the vectors of two neighbouring faces continue each other: vector `j` of the first face as
+/// vector `j + shift` of the second one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Match {
+    /// The faces.
+    pub faces: [Face; 2],
+    /// The vertices of their edge; `None` for all edges that they share.
+    pub vertices: Option<[Vertex; 2]>,
+    /// The shift, modulo N.
+    pub shift: i64,
 }
 
 /// What a field of vectors per face does.
@@ -98,31 +110,17 @@ pub fn inspect_field(mesh: &TriangleMesh, field: &FaceVectors) -> Result<FieldIn
         let (degree, faces) = (field.degree, mesh.face_count());
         return Err(PolarFieldError::FieldSize { found, degree, faces });
     }
-    if mesh.face_count() == 0 {
-        return Err(PolarFieldError::NoFaces);
-    }
     let n = field.degree as usize;
     if let Some(i) = field.vectors.iter().position(|v| v.iter().any(|x| !x.is_finite())) {
         return Err(PolarFieldError::NonFiniteVector { face: Face((i / n) as u32), vector: i % n });
     }
-    let topology = Topology::of(mesh);
-    check_surface(mesh, &topology)?;
-    let mut warnings = Vec::new();
-    let oriented = consistently_oriented(mesh, &mut warnings);
-    let topology = if warnings.is_empty() { topology } else { Topology::of(&oriented) };
-    let triangles = lay_out_in(&oriented, unit_of(&oriented))?;
-    if let Some(face) = mesh.faces().find(|f| triangles[f.index()].mollified) {
-        return Err(PolarFieldError::FlatFace { face });
-    }
-    let bevel = BeveledMesh::new(&oriented, topology, triangles);
+    let Surface { bevel, .. } = Surface::of(mesh)?;
     let mut result = FieldInspection {
         euler_characteristic: bevel.topology.components.iter().map(|c| c.euler_characteristic).sum(),
         ..FieldInspection::default()
     };
-    // In a flipped face, counter-clockwise is the other way around.
-    let is_flipped = |f: Face| mesh.triangles()[f.index()] != oriented.triangles()[f.index()];
-    let flat = result.flattened(&bevel, field, is_flipped)?;
-    let matching = Matching::new(&bevel, field, is_flipped)?;
+    let flat = result.flattened(&bevel, field)?;
+    let matching = Matching::new(&bevel, field)?;
     result.measure(&bevel, &flat, n, &matching)?;
     Ok(result)
 }
@@ -133,24 +131,24 @@ impl FieldInspection {
         &mut self,
         bevel: &BeveledMesh,
         field: &FaceVectors,
-        is_flipped: impl Fn(Face) -> bool,
     ) -> Result<Vec<Complex>, PolarFieldError> {
         let n = field.degree as usize;
         let mut flat = Vec::with_capacity(field.vectors.len());
         for face in bevel.mesh.faces() {
             check_step(face.index())?;
             let [a, b, c] = bevel.mesh.face_positions(face);
-            let unit = |v: [f64; 3]| scale(v, 1.0 / norm(v));
+            // Squares of lengths overflow long before lengths do.
+            let unit = |v: [f64; 3]| {
+                let largest = v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+                let v = v.map(|x| x / largest);
+                scale(v, 1.0 / norm(v))
+            };
             let along = unit(sub(b, a));
             let normal = unit(cross(along, unit(sub(c, a))));
             let across = cross(normal, along);
             let first = face.index() * n;
-            let mut vectors: Vec<[f64; 3]> = field.vectors[first..first + n].to_vec();
-            if is_flipped(face) {
-                vectors[1..].reverse();
-            }
             let begin = flat.len();
-            for v in vectors {
+            for &v in &field.vectors[first..first + n] {
                 let size = norm(v);
                 if size > 0.0 {
                     let angle = (dot(v, normal) / size).clamp(-1.0, 1.0).asin().abs();
@@ -160,19 +158,28 @@ impl FieldInspection {
                 }
                 flat.push(Complex { re: dot(v, along), im: dot(v, across) });
             }
-            let own = &flat[begin..];
+            let own = &mut flat[begin..];
             if own.iter().any(|z| z.norm() == 0.0) {
                 self.zero.push(face);
                 continue;
             }
             let turns = (0..n).map(|j| (own[(j + 1) % n] * own[j].conj()).arg().rem_euclid(TAU));
             let whole: f64 = turns.clone().sum();
-            if n > 1 && (whole - TAU).abs() > 1e-6 {
+            let is_ordered = (whole - TAU).abs() <= 1e-6;
+            if n > 1 && !is_ordered {
                 self.disordered.push(face);
             }
             let size = own[0].norm();
             let is_even = |turn: f64| (turn - TAU / n as f64).abs() < EQUAL;
             let is_equal = |z: &Complex| (z.norm() - size).abs() < EQUAL * size;
+            if !is_ordered && field.matching.is_empty() {
+                let first = own[0].conj();
+                own.sort_by(|a, b| {
+                    let angle = |z: &Complex| (*z * first).arg().rem_euclid(TAU);
+                    angle(a).total_cmp(&angle(b))
+                });
+            }
+            let turns = (0..n).map(|j| (own[(j + 1) % n] * own[j].conj()).arg().rem_euclid(TAU));
             if n > 1 && !(turns.clone().all(is_even) && own.iter().all(is_equal)) {
                 self.asymmetric.push(face);
             }
@@ -190,10 +197,19 @@ impl FieldInspection {
         let connection = bevel.connection();
         let mut jumps = bevel.zero();
         let mean_size = flat.iter().map(|z| z.norm()).sum::<f64>() / flat.len() as f64;
+        // A face without directions has any: those of its layout, so that the indices add up.
+        let mut directions = flat.to_vec();
+        let mut has_directions = FaceField::constant(bevel.mesh.face_count(), true);
+        for &face in &self.zero {
+            has_directions[face] = false;
+            for (j, z) in directions[face.index() * n..(face.index() + 1) * n].iter_mut().enumerate() {
+                *z = polar(1.0, TAU * j as f64 / n as f64);
+            }
+        }
         let (mut squares, mut curls, mut count) = (0.0, 0.0, 0usize);
         for (h, twin) in bevel.edges() {
             check_step(h.index())?;
-            let of = |f: Face| &flat[f.index() * n..(f.index() + 1) * n];
+            let of = |f: Face| &directions[f.index() * n..(f.index() + 1) * n];
             let (own, other) = (of(h.face()), of(twin.face()));
             // Vectors of the twin's face, carried to the layout of the own one.
             let turn = Complex { re: connection.jump[h].cos(), im: connection.jump[h].sin() };
@@ -201,7 +217,7 @@ impl FieldInspection {
             let effort = |k: usize| -> f64 {
                 (0..n).map(|j| (own[(j + k) % n] * (other[j] * turn).conj()).arg()).sum()
             };
-            let shift = matching.shift(h.face(), twin.face(), n).unwrap_or_else(|| {
+            let shift = matching.shift(h, n).unwrap_or_else(|| {
                 (0..n).min_by(|a, b| effort(*a).abs().total_cmp(&effort(*b).abs())).unwrap_or(0)
             });
             // N times the mean rotation.
@@ -221,6 +237,9 @@ impl FieldInspection {
             let triangles = [h, twin].map(|h| &bevel.triangles[h.face().index()]);
             let length = triangles[0].lengths[h.side()];
             self.smoothness += length * length / (triangles[0].area + triangles[1].area) * effort * effort;
+            if !(has_directions[h.face()] && has_directions[twin.face()]) {
+                continue;
+            }
             let along = triangles[0].directions()[h.side()];
             let curl = (0..n)
                 .map(|j| ((own[(j + shift) % n] - other[j] * turn) * along.conj()).re.abs())
@@ -251,40 +270,37 @@ impl FieldInspection {
     }
 }
 
-/// Shifts between the vectors of neighbouring faces, as given.
-struct Matching(std::collections::HashMap<[u32; 2], i64>);
+/// Shifts of the vectors of the face of a halfedge against those of its twin's, as given.
+struct Matching(HashMap<Halfedge, i64>);
 
 impl Matching {
-    fn new(
-        bevel: &BeveledMesh,
-        field: &FaceVectors,
-        is_flipped: impl Fn(Face) -> bool,
-    ) -> Result<Matching, PolarFieldError> {
-        let mut shifts = std::collections::HashMap::new();
-        for (row, &([f, g], k)) in field.matching.iter().enumerate() {
-            let faces = bevel.mesh.face_count();
-            let is_pair = f.index() < faces
-                && g.index() < faces
-                && (0..3).any(|s| bevel.twin[f.halfedge(s)].is_some_and(|t| t.face() == g));
-            if !is_pair {
+    fn new(bevel: &BeveledMesh, field: &FaceVectors) -> Result<Matching, PolarFieldError> {
+        let mut shifts = HashMap::new();
+        for (row, matched) in field.matching.iter().enumerate() {
+            let [f, g] = matched.faces;
+            let mut found = false;
+            let sides = (0..3).map(|k| f.halfedge(k)).filter(|_| f.index() < bevel.mesh.face_count());
+            for h in sides {
+                let ends = [bevel.mesh.origin(h), bevel.mesh.tip(h)];
+                let is_named = |[v, w]: [Vertex; 2]| ends == [v, w] || ends == [w, v];
+                if let Some(twin) = bevel.twin[h]
+                    && twin.face() == g
+                    && matched.vertices.is_none_or(is_named)
+                {
+                    // The second face's vectors come later by the shift.
+                    shifts.insert(twin, matched.shift);
+                    shifts.insert(h, -matched.shift);
+                    found = true;
+                }
+            }
+            if !found {
                 return Err(PolarFieldError::Matching { row, faces: [f, g] });
             }
-            // Between flipped faces both orders run backwards; between others the shift has no
-            // sense.
-            let k = match [f, g].map(&is_flipped) {
-                [false, false] => k,
-                [true, true] => -k,
-                _ => continue,
-            };
-            shifts.insert([f.0, g.0], k);
         }
         Ok(Matching(shifts))
     }
 
-    /// Returns the shift of the vectors of `own` against those of `other`.
-    fn shift(&self, own: Face, other: Face, n: usize) -> Option<usize> {
-        let k = self.0.get(&[other.0, own.0]).copied();
-        let k = k.or_else(|| self.0.get(&[own.0, other.0]).map(|k| -k))?;
-        Some(k.rem_euclid(n as i64) as usize)
+    fn shift(&self, h: Halfedge, n: usize) -> Option<usize> {
+        self.0.get(&h).map(|k| k.rem_euclid(n as i64) as usize)
     }
 }

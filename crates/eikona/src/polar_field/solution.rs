@@ -7,8 +7,9 @@ use crate::polar_field::alignment::Followed;
 use crate::polar_field::bevel::wrapped;
 use crate::polar_field::domain::Domain;
 use crate::polar_field::field::{Values, polar};
+use crate::polar_field::inspection::Match;
 use crate::polar_field::singularity::Prescribed;
-use eikona_mesh::{CurveError, Face, Halfedge, Located, SurfacePoint, TriangleMesh, Vertex};
+use eikona_mesh::{CurveError, Face, Halfedge, Located, SurfacePoint, TriangleMesh};
 use eikona_numeric::Complex;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -132,14 +133,12 @@ impl PolarField {
         Ok((0..self.degree).map(vector).collect())
     }
 
-    /// Returns how the vectors at the centroids of neighbouring faces continue each other: for each
-    /// edge of two faces these faces, the vertices of the edge in the order of the first face, and
-    /// a shift `k` from 0 to N - 1. Vector `j` of the first face, in the order of
-    /// [`vectors_at`](Self::vectors_at), continues as vector `j + k` of the second one.
+    /// Returns how the vectors at the centroids of neighbouring faces continue each other, for each
+    /// edge of two faces, in the order of [`vectors_at`](Self::vectors_at). Shifts are from 0 to N - 1.
     ///
-    /// The field is followed from centroid to centroid through the middle of the edge, so rotations
-    /// inside faces are counted right however large they are.
-    pub fn matching(&self) -> Vec<([Face; 2], [Vertex; 2], u32)> {
+    /// The field is followed from centroid to centroid through the middle of the edge, with the
+    /// rotations that were solved for, so they are counted right however large they are.
+    pub fn matching(&self) -> Vec<Match> {
         let Domain { bevel, connection, .. } = &*self.domain;
         let n = f64::from(self.degree);
         let mut matching = Vec::new();
@@ -149,16 +148,22 @@ impl PolarField {
                 weights[(h.side() + 2) % 3] = 0.0;
                 weights
             };
-            let centroid = |h: Halfedge| self.power_at(h.face(), [1.0 / 3.0; 3]);
+            let third = [1.0 / 3.0; 3];
+            let centroid = |h: Halfedge| self.power_at(h.face(), third);
             // Turns of the power: inside the first face, across the edge, inside the second face.
-            let own = -self.values.turn_between(h.face(), middle(h), [1.0 / 3.0; 3]);
-            let other = self.values.turn_between(twin.face(), middle(twin), [1.0 / 3.0; 3]);
+            let own = -self.values.turn_between(h.face(), middle(h), third);
+            let other = self.values.turn_between(twin.face(), middle(twin), third);
             let [p, q] = [h, twin].map(|h| self.power_at(h.face(), middle(h)).arg());
             let across = wrapped(q - p + n * connection.jump[h]);
+            let solved = 0.5 * (self.values.jump[twin] - self.values.jump[h]);
+            let across = across + TAU * ((solved - across) / TAU).round();
             let arrived = centroid(h).arg() + own + across + other - n * connection.jump[h];
             let shift = ((arrived - centroid(twin).arg()) / TAU).round() as i64;
-            let ends = [bevel.mesh.origin(h), bevel.mesh.tip(h)];
-            matching.push(([h.face(), twin.face()], ends, shift.rem_euclid(i64::from(self.degree)) as u32));
+            matching.push(Match {
+                faces: [h.face(), twin.face()],
+                vertices: Some([bevel.mesh.origin(h), bevel.mesh.tip(h)]),
+                shift: shift.rem_euclid(i64::from(self.degree)),
+            });
         }
         matching
     }

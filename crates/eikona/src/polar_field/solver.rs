@@ -1,12 +1,10 @@
 //! Prepares a mesh once; solves for any number of prescriptions.
 
 use crate::Warning;
-use crate::curves::side::consistently_oriented;
-use crate::geometry::{lay_out_in, unit_of};
 use crate::phases::Phases;
 use crate::polar_field::alignment::Following;
 use crate::polar_field::automatic::{Prescription, prescription};
-use crate::polar_field::bevel::{BeveledMesh, Cycle};
+use crate::polar_field::bevel::Cycle;
 use crate::polar_field::domain::Domain;
 use crate::polar_field::error::PolarFieldError;
 use crate::polar_field::field::{Phased, Values};
@@ -19,9 +17,10 @@ use crate::polar_field::scale::{ScaleSearch, smoothest_scales, ties};
 use crate::polar_field::singularity::{Prescribed, Singularity, name};
 use crate::polar_field::smoothness::CornerLaplacian;
 use crate::polar_field::solution::{FieldReport, Measured, PolarField};
+use crate::polar_field::surface::Surface;
 use crate::polar_field::targets::targets;
 use crate::polar_field::trivial::trivial_rotation;
-use eikona_mesh::{FaceField, Topology, TriangleMesh};
+use eikona_mesh::{FaceField, TriangleMesh};
 use eikona_numeric::{NumericError, Resources, check_stopped};
 use std::sync::Arc;
 
@@ -53,23 +52,8 @@ impl Solver {
         {
             return Err(PolarFieldError::Regularizer { regularizer });
         }
-        let mut phases = Phases::begin("geometry")?;
-        if mesh.face_count() == 0 {
-            return Err(PolarFieldError::NoFaces);
-        }
-        let topology = Topology::of(mesh);
-        check_stopped()?;
-        check_surface(mesh, &topology)?;
-        let mut warnings = Vec::new();
-        let mesh = consistently_oriented(mesh, &mut warnings);
-        // The numbers of boundary halfedges depend on the orientation.
-        let topology = if warnings.is_empty() { topology } else { Topology::of(&mesh) };
-        let triangles = lay_out_in(&mesh, unit_of(&mesh))?;
-        if let Some(face) = mesh.faces().find(|f| triangles[f.index()].mollified) {
-            return Err(PolarFieldError::FlatFace { face });
-        }
-        phases.next("bevel")?;
-        let bevel = BeveledMesh::new(&mesh, topology, triangles);
+        let mut phases = Phases::begin("surface")?;
+        let Surface { bevel, warnings } = Surface::of(mesh)?;
         check_stopped()?;
         let homology = Homology::of(&bevel)?;
         check_stopped()?;
@@ -207,8 +191,7 @@ impl Solver {
     ///
     /// # Reference
     /// Keenan Crane, Mathieu Desbrun and Peter Schröder, *Trivial Connections on Discrete
-    /// Surfaces*,
-    /// 2010.
+    /// Surfaces*, 2010.
     ///
     /// ```
     /// use eikona::mesh::{SurfacePoint, shapes};
@@ -316,22 +299,4 @@ struct Evaluated {
     /// Faces and edges whose singular point could not be placed.
     unplaced: Vec<Cycle>,
     search: ScaleSearch,
-}
-
-/// Refuses surfaces on which a field has no sense.
-pub(super) fn check_surface(mesh: &TriangleMesh, topology: &Topology) -> Result<(), PolarFieldError> {
-    if let Some(&edge) = topology.nonmanifold_edges.first() {
-        let (vertices, faces) = (mesh.edge_vertices(edge), mesh.edge_halfedges(edge).len());
-        return Err(PolarFieldError::NonmanifoldEdge { edge, vertices, faces });
-    }
-    if let Some(v) = topology.nonmanifold_vertices.first() {
-        return Err(PolarFieldError::NonmanifoldVertex { vertex: v.vertex, fans: v.fans });
-    }
-    match topology.components.iter().position(|c| !c.orientable) {
-        Some(component) => {
-            let first_face = topology.components[component].first_face;
-            Err(PolarFieldError::NotOrientable { component, first_face })
-        }
-        None => Ok(()),
-    }
 }
