@@ -56,7 +56,8 @@ fn indices_of_solved_fields_are_found_with_and_without_the_matching() {
 
 #[test]
 fn the_matching_counts_rotations_of_more_than_half_a_turn() {
-    // Six turns of the power around a vertex with six faces: more than half a turn from face to face.
+    // Six turns of the power around a vertex with six faces: more than half a turn from face to
+    // face.
     let mesh = torus();
     let solver = Solver::new(&mesh, &Default::default()).unwrap();
     let prescribed = [at(100, -1.5), at(900, 1.0), at(1000, 0.5)];

@@ -139,8 +139,8 @@ const MOST_TEXTS: usize = 80;
 /// Colour of streamlines.
 const LINE: [u8; 3] = [42, 48, 60];
 
-/// Draws streamlines, or vectors as marks, and the singular points as dots with their index, red for
-/// positive indices and blue for negative ones.
+/// Draws streamlines, or vectors as marks, and the singular points as dots with their index, red
+/// for positive indices and blue for negative ones.
 pub fn output_picture(
     path: &Path,
     field: &PolarField,

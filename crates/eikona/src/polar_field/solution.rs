@@ -134,7 +134,8 @@ impl PolarField {
     }
 
     /// Returns how the vectors at the centroids of neighbouring faces continue each other, for each
-    /// edge of two faces, in the order of [`vectors_at`](Self::vectors_at). Shifts are from 0 to N - 1.
+    /// edge of two faces, in the order of [`vectors_at`](Self::vectors_at). Shifts are from 0 to N
+    /// - 1.
     ///
     /// The field is followed from centroid to centroid through the middle of the edge, with the
     /// rotations that were solved for, so they are counted right however large they are.
