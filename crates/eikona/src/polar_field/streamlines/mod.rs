@@ -4,6 +4,8 @@
 //! meets each edge at any point (`tracer.rs`). Evenly spaced lines (`spacing.rs`) keep a distance
 //! to others of about the same direction; lines of other directions cross them.
 
+#[cfg(test)]
+mod forms;
 mod spacing;
 mod tracer;
 
@@ -29,8 +31,10 @@ pub enum StreamlineEnd {
     Neighbor,
     /// It is closed.
     Closed,
-    /// The directions on both sides of an edge lead to it.
+    /// The directions on both sides of an edge lead to it, or lead around a spot.
     Trapped,
+    /// It has as many steps as a line may have, about a million.
+    Steps,
 }
 
 /// A streamline.
@@ -121,16 +125,16 @@ impl PolarField {
         };
         let start = tracer.start(place, direction).ok_or(vanishes)?;
         let reach = if length.is_finite() { length.max(0.0) / tracer.unit } else { 100.0 * self.size() };
-        let [ahead, behind] = [0.0, std::f64::consts::PI].map(|turn| {
+        let [ahead, behind] = [start, start.reversed()].map(|start| {
             let mut walked = 0.0;
             let mut nodes = Vec::new();
-            let mut walk = tracer.walk(start.turned(turn));
+            let mut walk = tracer.walk(start);
             let end = loop {
                 match walk.step(reach - walked) {
                     Ok((node, by)) => {
                         nodes.push(node);
                         walked += by;
-                        if nodes.len() > 10 && tracer.is_back(&start.turned(turn), walk.state(), by) {
+                        if nodes.len() > 10 && tracer.is_back(&start, walk.state(), by) {
                             break StreamlineEnd::Closed;
                         }
                         if walked >= reach {

@@ -92,7 +92,7 @@ impl<'a> Spacing<'a> {
         let behind = if ahead.1 == StreamlineEnd::Closed {
             (Vec::new(), StreamlineEnd::Closed)
         } else {
-            self.half(seed.turned(PI), number, -1.0, &mut visited)
+            self.half(seed.reversed(), number, -1.0, &mut visited)
         };
         let length = visited.iter().fold([0.0f64; 2], |[a, b], (_, l)| [a.min(*l), b.max(*l)]);
         if length[1] - length[0] < SHORT * self.separation {

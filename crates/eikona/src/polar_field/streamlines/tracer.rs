@@ -8,7 +8,7 @@ use crate::polar_field::streamlines::StreamlineEnd;
 use eikona_mesh::{Face, Halfedge, Located};
 use eikona_numeric::{Complex, Scalar};
 use std::collections::HashMap;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Longest step relative to the root of the area of a face.
 const STEP: f64 = 0.3;
@@ -22,6 +22,11 @@ const ASIDE: f64 = 1e-6;
 const AT_ONCE: f64 = 1e-6;
 /// Most slides along edges in a row.
 const MOST_SLIDES: usize = 32;
+/// Most steps of a walk.
+const MOST_STEPS: usize = 1 << 20;
+/// A walk is trapped if this many steps together are shorter than a share of the size of the face.
+const PATIENCE: usize = 1024;
+const PROGRESS: f64 = 0.01;
 
 /// A point in the layout of a face, and a direction there.
 #[derive(Clone, Copy, Debug)]
@@ -30,11 +35,19 @@ pub(super) struct State {
     pub point: Complex,
     /// Angle in the layout of the face.
     pub angle: f64,
+    /// Whether the walk runs against one of the N directions. If N is odd, its own direction is
+    /// none of them.
+    pub against: bool,
 }
 
 impl State {
     pub fn turned(self, by: f64) -> State {
         State { angle: self.angle + by, ..self }
+    }
+
+    /// Returns the same point with the opposite direction along the line.
+    pub fn reversed(self) -> State {
+        State { against: !self.against, ..self.turned(PI) }
     }
 }
 
@@ -76,7 +89,7 @@ impl<'a> Tracer<'a> {
         let n = f64::from(self.field.degree);
         let angle = (power.arg() + TAU * f64::from(direction)) / n;
         let point = self.triangle(face).point(weights);
-        (power.norm() > 0.0).then_some(State { face, point, angle })
+        (power.norm() > 0.0).then_some(State { face, point, angle, against: false })
     }
 
     /// Returns the place of a state on the mesh.
@@ -98,7 +111,7 @@ impl<'a> Tracer<'a> {
     }
 
     pub fn walk(&self, state: State) -> Walk<'_> {
-        self.resumed(Paused { state, slides: 0, side: None })
+        self.resumed(Paused { state, steps: 0, recent: 0.0, slides: 0, side: None })
     }
 
     /// Goes on with a walk.
@@ -113,11 +126,13 @@ impl<'a> Tracer<'a> {
             && wrapped(start.angle - now.angle).abs() < 0.1
     }
 
-    /// The direction of the field at a point of a face, that nearest to an angle.
-    fn angle_near(&self, face: Face, point: Complex, angle: f64) -> f64 {
-        let (base, m) = self.base(face, point);
+    /// Returns the direction at the point of a state that is nearest to its angle: one of the N
+    /// directions, or the opposite of one.
+    fn direction(&self, state: &State) -> f64 {
+        let (base, m) = self.base(state.face, state.point);
         let n = f64::from(self.field.degree);
-        angle + wrapped(m * base.arg() - n * angle) / n
+        let reverse = if state.against { n * PI } else { 0.0 };
+        state.angle + wrapped(m * base.arg() + reverse - n * state.angle) / n
     }
 
     /// The linear field at a point of a face, and its power.
@@ -142,15 +157,15 @@ impl<'a> Tracer<'a> {
 
     /// Moves along the field in the plane of a face, by the classical Runge-Kutta step.
     fn moved(&self, state: &State, by: f64) -> State {
-        let State { face, point, angle } = *state;
-        let direction = |at: Complex, near: f64| self.angle_near(face, at, near);
+        let State { point, angle, .. } = *state;
+        let direction = |point: Complex, angle: f64| self.direction(&State { point, angle, ..*state });
         let a1 = direction(point, angle);
         let a2 = direction(point + polar(0.5 * by, a1), a1);
         let a3 = direction(point + polar(0.5 * by, a2), a2);
         let a4 = direction(point + polar(by, a3), a3);
         let sum = polar(1.0, a1) + (polar(1.0, a2) + polar(1.0, a3)) * 2.0 + polar(1.0, a4);
         let to = point + sum * (by / 6.0);
-        State { face, point: to, angle: direction(to, a4) }
+        State { point: to, angle: direction(to, a4), ..*state }
     }
 }
 
@@ -166,6 +181,10 @@ pub(super) fn weights_of(triangle: &Triangle, point: Complex) -> [f64; 3] {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Paused {
     pub state: State,
+    /// Steps so far.
+    steps: usize,
+    /// Length of the steps since their number was a multiple of [`PATIENCE`].
+    recent: f64,
     /// Slides along edges, in a row.
     slides: usize,
     /// The side of the face on which the walk is.
@@ -190,6 +209,24 @@ impl Walk<'_> {
     /// Takes a step of at most this length, which ends inside the face or on its boundary. Returns
     /// the new node and the length of the step, or why there is no step.
     pub fn step(&mut self, most: f64) -> Result<(Located, f64), StreamlineEnd> {
+        if self.paused.steps == MOST_STEPS {
+            return Err(StreamlineEnd::Steps);
+        }
+        self.paused.steps += 1;
+        let (node, by) = self.step_in_face(most)?;
+        self.paused.recent += by;
+        if self.paused.steps.is_multiple_of(PATIENCE) {
+            // Directions that jump can lead around a vertex, or to and fro, forever.
+            let size = self.tracer.triangle(self.paused.state.face).area.sqrt();
+            if self.paused.recent < PROGRESS * size {
+                return Err(StreamlineEnd::Trapped);
+            }
+            self.paused.recent = 0.0;
+        }
+        Ok((node, by))
+    }
+
+    fn step_in_face(&mut self, most: f64) -> Result<(Located, f64), StreamlineEnd> {
         let tracer = self.tracer;
         let face = self.paused.state.face;
         let triangle = tracer.triangle(face);
@@ -217,7 +254,7 @@ impl Walk<'_> {
         };
         let (side, share) = self.exit(by);
         let at_exit = tracer.moved(&self.paused.state, share * by);
-        if self.paused.side == Some(side) && share < AT_ONCE {
+        if self.paused.side == Some(side) && share <= 2.0 * AT_ONCE {
             return self.slide(side);
         }
         let by = share * by;
@@ -228,9 +265,14 @@ impl Walk<'_> {
     /// Returns the side through which a step leaves the face, and the share of the step before.
     fn exit(&self, by: f64) -> (usize, f64) {
         let triangle = self.tracer.triangle(self.paused.state.face);
+        // A walk that leads away from the side it is on may be beyond that side by rounding.
+        let left = self.paused.side.filter(|&side| self.leads_in(side)).map(|side| (side + 2) % 3);
         let lowest = |share: f64| {
             let point = self.tracer.moved(&self.paused.state, share * by).point;
-            let w = weights_of(triangle, point);
+            let mut w = weights_of(triangle, point);
+            if let Some(corner) = left.filter(|_| share < AT_ONCE) {
+                w[corner] = f64::INFINITY;
+            }
             let k = (0..3).fold(0, |low, k| if w[k] < w[low] { k } else { low });
             (w[k], k)
         };
@@ -259,6 +301,12 @@ impl Walk<'_> {
         ((corner + 1) % 3, outside)
     }
 
+    /// Returns whether the direction at the walk's point leads from a side into the face.
+    fn leads_in(&self, side: usize) -> bool {
+        let along = self.tracer.triangle(self.paused.state.face).directions()[side];
+        (polar(1.0, self.paused.state.angle) * along.conj()).im > 0.0
+    }
+
     /// Goes on in the face beyond a side.
     fn cross(&mut self, side: usize, at: State) -> Result<(), StreamlineEnd> {
         let tracer = self.tracer;
@@ -276,8 +324,8 @@ impl Walk<'_> {
         let angle = at.angle + (-turn(twin) * turn(h).conj()).arg();
         let face = twin.face();
         let point = tracer.triangle(face).point(on_side(twin, 1.0 - along));
-        let angle = tracer.angle_near(face, point, angle);
-        self.paused.state = State { face, point, angle };
+        let state = State { face, point, angle, ..at };
+        self.paused.state = State { angle: tracer.direction(&state), ..state };
         self.paused.side = Some(twin.side());
         Ok(())
     }
@@ -304,8 +352,7 @@ impl Walk<'_> {
             return Err(StreamlineEnd::Trapped);
         }
         self.paused.state.point = triangle.point(weights);
-        self.paused.state.angle =
-            tracer.angle_near(self.paused.state.face, self.paused.state.point, self.paused.state.angle);
+        self.paused.state.angle = tracer.direction(&self.paused.state);
         self.paused.side = None;
         Ok((tracer.located(&self.paused.state), by))
     }
