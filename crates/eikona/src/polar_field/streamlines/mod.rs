@@ -85,12 +85,13 @@ impl PolarField {
     ///
     /// ```
     /// use eikona::mesh::shapes;
-    /// use eikona::polar_field::{AutomaticOptions, FieldOptions, Solver, StreamlineOptions};
-    /// let annulus = shapes::annulus(0.5, 1.0, 8, 40)?;
-    /// let solver = Solver::new(&annulus, &Default::default())?;
-    /// let field = solver.solve(&[], &FieldOptions::default().with_degree(2))?;
-    /// let lines = field.streamlines(&StreamlineOptions::default().with_separation(Some(0.1)))?;
-    /// assert!(lines.len() > 5);
+    /// use eikona::polar_field::{FieldOptions, Guide, Solver, Streamline, StreamlineOptions};
+    /// // Lines along both boundaries of a ring.
+    /// let ring = shapes::annulus(0.5, 1.0, 10, 60)?;
+    /// let options = FieldOptions::default().with_degree(2).with_guides(vec![Guide::Boundary]);
+    /// let field = Solver::new(&ring, &Default::default())?.solve(&[], &options)?;
+    /// let lines = field.streamlines(&StreamlineOptions::default().with_separation(Some(0.08)))?;
+    /// assert!(lines.iter().any(Streamline::is_closed));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn streamlines(&self, options: &StreamlineOptions) -> Result<Vec<Streamline>, PolarFieldError> {
