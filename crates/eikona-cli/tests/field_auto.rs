@@ -105,6 +105,8 @@ fn wrong_guides_are_refused() {
     refused("--auto --singularities s.json", 2, &["--singularities"]);
     refused("--auto=best", 2, &["smoothest", "curvature"]);
     refused("--align-weight 1", 2, &["--align"]);
+    refused("--auto --separation 0.1", 2, &["--separation has no effect", "--streamlines"]);
+    refused("--auto --separation 0.1 --glyphs --render out.png", 2, &["--separation has no effect"]);
     refused("--align boundary --align-weight 0", 2, &["0"]);
     // Singularities on both sides of the equator, which the field must turn around.
     folder.write("equator.obj", "v 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nl 1 2 3 4 1\n");

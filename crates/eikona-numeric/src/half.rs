@@ -32,31 +32,42 @@ use std::ops::Range;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HalfSolution<T> {
-    /// Ranges of the elimination order, ascending: columns of whole supernodes.
-    ranges: Vec<Range<u32>>,
-    /// The values in these ranges, one after the other. Those in between are zero.
+    /// Pieces in elimination order. The values in between are zero.
+    pieces: Vec<Piece>,
+    /// The values of all pieces, one after the other.
     values: Vec<T>,
+}
+
+/// The columns of a supernode, and where their values begin.
+#[derive(Clone, Debug, PartialEq)]
+struct Piece {
+    columns: Range<u32>,
+    first: usize,
+}
+
+impl Piece {
+    fn values(&self) -> Range<usize> {
+        self.first..self.first + self.columns.len()
+    }
 }
 
 impl<T: Scalar> HalfSolution<T> {
     /// Returns the product of the conjugate of this half solution with another one.
     pub fn dot(&self, other: &HalfSolution<T>) -> T {
         let mut sum = T::ZERO;
-        self.for_shared(other, |a, b| {
-            for (a, b) in self.values[a].iter().zip(&other.values[b]) {
+        for [own, theirs] in shared(&self.pieces, &other.pieces) {
+            for (a, b) in self.values[own].iter().zip(&other.values[theirs]) {
                 sum += a.conj() * *b;
             }
-        });
+        }
         sum
     }
 
     /// Adds a multiple of another half solution, where this one has values: everywhere if its
     /// right-hand side was dense.
     pub fn add(&mut self, factor: T, other: &HalfSolution<T>) {
-        let mut shared = Vec::new();
-        self.for_shared(other, |a, b| shared.push((a, b)));
-        for (a, b) in shared {
-            for (a, b) in self.values[a].iter_mut().zip(&other.values[b]) {
+        for [own, theirs] in shared(&self.pieces, &other.pieces) {
+            for (a, b) in self.values[own].iter_mut().zip(&other.values[theirs]) {
                 *a += factor * *b;
             }
         }
@@ -71,26 +82,20 @@ impl<T: Scalar> HalfSolution<T> {
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
+}
 
-    /// Visits the values of the ranges that both have.
-    fn for_shared(&self, other: &HalfSolution<T>, mut visit: impl FnMut(Range<usize>, Range<usize>)) {
-        let (mut a, mut b) = (self.ranges.iter().peekable(), other.ranges.iter().peekable());
-        let (mut at_a, mut at_b) = (0, 0);
-        while let (Some(&p), Some(&q)) = (a.peek(), b.peek()) {
-            let (len_a, len_b) = (p.len(), q.len());
-            if p.start == q.start {
-                visit(at_a..at_a + len_a, at_b..at_b + len_b);
-            }
-            if p.start <= q.start {
-                at_a += len_a;
-                a.next();
-            }
-            if q.start <= p.start {
-                at_b += len_b;
-                b.next();
-            }
-        }
-    }
+/// Iterates over the pieces that both have, with the places of their values. One may have many more
+/// pieces than the other.
+fn shared<'a>(a: &'a [Piece], b: &'a [Piece]) -> impl Iterator<Item = [Range<usize>; 2]> + 'a {
+    let is_swapped = a.len() > b.len();
+    let (few, mut many) = if is_swapped { (b, a) } else { (a, b) };
+    few.iter().filter_map(move |piece| {
+        let begin = piece.columns.start;
+        many = &many[many.partition_point(|other| other.columns.start < begin)..];
+        let found = many.first().filter(|other| other.columns.start == begin)?;
+        let (few, many) = (piece.values(), found.values());
+        Some(if is_swapped { [many, few] } else { [few, many] })
+    })
 }
 
 /// Right-hand sides that share a pass over the factor.
@@ -112,8 +117,11 @@ impl<T: Scalar> Cholesky<T> {
         let mut values = [symbolic.order().iter().map(|&i| rhs[i as usize]).collect::<Vec<T>>()];
         dispatch(Forward { factor: self, columns: &mut values, supernodes: &all })?;
         let [values] = values;
-        let range = |s: &usize| supernodes.columns(*s).start as u32..supernodes.columns(*s).end as u32;
-        Ok(HalfSolution { ranges: all.iter().map(range).collect(), values })
+        let piece = |s: &usize| {
+            let columns = supernodes.columns(*s);
+            Piece { columns: columns.start as u32..columns.end as u32, first: columns.start }
+        };
+        Ok(HalfSolution { pieces: all.iter().map(piece).collect(), values })
     }
 
     /// Returns the half solutions of sparse right-hand sides, given as pairs of unknown and value.
@@ -153,11 +161,12 @@ impl<T: Scalar> Cholesky<T> {
             path.sort_unstable();
             dispatch(Forward { factor: self, columns: &mut columns[..group.len()], supernodes: &path })?;
             for column in &mut columns[..group.len()] {
-                let mut half = HalfSolution { ranges: Vec::new(), values: Vec::new() };
+                let mut half = HalfSolution { pieces: Vec::new(), values: Vec::new() };
                 for range in path.iter().map(|&s| supernodes.columns(s)) {
                     let values = &mut column[range.clone()];
                     if values.iter().any(|x| *x != T::ZERO) {
-                        half.ranges.push(range.start as u32..range.end as u32);
+                        let columns = range.start as u32..range.end as u32;
+                        half.pieces.push(Piece { columns, first: half.values.len() });
                         half.values.extend_from_slice(values);
                         values.fill(T::ZERO);
                     }
@@ -179,10 +188,9 @@ impl<T: Scalar> Cholesky<T> {
     pub fn complete(&self, half: &HalfSolution<T>) -> Result<Vec<T>, NumericError> {
         let symbolic = self.symbolic();
         let mut x = vec![T::ZERO; symbolic.unknowns()];
-        let mut values = half.values.iter();
-        for range in &half.ranges {
-            let target = &mut x[range.start as usize..range.end as usize];
-            target.iter_mut().zip(&mut values).for_each(|(x, value)| *x = *value);
+        for piece in &half.pieces {
+            x[piece.columns.start as usize..piece.columns.end as usize]
+                .copy_from_slice(&half.values[piece.values()]);
         }
         let mut x = [x];
         dispatch(Backward { factor: self, columns: &mut x })?;

@@ -128,6 +128,24 @@ fn flipped_faces_do_not_change_the_indices() {
 }
 
 #[test]
+fn parallel_vectors_are_matched_with_themselves() {
+    // Opposite vectors turn by half a turn, some to the left and some to the right: in the sum, by
+    // nothing.
+    let disk = shapes::disk(6, 24, 1.0).unwrap();
+    for degree in [1u32, 2, 3, 4, 6, 12] {
+        let turned = |k: u32| {
+            let angle = 0.3 + std::f64::consts::TAU * f64::from(k) / f64::from(degree);
+            [angle.cos(), angle.sin(), 0.0]
+        };
+        let vectors = (0..disk.face_count()).flat_map(|_| (0..degree).map(turned)).collect();
+        let seen = inspect_field(&disk, &FaceVectors { degree, vectors, ..FaceVectors::default() }).unwrap();
+        assert!(seen.largest_curl.0 < 1e-12, "N = {degree}: {:?}", seen.largest_curl);
+        assert!(seen.largest_rotation.0 < 1e-12 && seen.vertices.is_empty());
+        assert_eq!(seen.boundaries, [1.0]);
+    }
+}
+
+#[test]
 fn sizes_and_zero_fields_have_their_indices() {
     let unit = shapes::icosphere(2).unwrap();
     for scale in [1e-200, 1.0, 1e200] {

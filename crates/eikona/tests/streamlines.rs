@@ -213,6 +213,20 @@ fn lines_scale_with_the_mesh() {
 }
 
 #[test]
+fn positions_are_apart() {
+    let mesh = damage::jitter(&shapes::torus(1.0, 0.4, 50, 20).unwrap(), 0.2, 6).unwrap();
+    for degree in [1, 2, 3, 4] {
+        let field = automatic(&mesh, degree);
+        let lines = field.streamlines(&StreamlineOptions::default().with_separation(Some(0.05))).unwrap();
+        for line in &lines {
+            let points = line.positions(&mesh);
+            assert!(points.len() > 1 && points.windows(2).all(|pair| norm(sub(pair[0], pair[1])) > 1e-7));
+            assert_eq!(points[0], line.nodes[0].position(&mesh));
+        }
+    }
+}
+
+#[test]
 fn faults_of_streamlines_are_named() {
     let sphere = shapes::icosphere(2).unwrap();
     let field = automatic(&sphere, 4);

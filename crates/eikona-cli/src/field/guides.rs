@@ -69,6 +69,16 @@ pub enum Automatic {
     Curvature,
 }
 
+impl Automatic {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Automatic::Smoothest => "smoothest",
+            Automatic::Curvature => "curvature",
+        }
+    }
+}
+
 /// Writes a prescription in the form that `--singularities` and `--cycles` read, in the numbers of
 /// the mesh file.
 pub fn output_prescription(

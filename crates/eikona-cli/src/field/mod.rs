@@ -10,7 +10,7 @@ use crate::number::{above_zero, bytes};
 use crate::picture::{PictureArguments, check_picture_path};
 use crate::session::{General, Session, check_outputs};
 use crate::warned::Warned;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use eikona::polar_field::{
     AutomaticOptions, FieldOptions, FieldReport, Followed, Guide, PolarField, Prescription, Solver,
     SolverOptions, StreamlineOptions,
@@ -185,6 +185,14 @@ fn check_arguments(arguments: &FieldArguments, general: &General) -> Result<Opti
     if let (Some(flag), None) = (arguments.picture.given(), &arguments.render) {
         return Err(Failure::Usage(format!("{flag} has no effect without a picture; add --render OUT.png")));
     }
+    let has_lines = arguments.streamlines.is_some() || arguments.render.is_some() && !arguments.glyphs;
+    if arguments.separation.is_some() && !has_lines {
+        return Err(Failure::Usage(
+            "--separation has no effect without streamlines; add --streamlines L.obj, or --render OUT.png without \
+             --glyphs"
+                .into(),
+        ));
+    }
     if let Some(flag) = arguments.picture.about_values() {
         return Err(Failure::Usage(format!("{flag} has no effect on a picture of directions; leave it out")));
     }
@@ -208,10 +216,7 @@ fn solve(
     session.report.options.extend(
         [
             ("degree", json!(arguments.degree)),
-            (
-                "auto",
-                json!(arguments.auto.map(|how| how.to_possible_value().map(|v| v.get_name().to_string()))),
-            ),
+            ("auto", json!(arguments.auto.map(Automatic::name))),
             ("guides", json!(arguments.align.len())),
             ("align_weight", json!(arguments.align_weight)),
             ("threads", json!(solver_options.threads)),

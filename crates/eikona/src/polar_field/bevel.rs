@@ -6,6 +6,7 @@
 //! halfedges, and corners by the halfedges that start at them.
 
 use crate::geometry::Triangle;
+use crate::geometry::vector::{cross, norm, scale, sub};
 use eikona_mesh::{
     Edge, EdgeField, Face, FaceField, Halfedge, HalfedgeField, Neighbour, Topology, TriangleMesh, Vertex,
     VertexField,
@@ -210,6 +211,20 @@ impl BeveledMesh {
             sums[self.of_vertex(self.mesh.origin(h))] += theta.jump[h];
         }
         sums
+    }
+
+    /// Returns the axes of a face in space: along its first side, to the left of it, and normal.
+    pub fn frame(&self, face: Face) -> [[f64; 3]; 3] {
+        let [a, b, c] = self.mesh.face_positions(face);
+        // Squares of lengths overflow long before lengths do.
+        let unit = |v: [f64; 3]| {
+            let largest = v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            let v = v.map(|x| x / largest);
+            scale(v, 1.0 / norm(v))
+        };
+        let along = unit(sub(b, a));
+        let normal = unit(cross(along, unit(sub(c, a))));
+        [along, cross(normal, along), normal]
     }
 
     /// Returns the angle of a corner.

@@ -249,6 +249,17 @@ pub enum PolarFieldError {
         /// Its faces.
         faces: [Face; 2],
     },
+    /// Rounding errors of the rotation are too large.
+    #[error(
+        "the rotation misses the prescribed sums by {residual:.1e}, and phases close to {closure:.1e}; the mesh has \
+         angles too small for double precision: remesh it"
+    )]
+    NotClosed {
+        /// Largest deviation from the prescribed sums, in radians.
+        residual: f64,
+        /// Largest deviation of a phase from a whole number of turns, in radians.
+        closure: f64,
+    },
     /// The separation of streamlines is out of range.
     #[error("the separation {separation} of streamlines is out of range; give a length above {least:.3e}")]
     Separation {

@@ -1,6 +1,6 @@
 //! Indices, turning, smoothness and curl of anybody's field of N vectors per face.
 
-use crate::geometry::vector::{cross, dot, norm, scale, sub};
+use crate::geometry::vector::{dot, norm};
 use crate::polar_field::bevel::{BeveledMesh, Cycle};
 use crate::polar_field::error::PolarFieldError;
 use crate::polar_field::field::polar;
@@ -136,16 +136,7 @@ impl FieldInspection {
         let mut flat = Vec::with_capacity(field.vectors.len());
         for face in bevel.mesh.faces() {
             check_step(face.index())?;
-            let [a, b, c] = bevel.mesh.face_positions(face);
-            // Squares of lengths overflow long before lengths do.
-            let unit = |v: [f64; 3]| {
-                let largest = v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-                let v = v.map(|x| x / largest);
-                scale(v, 1.0 / norm(v))
-            };
-            let along = unit(sub(b, a));
-            let normal = unit(cross(along, unit(sub(c, a))));
-            let across = cross(normal, along);
+            let [along, across, normal] = bevel.frame(face);
             let first = face.index() * n;
             let begin = flat.len();
             for &v in &field.vectors[first..first + n] {
@@ -213,15 +204,19 @@ impl FieldInspection {
             let (own, other) = (of(h.face()), of(twin.face()));
             // Vectors of the twin's face, carried to the layout of the own one.
             let turn = Complex { re: connection.jump[h].cos(), im: connection.jump[h].sin() };
-            // The own vectors are shifted by k against the other ones; all rotations are added.
-            let effort = |k: usize| -> f64 {
-                (0..n).map(|j| (own[(j + k) % n] * (other[j] * turn).conj()).arg()).sum()
-            };
+            // The rotations if the own vectors are shifted by k against the other ones.
+            let rotations =
+                |k: usize| (0..n).map(move |j| (own[(j + k) % n] * (other[j] * turn).conj()).arg());
             let shift = matching.shift(h, n).unwrap_or_else(|| {
-                (0..n).min_by(|a, b| effort(*a).abs().total_cmp(&effort(*b).abs())).unwrap_or(0)
+                // Squares, as half turns to both sides add up to nothing.
+                let squares = |k: &usize| rotations(*k).map(|x| x * x).sum::<f64>();
+                let to_first = |k: &usize| (own[*k] * (other[0] * turn).conj()).arg().abs();
+                let nearest = (0..n).min_by(|a, b| to_first(a).total_cmp(&to_first(b))).unwrap_or(0);
+                let beside = [nearest, (nearest + 1) % n, (nearest + n - 1) % n];
+                beside.into_iter().min_by(|a, b| squares(a).total_cmp(&squares(b))).unwrap_or(nearest)
             });
             // N times the mean rotation.
-            let effort = effort(shift);
+            let effort: f64 = rotations(shift).sum();
             jumps.jump[h] = effort;
             jumps.jump[twin] = -effort;
             let e = bevel.mesh.edge(h);

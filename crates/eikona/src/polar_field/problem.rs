@@ -91,7 +91,36 @@ impl<'a> Problem<'a> {
     }
 }
 
+/// Largest accepted deviation of sums and phases, in radians per direction. Rounding reaches 1e-9
+/// at a million faces.
+const CLOSED: f64 = 1e-8;
+
+/// Refuses a field whose rotation misses the prescribed sums, or whose phases do not close: with
+/// another rotation, it would have other indices.
+pub(crate) fn check_closed(residual: f64, closure: f64, degree: u32) -> Result<(), PolarFieldError> {
+    let most = CLOSED * f64::from(degree);
+    if residual <= most && closure <= most {
+        Ok(())
+    } else {
+        Err(PolarFieldError::NotClosed { residual, closure })
+    }
+}
+
 /// Refuses degrees out of range.
 pub(crate) fn check_degree(degree: u32) -> Result<(), PolarFieldError> {
     if (1..=1000).contains(&degree) { Ok(()) } else { Err(PolarFieldError::Degree { degree }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_that_do_not_close_are_refused() {
+        assert!(check_closed(1e-9, 1e-9, 1).is_ok());
+        for (residual, closure) in [(1e-7, 0.0), (0.0, 1e-7), (f64::NAN, 0.0), (f64::INFINITY, 0.0)] {
+            let fault = check_closed(residual, closure, 1).unwrap_err();
+            assert!(matches!(fault, PolarFieldError::NotClosed { .. }), "{fault}");
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Result of a solve: the field, evaluated anywhere, and its report.
 
 use crate::Warning;
-use crate::geometry::vector::{add, cross, norm, scale, sub};
+use crate::geometry::vector::{add, scale};
 use crate::phases::Phases;
 use crate::polar_field::alignment::Followed;
 use crate::polar_field::bevel::wrapped;
@@ -125,7 +125,7 @@ impl PolarField {
             return Ok(vec![[0.0; 3]; self.degree as usize]);
         }
         let first = power.arg() / f64::from(self.degree);
-        let [along, across, _] = self.frame(face);
+        let [along, across, _] = self.domain.bevel.frame(face);
         let vector = |k: u32| {
             let z = polar(1.0, first + TAU * f64::from(k) / f64::from(self.degree));
             add(scale(along, z.re), scale(across, z.im))
@@ -173,19 +173,5 @@ impl PolarField {
     /// along the face's first side. Its length is that of the interpolation, not 1.
     pub fn power_at(&self, face: Face, weights: [f64; 3]) -> Complex {
         self.values.power_at(face, weights)
-    }
-
-    /// Returns the axes of a face: along its first side, to the left of it, and normal.
-    pub(super) fn frame(&self, face: Face) -> [[f64; 3]; 3] {
-        let [a, b, c] = self.mesh().face_positions(face);
-        // Squares of lengths overflow long before lengths do.
-        let unit = |v: [f64; 3]| {
-            let largest = v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-            let v = v.map(|x| x / largest);
-            scale(v, 1.0 / norm(v))
-        };
-        let along = unit(sub(b, a));
-        let normal = unit(cross(along, unit(sub(c, a))));
-        [along, cross(normal, along), normal]
     }
 }

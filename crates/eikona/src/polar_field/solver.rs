@@ -12,7 +12,7 @@ use crate::polar_field::guides::paths;
 use crate::polar_field::homology::Homology;
 use crate::polar_field::options::{AutomaticOptions, FieldOptions, Smoothness, SolverOptions};
 use crate::polar_field::powers::{FaceSystem, powers};
-use crate::polar_field::problem::{Problem, check_degree};
+use crate::polar_field::problem::{Problem, check_closed, check_degree};
 use crate::polar_field::scale::{ScaleSearch, smoothest_scales, ties};
 use crate::polar_field::singularity::{Prescribed, Singularity, name};
 use crate::polar_field::smoothness::CornerLaplacian;
@@ -111,7 +111,7 @@ impl Solver {
     /// # Errors
     /// [`PolarFieldError::Degree`]; [`PolarFieldError::Index`], [`PolarFieldError::IndexSum`] and
     /// the other faults of a prescription, before anything is solved;
-    /// [`PolarFieldError::Conflict`]; failures of the solves.
+    /// [`PolarFieldError::Conflict`]; [`PolarFieldError::NotClosed`]; failures of the solves.
     ///
     /// # Cost
     /// A few back-substitutions, and one factorisation on the faces if some index times N is beyond
@@ -171,6 +171,7 @@ impl Solver {
         check_stopped()?;
         let residual = problem.correct(&mut phased.theta);
         let evaluated = self.evaluated(&problem, &phased, guess, |phase| phases.next(phase))?;
+        check_closed(residual, evaluated.values.closure, problem.degree)?;
         let followed = following.followed(&evaluated.values);
         let mut field = self.field(&problem, &phased, evaluated)?;
         field.report.residual = residual;
@@ -223,6 +224,7 @@ impl Solver {
         let ones = FaceField::constant(bevel.mesh.face_count(), 1);
         let scales = vec![1.0; bevel.mesh.halfedge_count()];
         let values = Values::new(&self.domain, &phased, &scales, ones, problem.degree)?;
+        check_closed(residual, values.closure, problem.degree)?;
         let evaluated = Evaluated { values, unplaced: Vec::new(), search: ScaleSearch::default() };
         let mut field = self.field(&problem, &phased, evaluated)?;
         field.report.residual = residual;

@@ -44,7 +44,7 @@ fn field_of(
     let options = FieldOptions::default().with_degree(degree);
     let mut field = Solver::new(mesh, &Default::default()).unwrap().solve(&whole, &options).unwrap();
     for face in mesh.faces() {
-        let [along, _, _] = field.frame(face);
+        let [along, _, _] = field.domain.bevel.frame(face);
         let turn = along[1].atan2(along[0]) * f64::from(degree) / f64::from(power);
         field.values.powers[face] = power;
         for k in 0..3 {

@@ -10,12 +10,16 @@ mod spacing;
 mod tracer;
 
 use crate::geometry::unit_of;
+use crate::geometry::vector::distance;
 use crate::polar_field::error::PolarFieldError;
 use crate::polar_field::solution::PolarField;
 use crate::setters::setters;
 use eikona_mesh::{Located, SurfacePoint, TriangleMesh};
 use spacing::Spacing;
 use tracer::Tracer;
+
+/// Positions closer than this are one, relative to the mean distance of nodes.
+const SAME: f64 = 1e-4;
 
 /// Why a streamline ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,9 +52,23 @@ pub struct Streamline {
 }
 
 impl Streamline {
-    /// Returns the positions of the nodes on the mesh of the field.
+    /// Returns the positions of the nodes on the mesh of the field. Those next to the one before,
+    /// where a line crosses several edges beside a vertex, are left out.
     pub fn positions(&self, mesh: &TriangleMesh) -> Vec<[f64; 3]> {
-        self.nodes.iter().map(|node| node.position(mesh)).collect()
+        let all: Vec<[f64; 3]> = self.nodes.iter().map(|node| node.position(mesh)).collect();
+        let length: f64 = all.windows(2).map(|pair| distance(pair[0], pair[1])).sum();
+        let same = SAME * length / all.len() as f64;
+        let mut positions: Vec<[f64; 3]> = Vec::with_capacity(all.len());
+        for &position in &all {
+            if positions.last().is_none_or(|&before| distance(before, position) > same) {
+                positions.push(position);
+            }
+        }
+        // The end stays: that of a closed line is its beginning.
+        if let ([_, .., last], Some(&end)) = (positions.as_mut_slice(), all.last()) {
+            *last = end;
+        }
+        positions
     }
 
     /// Returns whether the line is closed.

@@ -100,7 +100,7 @@ impl<'a> Tracer<'a> {
 
     /// Returns the directions in space along a state, and normal to the surface.
     pub fn frame(&self, state: &State) -> [[f64; 3]; 2] {
-        let [along, across, normal] = self.field.frame(state.face);
+        let [along, across, normal] = self.field.domain.bevel.frame(state.face);
         let (c, s) = (state.angle.cos(), state.angle.sin());
         [[0, 1, 2].map(|k| c * along[k] + s * across[k]), normal]
     }
