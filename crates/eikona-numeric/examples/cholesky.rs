@@ -105,7 +105,7 @@ impl Torus {
             matrix.diagonal[i as usize] += t * cotangent;
             matrix.diagonal[j as usize] += t * cotangent;
         }
-        let order = nested_dissection_order(&graph, &positions).expect("one position per unknown");
+        let order = nested_dissection_order(&graph, &positions, 1).expect("one position per unknown");
         let rhs = (0..8).map(|c| (0..graph.unknowns).map(|i| ((i + c) as f64).sin()).collect()).collect();
         Torus { time, graph, matrix, order, rhs }
     }

@@ -14,6 +14,8 @@
 use crate::compressed_rows::CompressedRows;
 use crate::error::NumericError;
 use crate::observer::check_stopped;
+use crate::threads::together;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 
 /// Largest piece that is not dissected further. Smaller leaves save too little fill-in to be worth
 /// their time: the factorisation merges small supernodes anyway.
@@ -29,7 +31,10 @@ struct Node {
     id: u32,
 }
 
-/// Returns the unknowns in elimination order.
+/// Pieces with fewer unknowns are dissected on one thread.
+const WORTH_A_THREAD: usize = 10_000;
+
+/// Returns the unknowns in elimination order, the same for any number of threads.
 ///
 /// `positions` affect the quality of the order only, never its validity.
 ///
@@ -38,46 +43,86 @@ struct Node {
 pub(crate) fn nested_dissection(
     adjacency: &CompressedRows<u32>,
     positions: &[[f64; 3]],
+    threads: usize,
 ) -> Result<Vec<u32>, NumericError> {
     let n = positions.len();
-    let mut dissection = Dissection::new(adjacency, positions);
+    let shared = Shared::new(adjacency, positions);
     let mut nodes: Vec<Node> = (0..n as u32).map(|id| Node { position: [0.0; 3], reach: 0.0, id }).collect();
     let mut order = vec![0u32; n];
-    // (first node, end, end of its range in the order): a piece fills its range from the end.
-    let mut stack = vec![(0usize, n, n)];
-    while let Some((begin, end, order_end)) = stack.pop() {
-        check_stopped()?;
-        let piece = &mut nodes[begin..end];
-        let split = if piece.len() > LEAF { dissection.dissect(piece) } else { None };
-        // The piece is now first half, second half, separator. A piece that cannot be cut is all
-        // separator.
-        let (first, second) = split.unwrap_or((0, 0));
-        let separator = &piece[first + second..];
-        let second_end = order_end - separator.len();
-        for (slot, node) in order[second_end..order_end].iter_mut().zip(separator) {
-            *slot = node.id;
-        }
-        if first > 0 {
-            stack.push((begin, begin + first, second_end - second));
-        }
-        if second > 0 {
-            stack.push((begin + first, begin + first + second, second_end));
-        }
-    }
+    Dissection::new(&shared).order(Piece { nodes: &mut nodes, order: &mut order }, threads)?;
     Ok(order)
 }
 
-/// Working state of the dissection.
-struct Dissection<'a> {
+/// A set of unknowns with its range of the elimination order.
+struct Piece<'p> {
+    nodes: &'p mut [Node],
+    order: &'p mut [u32],
+}
+
+/// State of all unknowns.
+///
+/// A piece writes at its own unknowns only, and reads at those and at separators of larger pieces.
+/// Pieces on several threads therefore never meet: the atomics are for the compiler, which cannot
+/// know this, and cost nothing.
+struct Shared<'a> {
     adjacency: &'a CompressedRows<u32>,
     given: &'a [[f64; 3]],
     /// Single-precision position of each unknown, comparable within a piece only.
-    positions: Vec<[f32; 3]>,
+    positions: Vec<[Single; 3]>,
     /// Whether an unknown is in a separator already. All other neighbours of an unknown are in its
     /// own piece.
-    separated: Vec<bool>,
+    separated: Vec<AtomicBool>,
     /// Index of an unknown in the list under construction: `right`, or a breadth-first order.
-    local: Vec<u32>,
+    local: Vec<AtomicU32>,
+}
+
+/// Single-precision number that threads share.
+#[derive(Default)]
+struct Single(AtomicU32);
+
+impl Single {
+    fn get(&self) -> f32 {
+        f32::from_bits(self.0.load(Relaxed))
+    }
+    fn set(&self, value: f32) {
+        self.0.store(value.to_bits(), Relaxed);
+    }
+}
+
+impl<'a> Shared<'a> {
+    fn new(adjacency: &'a CompressedRows<u32>, given: &'a [[f64; 3]]) -> Self {
+        let n = given.len();
+        Shared {
+            adjacency,
+            given,
+            positions: std::iter::repeat_with(Default::default).take(n).collect(),
+            separated: std::iter::repeat_with(Default::default).take(n).collect(),
+            local: std::iter::repeat_with(Default::default).take(n).collect(),
+        }
+    }
+
+    fn position(&self, id: u32) -> [f32; 3] {
+        self.positions[id as usize].each_ref().map(Single::get)
+    }
+    fn place(&self, id: u32, position: [f32; 3]) {
+        for (coordinate, value) in self.positions[id as usize].iter().zip(position) {
+            coordinate.set(value);
+        }
+    }
+    fn is_separated(&self, id: u32) -> bool {
+        self.separated[id as usize].load(Relaxed)
+    }
+    fn local(&self, id: u32) -> u32 {
+        self.local[id as usize].load(Relaxed)
+    }
+    fn set_local(&self, id: u32, index: usize) {
+        self.local[id as usize].store(index as u32, Relaxed);
+    }
+}
+
+/// Working state of the dissection on one thread.
+struct Dissection<'a> {
+    shared: &'a Shared<'a>,
     /// Unknowns of the first half that have neighbours in the second half, and those neighbours.
     left: Vec<u32>,
     right: Vec<u32>,
@@ -95,13 +140,9 @@ struct Dissection<'a> {
 const UNMATCHED: u32 = u32::MAX;
 
 impl<'a> Dissection<'a> {
-    fn new(adjacency: &'a CompressedRows<u32>, given: &'a [[f64; 3]]) -> Self {
+    fn new(shared: &'a Shared<'a>) -> Self {
         Dissection {
-            adjacency,
-            given,
-            positions: vec![[0.0; 3]; given.len()],
-            separated: vec![false; given.len()],
-            local: vec![0; given.len()],
+            shared,
             left: Vec::new(),
             right: Vec::new(),
             cut_start: Vec::new(),
@@ -111,6 +152,42 @@ impl<'a> Dissection<'a> {
             visited: Vec::new(),
             cover: Vec::new(),
         }
+    }
+
+    /// Orders a piece and all its parts, the halves of large pieces at the same time.
+    fn order(&mut self, piece: Piece<'_>, threads: usize) -> Result<(), NumericError> {
+        let mut stack = vec![piece];
+        while let Some(piece) = stack.pop() {
+            check_stopped()?;
+            let side_by_side = threads > 1 && piece.nodes.len() >= WORTH_A_THREAD;
+            let [first, second] = self.split(piece);
+            if side_by_side {
+                let shared = self.shared;
+                let half = |part, threads| move || Dissection::new(shared).order(part, threads);
+                together([half(first, threads.div_ceil(2)), half(second, threads / 2)])
+                    .into_iter()
+                    .collect::<Result<(), NumericError>>()?;
+            } else {
+                stack.extend([first, second].into_iter().filter(|half| !half.nodes.is_empty()));
+            }
+        }
+        Ok(())
+    }
+
+    /// Splits a piece into its halves, and orders its separator after both.
+    fn split<'p>(&mut self, Piece { nodes, order }: Piece<'p>) -> [Piece<'p>; 2] {
+        let halves = if nodes.len() > LEAF { self.dissect(nodes) } else { None };
+        // The nodes are now first half, second half, separator. A piece that cannot be cut is all
+        // separator.
+        let (first, second) = halves.unwrap_or((0, 0));
+        let (first_nodes, rest) = nodes.split_at_mut(first);
+        let (second_nodes, separator) = rest.split_at_mut(second);
+        let (first_order, rest) = order.split_at_mut(first);
+        let (second_order, of_separator) = rest.split_at_mut(second);
+        for (slot, node) in of_separator.iter_mut().zip(separator) {
+            *slot = node.id;
+        }
+        [Piece { nodes: first_nodes, order: first_order }, Piece { nodes: second_nodes, order: second_order }]
     }
 
     /// Reorders a piece into first half, second half, separator. Returns the sizes of the halves,
@@ -149,12 +226,12 @@ impl<'a> Dissection<'a> {
             }
             middle = self.cut(piece, chosen)?;
         }
-        self.cover.iter().for_each(|&id| self.separated[id as usize] = true);
+        self.cover.iter().for_each(|&id| self.shared.separated[id as usize].store(true, Relaxed));
         let (axis, plane) = chosen;
         // Separators lie near the plane; skip the look-up for all others.
-        let separated = &self.separated;
+        let shared = self.shared;
         let stays =
-            |node: &Node| (node.position[axis] - plane).abs() > node.reach || !separated[node.id as usize];
+            |node: &Node| (node.position[axis] - plane).abs() > node.reach || !shared.is_separated(node.id);
         let first = partition(&mut piece[..middle], stays);
         let second = partition(&mut piece[middle..], stays);
         // first, separators, second, separators -> first, second, separators
@@ -188,7 +265,7 @@ impl<'a> Dissection<'a> {
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
         for node in piece.iter() {
-            let p = self.given[node.id as usize];
+            let p = self.shared.given[node.id as usize];
             for k in 0..3 {
                 low[k] = low[k].min(p[k]);
                 high[k] = high[k].max(p[k]);
@@ -199,8 +276,8 @@ impl<'a> Dissection<'a> {
             return self.use_search_order(piece);
         }
         for node in piece.iter() {
-            let p = self.given[node.id as usize];
-            self.positions[node.id as usize] = [0, 1, 2].map(|k| ((p[k] - low[k]) / size) as f32);
+            let p = self.shared.given[node.id as usize];
+            self.shared.place(node.id, [0, 1, 2].map(|k| ((p[k] - low[k]) / size) as f32));
         }
         self.refresh(piece);
     }
@@ -213,18 +290,19 @@ impl<'a> Dissection<'a> {
         for (number, id) in order.into_iter().enumerate() {
             // The huge second coordinate makes `lacks_precision` true for the halves, so they are
             // rescaled. Cut along this order again, they would become long strips.
-            self.positions[id as usize] = [number as f32, f32::MAX, 0.0];
+            self.shared.place(id, [number as f32, f32::MAX, 0.0]);
         }
         self.refresh(piece);
     }
 
     fn refresh(&self, piece: &mut [Node]) {
+        let shared = self.shared;
         for node in piece {
-            node.position = self.positions[node.id as usize];
+            node.position = shared.position(node.id);
             node.reach = 0.0;
-            for j in self.adjacency.row(node.id as usize).iter().filter(|j| !self.separated[**j as usize]) {
-                let there = self.positions[*j as usize];
-                for (a, b) in node.position.iter().zip(there) {
+            let neighbours = shared.adjacency.row(node.id as usize).iter();
+            for &j in neighbours.filter(|j| !shared.is_separated(**j)) {
+                for (a, b) in node.position.iter().zip(shared.position(j)) {
                     node.reach = node.reach.max((b - a).abs());
                 }
             }
@@ -239,7 +317,7 @@ impl<'a> Dissection<'a> {
             self.visit(start, &mut order);
             while let Some(&id) = order.get(next) {
                 next += 1;
-                for &j in self.adjacency.row(id as usize) {
+                for &j in self.shared.adjacency.row(id as usize) {
                     self.visit(j, &mut order);
                 }
             }
@@ -248,15 +326,16 @@ impl<'a> Dissection<'a> {
     }
 
     fn visit(&mut self, id: u32, order: &mut Vec<u32>) {
-        let visited = order.get(self.local[id as usize] as usize) == Some(&id);
-        if !visited && !self.separated[id as usize] {
-            self.local[id as usize] = order.len() as u32;
+        let visited = order.get(self.shared.local(id) as usize) == Some(&id);
+        if !visited && !self.shared.is_separated(id) {
+            self.shared.set_local(id, order.len());
             order.push(id);
         }
     }
 
     /// Collects the edges across the plane as a bipartite graph between `left` and `right`.
     fn collect_cut(&mut self, first_half: &[Node], axis: usize, plane: f32) {
+        let shared = self.shared;
         self.left.clear();
         self.right.clear();
         self.cut.clear();
@@ -267,15 +346,15 @@ impl<'a> Dissection<'a> {
                 continue;
             }
             let before = self.cut.len();
-            for &j in self.adjacency.row(node.id as usize) {
-                if self.positions[j as usize][axis] >= plane && !self.separated[j as usize] {
+            for &j in shared.adjacency.row(node.id as usize) {
+                if shared.positions[j as usize][axis].get() >= plane && !shared.is_separated(j) {
                     // `local` is valid if it points back to j.
-                    let known = self.right.get(self.local[j as usize] as usize) == Some(&j);
+                    let known = self.right.get(shared.local(j) as usize) == Some(&j);
                     if !known {
-                        self.local[j as usize] = self.right.len() as u32;
+                        shared.set_local(j, self.right.len());
                         self.right.push(j);
                     }
-                    self.cut.push(self.local[j as usize]);
+                    self.cut.push(shared.local(j));
                 }
             }
             if self.cut.len() > before {

@@ -24,7 +24,7 @@ pub enum Ordering<'a> {
 /// Compared with minimum degree on surface meshes, the factor has up to a quarter fewer entries and
 /// does not depend on the numbering of the input, and the order is found several times faster.
 /// Distant outliers do no harm; where many unknowns share one position, the order is found from the
-/// graph alone.
+/// graph alone. The order is the same for any number of threads.
 ///
 /// # Errors
 /// [`NumericError::WrongLength`] unless there is one position per unknown;
@@ -32,12 +32,16 @@ pub enum Ordering<'a> {
 ///
 /// # Cost
 /// O(n log n).
-pub fn nested_dissection_order(graph: &Graph, positions: &[[f64; 3]]) -> Result<Vec<u32>, NumericError> {
+pub fn nested_dissection_order(
+    graph: &Graph,
+    positions: &[[f64; 3]],
+    threads: usize,
+) -> Result<Vec<u32>, NumericError> {
     if positions.len() != graph.unknowns {
         return Err(NumericError::WrongLength { found: positions.len(), expected: graph.unknowns });
     }
     graph.check()?;
-    nested_dissection(&graph.adjacency(), positions)
+    nested_dissection(&graph.adjacency(), positions, threads)
 }
 
 impl Ordering<'_> {

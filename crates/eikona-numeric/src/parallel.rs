@@ -231,7 +231,7 @@ mod tests {
         let graph = Graph { unknowns: (n * n) as usize, pairs: right.chain(down).collect() };
         let positions: Vec<[f64; 3]> =
             (0..n * n).map(|v| [f64::from(v / n), f64::from(v % n), 0.0]).collect();
-        let order = nested_dissection_order(&graph, &positions).unwrap();
+        let order = nested_dissection_order(&graph, &positions, 1).unwrap();
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order)).unwrap();
         let supernodes = symbolic.supernodes();
         assert!(Plan::of(supernodes, 1).subtrees.is_empty());

@@ -57,7 +57,7 @@ fn eigenvector_of_the_grid_laplacian() {
     let value = |m: f64| 2.0 - 2.0 * (std::f64::consts::PI * m / n as f64).cos();
     let vector: Vec<f64> = (0..n * n).map(|p| wave(k, p / n) * wave(l, p % n)).collect();
     let eigenvalue = 0.5 + value(k) + value(l);
-    let order = nested_dissection_order(&graph, &positions).unwrap();
+    let order = nested_dissection_order(&graph, &positions, 1).unwrap();
     for ordering in [Ordering::MinimumDegree, Ordering::Given(&order)] {
         let factor = Cholesky::new(Symbolic::new(&graph, ordering).unwrap().into(), &matrix).unwrap();
         let x = factor.solve(&vector).unwrap();
@@ -83,7 +83,7 @@ fn hermitian_matrix_with_repeated_pairs() {
     }
     let x: Vec<Complex> = (0..n).map(|i| Complex { re: noise(i), im: noise(i + n) }).collect();
     let b = product(&graph, &matrix, &x);
-    let order = nested_dissection_order(&graph, &positions).unwrap();
+    let order = nested_dissection_order(&graph, &positions, 1).unwrap();
     let symbolic = Symbolic::new(&graph, Ordering::Given(&order)).unwrap();
     let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
     let solution = factor.solve(&b).unwrap();
@@ -112,7 +112,7 @@ fn large_fronts_use_the_blocked_kernels() {
 fn dissection_does_not_depend_on_the_numbering() {
     let n = 60;
     let (graph, _, positions) = grid(n, 1.0);
-    let order = nested_dissection_order(&graph, &positions).unwrap();
+    let order = nested_dissection_order(&graph, &positions, 1).unwrap();
     let entries =
         |graph: &Graph, order: &[u32]| Symbolic::new(graph, Ordering::Given(order)).unwrap().factor_entries();
     // Renumber by a stride coprime to n^2.
@@ -123,7 +123,7 @@ fn dissection_does_not_depend_on_the_numbering() {
     for (i, p) in positions.iter().enumerate() {
         moved[renumber(i as u32) as usize] = *p;
     }
-    let other = nested_dissection_order(&shuffled, &moved).unwrap();
+    let other = nested_dissection_order(&shuffled, &moved, 1).unwrap();
     let (a, b) = (entries(&graph, &order), entries(&shuffled, &other));
     assert!(a.abs_diff(b) * 50 < a, "{a} and {b} entries");
     // George's bound for nested dissection of a square grid: (31/4) n^2 log2 n; the natural order
@@ -183,7 +183,7 @@ fn empty_and_disconnected_systems() {
     assert_eq!(factor.solve(&[]).unwrap(), Vec::<f64>::new());
     let apart = Graph { unknowns: 3, pairs: vec![[2, 0]] };
     let matrix = SymmetricMatrix { diagonal: vec![2.0, 5.0, 2.0], off_diagonal: vec![1.0] };
-    let order = nested_dissection_order(&apart, &[[0.0; 3]; 3]).unwrap();
+    let order = nested_dissection_order(&apart, &[[0.0; 3]; 3], 1).unwrap();
     let symbolic = Symbolic::new(&apart, Ordering::Given(&order)).unwrap();
     let x = Cholesky::new(symbolic.into(), &matrix).unwrap().solve(&[3.0, 10.0, 3.0]).unwrap();
     assert!(x.iter().zip([1.0, 2.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-15), "{x:?}");
@@ -193,7 +193,7 @@ fn empty_and_disconnected_systems() {
 fn solve_where_agrees_with_solve() {
     let n = 60;
     let (graph, matrix, positions) = grid(n, 0.3);
-    let order = nested_dissection_order(&graph, &positions).unwrap();
+    let order = nested_dissection_order(&graph, &positions, 1).unwrap();
     let symbolic = Symbolic::new(&graph, Ordering::Given(&order)).unwrap();
     let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
     let mut rhs = vec![0.0; n * n];
@@ -213,7 +213,7 @@ fn solve_where_agrees_with_solve() {
 fn half_solutions_give_entries_of_the_inverse_and_solutions() {
     let n = 40;
     let (graph, matrix, positions) = grid(n, 0.3);
-    let order = nested_dissection_order(&graph, &positions).unwrap();
+    let order = nested_dissection_order(&graph, &positions, 1).unwrap();
     let symbolic = Symbolic::new(&graph, Ordering::Given(&order)).unwrap();
     let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
     let sparse: Vec<Vec<(usize, f64)>> =
@@ -251,7 +251,7 @@ fn half_solutions_give_entries_of_the_inverse_and_solutions() {
 #[test]
 fn solve_many_equals_solve_bit_for_bit() {
     let (graph, matrix, positions) = grid(30, 0.2);
-    let order = nested_dissection_order(&graph, &positions).unwrap();
+    let order = nested_dissection_order(&graph, &positions, 1).unwrap();
     let symbolic = Symbolic::new(&graph, Ordering::Given(&order)).unwrap();
     let factor = Cholesky::new(symbolic.into(), &matrix).unwrap();
     let column = |c: usize| (0..graph.unknowns).map(|i| noise(i + 1000 * c)).collect::<Vec<f64>>();
@@ -297,7 +297,7 @@ fn factor_size_does_not_depend_on_scale_or_outliers() {
     let n = 120;
     let (graph, _, positions) = grid(n, 0.1);
     let entries = |graph: &Graph, positions: &[[f64; 3]]| {
-        let order = nested_dissection_order(graph, positions).unwrap();
+        let order = nested_dissection_order(graph, positions, 1).unwrap();
         Symbolic::new(graph, Ordering::Given(&order)).unwrap().factor_entries()
     };
     let plain = entries(&graph, &positions);
@@ -330,7 +330,7 @@ fn invalid_pairs_are_rejected() {
         let graph = Graph { unknowns: 3, pairs: vec![[0, 1], pair] };
         let fault = NumericError::NotAPair { contribution: 1, pair, unknowns: 3 };
         assert_eq!(Symbolic::new(&graph, Ordering::MinimumDegree).unwrap_err(), fault);
-        assert_eq!(nested_dissection_order(&graph, &[[0.0; 3]; 3]).unwrap_err(), fault);
+        assert_eq!(nested_dissection_order(&graph, &[[0.0; 3]; 3], 1).unwrap_err(), fault);
     }
 }
 
@@ -352,7 +352,7 @@ fn hubs_and_thin_triangles_have_little_fill_in() {
         pairs.extend([[0, a], [a, b], [a, c], [a, d], [c, d]]);
     }
     let graph = Graph { unknowns: positions.len(), pairs };
-    let order = nested_dissection_order(&graph, &positions).unwrap();
+    let order = nested_dissection_order(&graph, &positions, 1).unwrap();
     let [dissected, least] = [Ordering::Given(&order), Ordering::MinimumDegree]
         .map(|ordering| Symbolic::new(&graph, ordering).unwrap().factor_entries());
     assert!(2 * dissected < 3 * least, "{dissected} entries, minimum degree has {least}");
@@ -372,7 +372,7 @@ fn wide_neighbourhoods_are_cut_by_planes() {
     let graph = Graph { unknowns: (nx * ny) as usize, pairs };
     let positions: Vec<[f64; 3]> =
         (0..nx * ny).map(|n| [f64::from(n / ny), f64::from(n % ny), 0.0]).collect();
-    let order = nested_dissection_order(&graph, &positions).unwrap();
+    let order = nested_dissection_order(&graph, &positions, 1).unwrap();
     let [dissected, least] = [Ordering::Given(&order), Ordering::MinimumDegree]
         .map(|ordering| Symbolic::new(&graph, ordering).unwrap().factor_entries());
     assert!(20 * dissected < 19 * least, "{dissected} entries, minimum degree has {least}");
@@ -393,7 +393,7 @@ fn same_digits_on_threads<T: Scalar>(value: impl Fn(usize) -> T) {
     let n = 200;
     let (graph, matrix) = random_grid(n, &value);
     let (_, _, positions) = grid(n, 1.0);
-    let order = nested_dissection_order(&graph, &positions).unwrap();
+    let order = nested_dissection_order(&graph, &positions, 1).unwrap();
     let symbolic: std::sync::Arc<_> = Symbolic::new(&graph, Ordering::Given(&order)).unwrap().into();
     let rhs: Vec<T> = (0..n * n).map(value).collect();
     let expected = Cholesky::new(symbolic.clone(), &matrix).unwrap().solve(&rhs).unwrap();
@@ -421,6 +421,21 @@ fn same_digits_on_threads<T: Scalar>(value: impl Fn(usize) -> T) {
 fn any_number_of_threads_gives_the_same_digits_and_the_same_failure() {
     same_digits_on_threads(noise);
     same_digits_on_threads(|i| Complex { re: noise(2 * i), im: noise(2 * i + 1) });
+}
+
+/// The positions lead through all of the dissection: planes, a far outlier, one place for all.
+#[test]
+fn any_number_of_threads_gives_the_same_order() {
+    let n = 200;
+    let (graph, _, positions) = grid(n, 1.0);
+    let mut outlier = positions.clone();
+    outlier[n * n / 2] = [1e9, 0.0, -1e9];
+    for positions in [positions, outlier, vec![[0.0; 3]; n * n]] {
+        let expected = nested_dissection_order(&graph, &positions, 1).unwrap();
+        for threads in [2, 3, 8, 100] {
+            assert!(nested_dissection_order(&graph, &positions, threads).unwrap() == expected);
+        }
+    }
 }
 
 /// The backend also has functions that take their number of threads from a setting of the process;

@@ -52,7 +52,7 @@ pub fn eigenfunctions(mesh: &TriangleMesh, count: usize) -> Vec<(f64, Vec<f64>)>
     for (diagonal, m) in laplacian.matrix.diagonal.iter_mut().zip(&mass) {
         *diagonal += m.max(1e-12 * total) / total;
     }
-    let order = nested_dissection_order(&laplacian.graph, mesh.positions()).unwrap();
+    let order = nested_dissection_order(&laplacian.graph, mesh.positions(), 1).unwrap();
     let symbolic = Symbolic::new(&laplacian.graph, Ordering::Given(&order)).unwrap();
     let factor = Cholesky::new(symbolic.into(), &laplacian.matrix).unwrap();
     let product = |x: &[f64], y: &[f64]| (0..n).map(|i| mass[i] * x[i] * y[i]).sum::<f64>();

@@ -126,7 +126,7 @@ impl<'a> Fits<'a> {
     pub fn new(mesh: &'a TriangleMesh) -> Fits<'a> {
         let triangles = lay_out(mesh);
         let laplacian = CotanLaplacian::new(mesh, &triangles);
-        let order = nested_dissection_order(&laplacian.graph, mesh.positions()).unwrap();
+        let order = nested_dissection_order(&laplacian.graph, mesh.positions(), 1).unwrap();
         let symbolic = Symbolic::new(&laplacian.graph, Ordering::Given(&order)).unwrap().into();
         let edge = mean_edge_length(mesh, &triangles);
         Fits { mesh, triangles, laplacian, symbolic, edge }

@@ -55,7 +55,7 @@ impl Hodge {
             })
             .collect();
         check_stopped()?;
-        let order = nested_dissection_order(&graph, &centres)?;
+        let order = nested_dissection_order(&graph, &centres, resources.threads)?;
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
         Ok(Hodge { factor: Cholesky::within(resources, symbolic.into(), &matrix)?, inverse_star })
     }

@@ -19,12 +19,13 @@ impl JumpLaplacian {
     pub fn new(
         triangulation: &IntrinsicTriangulation,
         positions: &[[f64; 3]],
+        threads: usize,
     ) -> Result<JumpLaplacian, NumericError> {
         let sides = |&[a, b, c]: &[Vertex; 3]| [[a.0, b.0], [b.0, c.0], [c.0, a.0]];
         let pairs = triangulation.corners.iter().flat_map(sides).collect();
         let graph = Graph { unknowns: positions.len(), pairs };
         check_stopped()?;
-        let order = nested_dissection_order(&graph, positions)?;
+        let order = nested_dissection_order(&graph, positions, threads)?;
         Ok(JumpLaplacian { symbolic: Symbolic::new(&graph, Ordering::Given(&order))?.into() })
     }
 

@@ -103,7 +103,7 @@ impl System {
             rhs[target.face.index()] += target.value * target.weight;
         }
         let graph = face_graph(bevel);
-        let order = face_order(bevel, &graph)?;
+        let order = face_order(bevel, &graph, resources.threads)?;
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?.into();
         let mass: Vec<f64> = bevel.triangles.iter().map(|t| t.area).collect();
         let area = mass.iter().sum();

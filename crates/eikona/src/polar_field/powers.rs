@@ -69,7 +69,7 @@ impl FaceSystem {
             return Ok(symbolic.clone());
         }
         let graph = face_graph(bevel);
-        let order = face_order(bevel, &graph)?;
+        let order = face_order(bevel, &graph, self.resources.threads)?;
         let symbolic = Arc::new(Symbolic::new(&graph, Ordering::Given(&order))?);
         Ok(self.symbolic.get_or_init(|| symbolic).clone())
     }
@@ -128,11 +128,15 @@ pub(crate) fn face_graph(bevel: &BeveledMesh) -> Graph {
 }
 
 /// Orders the faces by nested dissection.
-pub(crate) fn face_order(bevel: &BeveledMesh, graph: &Graph) -> Result<Vec<u32>, NumericError> {
+pub(crate) fn face_order(
+    bevel: &BeveledMesh,
+    graph: &Graph,
+    threads: usize,
+) -> Result<Vec<u32>, NumericError> {
     let centre = |f: Face| {
         let [a, b, c] = bevel.mesh.face_positions(f);
         [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
     };
     let centres: Vec<[f64; 3]> = bevel.mesh.faces().map(centre).collect();
-    nested_dissection_order(graph, &centres)
+    nested_dissection_order(graph, &centres, threads)
 }

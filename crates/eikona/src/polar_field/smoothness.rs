@@ -32,7 +32,7 @@ impl CornerLaplacian {
             check_step(i)?;
             bevel.row(term).pairs().for_each(|pair| graph.pairs.push(pair.map(|c| c.0)));
         }
-        let order = corner_order(bevel)?;
+        let order = corner_order(bevel, resources.threads)?;
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
         let factor =
             Cholesky::within(resources, symbolic.into(), &hessian(bevel, smoothness, |_| 0.0, |_| true)?)?;
@@ -73,8 +73,8 @@ fn hessian(
 }
 
 /// Orders the corners face by face, the faces by nested dissection.
-fn corner_order(bevel: &BeveledMesh) -> Result<Vec<u32>, NumericError> {
-    let faces = face_order(bevel, &face_graph(bevel))?;
+fn corner_order(bevel: &BeveledMesh, threads: usize) -> Result<Vec<u32>, NumericError> {
+    let faces = face_order(bevel, &face_graph(bevel), threads)?;
     Ok(faces.into_iter().flat_map(|f| [0, 1, 2].map(|k| 3 * f + k)).collect())
 }
 

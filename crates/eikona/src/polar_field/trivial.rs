@@ -139,7 +139,7 @@ impl Nodes<'_> {
             .copied()
             .chain(loops.map(|boundary| boundary.vertices.first().map_or([0.0; 3], |&v| mesh.position(v))))
             .collect();
-        let order = nested_dissection_order(&graph, &positions)?;
+        let order = nested_dissection_order(&graph, &positions, resources.threads)?;
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
         Cholesky::within(resources, symbolic.into(), &matrix)
     }

@@ -103,10 +103,10 @@ pub(crate) struct AssembledIntegration {
 }
 
 impl AssembledIntegration {
-    pub fn new(mesh: &TriangleMesh, triangles: &[Triangle]) -> Result<Self, NumericError> {
+    pub fn new(mesh: &TriangleMesh, triangles: &[Triangle], threads: usize) -> Result<Self, NumericError> {
         let laplacian = CotanLaplacian::new(mesh, triangles);
         check_stopped()?;
-        let vertex_order = nested_dissection_order(&laplacian.graph, mesh.positions())?;
+        let vertex_order = nested_dissection_order(&laplacian.graph, mesh.positions(), threads)?;
         Ok(AssembledIntegration { laplacian, vertex_order })
     }
 

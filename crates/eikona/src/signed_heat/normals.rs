@@ -245,7 +245,7 @@ impl<'a> Strip<'a> {
                 lerp(a, b, 0.5)
             })
             .collect();
-        let order = nested_dissection_order(&graph, &places)?;
+        let order = nested_dissection_order(&graph, &places, 1)?;
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
         let factor = Cholesky::new(symbolic.into(), &matrix)?;
         Ok(Strip { mesh, frames, rows, factor, softness })

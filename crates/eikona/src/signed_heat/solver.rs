@@ -88,7 +88,7 @@ impl Solver {
 
         let (integration, diffusion) = side_by_side(
             options.threads,
-            || AssembledIntegration::new(&mesh, &triangles),
+            || AssembledIntegration::new(&mesh, &triangles, options.threads),
             || AssembledDiffusion::new(&mesh, &triangles),
         );
         let (integration, diffusion) = (integration?, diffusion?);

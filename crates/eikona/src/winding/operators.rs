@@ -44,7 +44,7 @@ impl Operators {
 
     /// Factors the Laplacian without the excluded vertices.
     pub fn factor(&self, mesh: &TriangleMesh, excluded: &[bool]) -> Result<Cholesky<f64>, NumericError> {
-        let analyse = || JumpLaplacian::new(&self.triangulation, mesh.positions());
+        let analyse = || JumpLaplacian::new(&self.triangulation, mesh.positions(), self.resources.threads);
         get_or_try_init(&self.laplace, analyse)?.factor(&self.triangulation, excluded, self.resources)
     }
 
