@@ -11,14 +11,11 @@ fn at(vertex: u32, index: f64) -> Singularity {
 }
 
 fn vectors(field: &PolarField) -> FaceVectors {
-    let mesh = field.mesh();
-    let centroid = |vertices: &[u32; 3]| SurfacePoint::Face { vertices: *vertices, bary: [1.0 / 3.0; 3] };
-    let vectors = mesh.triangles().iter().flat_map(|t| field.vectors_at(centroid(t)).unwrap()).collect();
-    FaceVectors { degree: field.degree(), vectors, ..FaceVectors::default() }
+    FaceVectors { matching: Vec::new(), ..with_matching(field) }
 }
 
 fn with_matching(field: &PolarField) -> FaceVectors {
-    FaceVectors { matching: field.matching(), ..vectors(field) }
+    field.per_face().unwrap().vectors
 }
 
 fn torus() -> TriangleMesh {

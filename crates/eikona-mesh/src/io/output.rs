@@ -46,6 +46,9 @@ pub struct MeshOut<'a> {
     pub vertex_scalars: Vec<(&'a str, &'a [f64])>,
     /// Names and values, one per face.
     pub face_scalars: Vec<(&'a str, &'a [f64])>,
+    /// Names and vectors, one per face. VTP stores an array of three components, PLY the scalars
+    /// `name_0`, `name_1` and `name_2`.
+    pub face_vectors: Vec<(&'a str, &'a [[f64; 3]])>,
     /// sRGB red, green, blue, one triple per vertex.
     pub vertex_colours: Option<&'a [[u8; 3]]>,
     /// Texture coordinates u, v, one pair per corner, in the order of the faces and their corners.
@@ -92,6 +95,7 @@ impl<'a> MeshOut<'a> {
             surface,
             vertex_scalars: Vec::new(),
             face_scalars: Vec::new(),
+            face_vectors: Vec::new(),
             vertex_colours: None,
             corner_uvs: None,
             lines: &[],
@@ -132,8 +136,9 @@ impl<'a> MeshOut<'a> {
     pub(super) fn check(&self, format: MeshFormat) -> Result<Vec<FileWarning>, FileError> {
         self.check_lengths()?;
         self.check_indices()?;
-        check_names("vertex", &self.vertex_scalars)?;
-        check_names("face", &self.face_scalars)?;
+        check_names("vertex", self.vertex_scalars.iter().map(|s| s.0.to_string()))?;
+        let of_vectors = self.face_vectors.iter().flat_map(|(name, _)| component_names(name));
+        check_names("face", self.face_scalars.iter().map(|s| s.0.to_string()).chain(of_vectors))?;
         let glb = matches!(format, MeshFormat::Glb | MeshFormat::Gltf);
         if (format == MeshFormat::Stl || glb)
             && let Some((f, face)) = self.faces().enumerate().find(|(_, face)| face.len() != 3)
@@ -164,6 +169,9 @@ impl<'a> MeshOut<'a> {
         for (name, _) in self.face_scalars.iter().filter(|_| !matches!(format, Ply | Vtp)) {
             lost(true, &format!("the face scalar \"{name}\""));
         }
+        for (name, _) in self.face_vectors.iter().filter(|_| !matches!(format, Ply | Vtp)) {
+            lost(true, &format!("the face vectors \"{name}\""));
+        }
         lost(format == Stl && self.vertex_colours.is_some(), "colours");
         lost(!matches!(format, Obj | Ply) && self.corner_uvs.is_some(), "texture coordinates of corners");
         lost(matches!(format, Stl | Off) && !self.lines.is_empty(), "lines");
@@ -185,6 +193,9 @@ impl<'a> MeshOut<'a> {
         }
         for (_, values) in &self.face_scalars {
             check("values of a face scalar", values.len(), faces)?;
+        }
+        for (_, values) in &self.face_vectors {
+            check("face vectors", values.len(), faces)?;
         }
         if let Some(colours) = self.vertex_colours {
             check("vertex colours", colours.len(), vertices)?;
@@ -237,10 +248,15 @@ impl<'a> MeshOut<'a> {
     }
 }
 
-fn check_names(element: &str, scalars: &[(&str, &[f64])]) -> Result<(), FileError> {
+/// Names of the components of a vector where a format stores only scalars.
+pub(super) fn component_names(name: &str) -> [String; 3] {
+    [0, 1, 2].map(|k| format!("{name}_{k}"))
+}
+
+fn check_names(element: &str, names: impl Iterator<Item = String>) -> Result<(), FileError> {
     let mut seen = BTreeSet::new();
-    for (name, _) in scalars {
-        if name.is_empty() || !seen.insert(one_word(name)) {
+    for name in names {
+        if name.is_empty() || !seen.insert(one_word(&name)) {
             return Err(FileError::Unsupported(format!(
                 "two {element} scalars are named \"{name}\", or one has no name; give each its own"
             )));

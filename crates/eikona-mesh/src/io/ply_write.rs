@@ -2,7 +2,7 @@
 
 use super::words::Number;
 use super::{Encoding, MeshOut};
-use crate::io::output::one_word;
+use crate::io::output::{component_names, one_word};
 use std::io::{self, Write};
 
 /// Writes vertices, faces and edges with all scalars.
@@ -42,6 +42,9 @@ pub(super) fn write_ply(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
         let prefix = if ["vertex_indices", "texcoord"].contains(&name.as_str()) { "scalar_" } else { "" };
         writeln!(out, "property double {prefix}{name}")?;
     }
+    for name in mesh.face_vectors.iter().flat_map(|(name, _)| component_names(name)) {
+        writeln!(out, "property double {}", one_word(&name))?;
+    }
     let segments = || mesh.lines.iter().flat_map(|line| line.windows(2));
     let edges = segments().count();
     if edges > 0 {
@@ -67,6 +70,8 @@ pub(super) fn write_ply(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
             uvs.by_ref().take(face.len()).flatten().try_for_each(|&x| row.double(x))?;
         }
         mesh.face_scalars.iter().filter_map(|(_, values)| values.get(f)).try_for_each(|&x| row.double(x))?;
+        let vectors = mesh.face_vectors.iter().filter_map(|(_, vectors)| vectors.get(f));
+        vectors.flatten().try_for_each(|&x| row.double(x))?;
         row.end(out)?;
     }
     for segment in segments() {

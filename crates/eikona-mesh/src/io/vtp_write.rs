@@ -32,6 +32,10 @@ pub(super) fn write_vtp(out: &mut dyn Write, mesh: &MeshOut) -> io::Result<()> {
         let values = std::iter::repeat_n(&f64::NAN, lines).chain(values.iter());
         array(out, "Float64", name, 1, values.flat_map(|x| x.to_le_bytes()))?;
     }
+    for (name, vectors) in &mesh.face_vectors {
+        let values = std::iter::repeat_n(&[f64::NAN; 3], lines).chain(vectors.iter());
+        array(out, "Float64", name, 3, values.flatten().flat_map(|x| x.to_le_bytes()))?;
+    }
     writeln!(out, "</CellData>\n<Points>")?;
     array(out, "Float64", "Points", 3, mesh.positions().iter().flatten().flat_map(|x| x.to_le_bytes()))?;
     writeln!(out, "</Points>")?;

@@ -2,6 +2,7 @@
 
 use crate::polar_field::bevel::{BeveledMesh, PerCycle, Rotation};
 use crate::polar_field::homology::Homology;
+use eikona_numeric::{NumericError, check_stopped};
 
 /// What does not depend on the prescription.
 #[derive(Debug)]
@@ -10,4 +11,16 @@ pub(crate) struct Domain {
     pub homology: Homology,
     pub connection: Rotation,
     pub curvature: PerCycle<f64>,
+}
+
+impl Domain {
+    /// Computes generators, connection and curvature.
+    pub fn new(bevel: BeveledMesh) -> Result<Domain, NumericError> {
+        let homology = Homology::of(&bevel)?;
+        check_stopped()?;
+        let connection = bevel.connection();
+        check_stopped()?;
+        let curvature = bevel.curvature();
+        Ok(Domain { bevel, homology, connection, curvature })
+    }
 }

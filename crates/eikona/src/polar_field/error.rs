@@ -1,5 +1,6 @@
 //! Errors of polar field solves.
 
+use crate::cut::EmbedError;
 use eikona_mesh::{CurveError, Edge, Face, Vertex, counted};
 use eikona_numeric::NumericError;
 use thiserror::Error;
@@ -280,6 +281,15 @@ pub enum PolarFieldError {
     /// A curve to follow is not on the mesh.
     #[error(transparent)]
     Curve(#[from] CurveError),
+    /// Stored values do not belong to the mesh.
+    #[error("the stored field is not one of this mesh: {what}; give the mesh that it was computed on")]
+    OtherMesh {
+        /// What differs.
+        what: String,
+    },
+    /// The mesh cannot be split at the singular points.
+    #[error("the mesh cannot be split at its singular points: {0}")]
+    Split(#[from] EmbedError),
     /// A linear system could not be solved.
     #[error(transparent)]
     Numeric(#[from] NumericError),

@@ -1,6 +1,6 @@
 //! The field: phases by integration, and its values at points (PLPF sections 4.4 and 5).
 
-use crate::polar_field::bevel::{BeveledMesh, Cycle, Rotation, wrapped};
+use crate::polar_field::bevel::{BeveledMesh, Cycle, PerCycle, Rotation, wrapped};
 use crate::polar_field::domain::Domain;
 use eikona_mesh::{Face, FaceField, Halfedge, HalfedgeField};
 use eikona_numeric::{Complex, NumericError, Scalar, check_step};
@@ -120,7 +120,7 @@ impl Values {
         connection: &Rotation,
         curvature: impl Fn(Cycle) -> f64,
         degree: u32,
-    ) -> Result<Vec<(Cycle, i64)>, NumericError> {
+    ) -> Result<PerCycle<i64>, NumericError> {
         let mut seen = bevel.zero();
         for h in bevel.halfedges() {
             check_step(h.index())?;
@@ -131,8 +131,11 @@ impl Values {
             seen.jump[h] = self.jump(h, twin, connection, degree);
         }
         let sums = bevel.sums(&seen);
-        let index = |c: Cycle| ((sums[c] + f64::from(degree) * curvature(c)) / TAU).round() as i64;
-        Ok(bevel.cycles().map(|c| (c, index(c))).collect())
+        let mut indices = bevel.constant(0);
+        for c in bevel.cycles() {
+            indices[c] = ((sums[c] + f64::from(degree) * curvature(c)) / TAU).round() as i64;
+        }
+        Ok(indices)
     }
 }
 

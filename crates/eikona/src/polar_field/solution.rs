@@ -4,12 +4,10 @@ use crate::Warning;
 use crate::geometry::vector::{add, scale};
 use crate::phases::Phases;
 use crate::polar_field::alignment::Followed;
-use crate::polar_field::bevel::wrapped;
 use crate::polar_field::domain::Domain;
 use crate::polar_field::field::{Values, polar};
-use crate::polar_field::inspection::Match;
 use crate::polar_field::singularity::Prescribed;
-use eikona_mesh::{CurveError, Face, Halfedge, Located, SurfacePoint, TriangleMesh};
+use eikona_mesh::{Corner, CurveError, Face, Located, SurfacePoint, TriangleMesh};
 use eikona_numeric::Complex;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -100,29 +98,57 @@ impl PolarField {
     /// # Errors
     /// [`CurveError`] if the point is not on the mesh.
     pub fn vectors_at(&self, point: SurfacePoint) -> Result<Vec<[f64; 3]>, CurveError> {
-        let mesh = self.mesh();
-        let (face, weights) = match point.locate(mesh)? {
-            Located::Face(f, weights) => (f, weights),
-            Located::Edge(e, t) => {
-                let h = mesh.edge_halfedges(e)[0];
-                let t = if mesh.follows_edge(h) { t } else { 1.0 - t };
-                let mut weights = [0.0; 3];
-                weights[h.side()] = 1.0 - t;
-                weights[(h.side() + 1) % 3] = t;
-                (h.face(), weights)
-            }
-            Located::Vertex(v) => match mesh.vertex_corners(v).first() {
-                Some(corner) => {
-                    let mut weights = [0.0; 3];
-                    weights[corner.halfedge().side()] = 1.0;
-                    (corner.face(), weights)
-                }
-                None => return Ok(vec![[0.0; 3]; self.degree as usize]),
-            },
-        };
+        let (face, weights) = self.place_in_face(point)?;
+        Ok(face.map_or(vec![[0.0; 3]; self.degree as usize], |face| self.vectors_in(face, weights)))
+    }
+
+    /// Returns the N vectors at a point with the length of the interpolation, which falls to zero
+    /// at singularities: [`vectors_at`](Self::vectors_at) times the N-th root of the length of
+    /// [`power_at`](Self::power_at).
+    ///
+    /// # Errors
+    /// [`CurveError`] if the point is not on the mesh.
+    ///
+    /// ```
+    /// use eikona::mesh::{SurfacePoint, shapes};
+    /// use eikona::polar_field::{FieldOptions, Place, Singularity, Solver};
+    /// let disk = shapes::disk(6, 12, 1.0)?;
+    /// let [i, j, k] = disk.triangles()[40];
+    /// let at = |bary| SurfacePoint::Face { vertices: [i, j, k], bary };
+    /// let singularities = [
+    ///     Singularity { place: Place::Point(at([0.2, 0.5, 0.3])), index: 1.0 },
+    ///     Singularity { place: Place::Boundary(0), index: 0.0 },
+    /// ];
+    /// let solver = Solver::new(&disk, &Default::default())?;
+    /// let field = solver.solve(&singularities, &FieldOptions::default().with_degree(1))?;
+    /// let length = |x: f64| {
+    ///     let [v] = field.scaled_vectors_at(at([0.2 + x, 0.5 - x, 0.3]))?[..] else { panic!() };
+    ///     Ok::<f64, Box<dyn std::error::Error>>(v[0].hypot(v[1]).hypot(v[2]))
+    /// };
+    /// // The field is linear in the face of its singularity.
+    /// assert!((length(0.2)? - 2.0 * length(0.1)?).abs() < 1e-9 * length(0.2)?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn scaled_vectors_at(&self, point: SurfacePoint) -> Result<Vec<[f64; 3]>, CurveError> {
+        let (face, weights) = self.place_in_face(point)?;
+        let Some(face) = face else { return Ok(vec![[0.0; 3]; self.degree as usize]) };
+        let length = self.power_at(face, weights).norm().powf(1.0 / f64::from(self.degree));
+        Ok(self.vectors_in(face, weights).into_iter().map(|v| scale(v, length)).collect())
+    }
+
+    /// Returns the N unit vectors at a corner, counter-clockwise, in the plane of its face.
+    pub fn vectors_at_corner(&self, corner: Corner) -> Vec<[f64; 3]> {
+        let mut weights = [0.0; 3];
+        weights[corner.halfedge().side()] = 1.0;
+        self.vectors_in(corner.face(), weights)
+    }
+
+    /// Returns the N unit vectors at a point of a face, counter-clockwise; zero where the field
+    /// vanishes.
+    pub(super) fn vectors_in(&self, face: Face, weights: [f64; 3]) -> Vec<[f64; 3]> {
         let power = self.power_at(face, weights);
         if power.norm() == 0.0 {
-            return Ok(vec![[0.0; 3]; self.degree as usize]);
+            return vec![[0.0; 3]; self.degree as usize];
         }
         let first = power.arg() / f64::from(self.degree);
         let [along, across, _] = self.domain.bevel.frame(face);
@@ -130,43 +156,21 @@ impl PolarField {
             let z = polar(1.0, first + TAU * f64::from(k) / f64::from(self.degree));
             add(scale(along, z.re), scale(across, z.im))
         };
-        Ok((0..self.degree).map(vector).collect())
+        (0..self.degree).map(vector).collect()
     }
 
-    /// Returns how the vectors at the centroids of neighbouring faces continue each other, for each
-    /// edge of two faces, in the order of [`vectors_at`](Self::vectors_at). Shifts are from 0 to N
-    /// - 1.
-    ///
-    /// The field is followed from centroid to centroid through the middle of the edge, with the
-    /// rotations that were solved for, so they are counted right however large they are.
-    pub fn matching(&self) -> Vec<Match> {
-        let Domain { bevel, connection, .. } = &*self.domain;
-        let n = f64::from(self.degree);
-        let mut matching = Vec::new();
-        for (h, twin) in bevel.edges() {
-            let middle = |h: Halfedge| {
-                let mut weights = [0.5; 3];
-                weights[(h.side() + 2) % 3] = 0.0;
-                weights
-            };
-            let third = [1.0 / 3.0; 3];
-            let centroid = |h: Halfedge| self.power_at(h.face(), third);
-            // Turns of the power: inside the first face, across the edge, inside the second face.
-            let own = -self.values.turn_between(h.face(), middle(h), third);
-            let other = self.values.turn_between(twin.face(), middle(twin), third);
-            let [p, q] = [h, twin].map(|h| self.power_at(h.face(), middle(h)).arg());
-            let across = wrapped(q - p + n * connection.jump[h]);
-            let solved = 0.5 * (self.values.jump[twin] - self.values.jump[h]);
-            let across = across + TAU * ((solved - across) / TAU).round();
-            let arrived = centroid(h).arg() + own + across + other - n * connection.jump[h];
-            let shift = ((arrived - centroid(twin).arg()) / TAU).round() as i64;
-            matching.push(Match {
-                faces: [h.face(), twin.face()],
-                vertices: Some([bevel.mesh.origin(h), bevel.mesh.tip(h)]),
-                shift: shift.rem_euclid(i64::from(self.degree)),
-            });
-        }
-        matching
+    /// Returns the weights of a point in a face that contains it, the first one at a vertex or
+    /// edge; no face for an unused vertex.
+    fn place_in_face(&self, point: SurfacePoint) -> Result<(Option<Face>, [f64; 3]), CurveError> {
+        let mesh = self.mesh();
+        let located = point.locate(mesh)?;
+        let face = match located {
+            Located::Face(f, _) => Some(f),
+            Located::Edge(e, _) => Some(mesh.edge_halfedges(e)[0].face()),
+            Located::Vertex(v) => mesh.vertex_corners(v).first().map(|corner| corner.face()),
+        };
+        let weights = face.and_then(|face| located.weights_in_face(mesh, face));
+        Ok((face, weights.unwrap_or_default()))
     }
 
     /// Returns the N-th power of the field at a point of a face, in the frame whose first axis runs

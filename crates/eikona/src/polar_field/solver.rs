@@ -9,12 +9,11 @@ use crate::polar_field::domain::Domain;
 use crate::polar_field::error::PolarFieldError;
 use crate::polar_field::field::{Phased, Values};
 use crate::polar_field::guides::paths;
-use crate::polar_field::homology::Homology;
 use crate::polar_field::options::{AutomaticOptions, FieldOptions, Smoothness, SolverOptions};
 use crate::polar_field::powers::{FaceSystem, powers};
 use crate::polar_field::problem::{Problem, check_closed, check_degree};
 use crate::polar_field::scale::{ScaleSearch, smoothest_scales, ties};
-use crate::polar_field::singularity::{Prescribed, Singularity, name};
+use crate::polar_field::singularity::{Singularity, name};
 use crate::polar_field::smoothness::CornerLaplacian;
 use crate::polar_field::solution::{FieldReport, Measured, PolarField};
 use crate::polar_field::surface::Surface;
@@ -55,17 +54,12 @@ impl Solver {
         let mut phases = Phases::begin("surface")?;
         let Surface { bevel, warnings } = Surface::of(mesh)?;
         check_stopped()?;
-        let homology = Homology::of(&bevel)?;
-        check_stopped()?;
-        let connection = bevel.connection();
-        check_stopped()?;
-        let curvature = bevel.curvature();
+        let domain = Domain::new(bevel)?;
         phases.next("factorisation")?;
         let resources = options.resources();
-        let laplacian = CornerLaplacian::new(&bevel, options.smoothness, resources)?;
+        let laplacian = CornerLaplacian::new(&domain.bevel, options.smoothness, resources)?;
         let faces = FaceSystem::new(resources);
-        let domain = Domain { bevel, homology, connection, curvature }.into();
-        Ok(Solver { domain, laplacian, faces, resources, warnings, phases: phases.finish() })
+        Ok(Solver { domain: domain.into(), laplacian, faces, resources, warnings, phases: phases.finish() })
     }
 
     /// Returns the mesh of the field: the input, with faces flipped to a consistent orientation.
@@ -263,22 +257,18 @@ impl Solver {
         let n = f64::from(problem.degree);
         let seen = values.measured(bevel, connection, |c| curvature[c], problem.degree)?;
         check_stopped()?;
-        let aliased: Vec<(Cycle, i64)> = seen.into_iter().filter(|&(c, i)| i != problem.turns[c]).collect();
-        let measured = |s: &Prescribed| {
-            aliased.iter().find(|(c, _)| *c == s.cycle).map_or(s.turns, |(_, i)| *i) as f64 / n
-        };
+        let aliased = bevel.cycles().filter(|&c| seen[c] != problem.turns[c]);
         let report = FieldReport {
             preparation: self.phases.clone(),
             closure: values.closure,
             energy: bevel.energy(&phased.theta),
             printed_energy: bevel.printed_energies(&phased.theta, [50.0, 1.0]),
-            measured: problem.prescribed.iter().map(measured).collect(),
+            measured: problem.prescribed.iter().map(|s| seen[s.cycle] as f64 / n).collect(),
             aliased: aliased
-                .iter()
-                .map(|&(c, i)| Measured {
+                .map(|c| Measured {
                     element: name(c),
                     prescribed: problem.turns[c] as f64 / n,
-                    measured: i as f64 / n,
+                    measured: seen[c] as f64 / n,
                 })
                 .collect(),
             unplaced: unplaced.into_iter().map(name).collect(),

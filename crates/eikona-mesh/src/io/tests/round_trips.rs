@@ -61,6 +61,8 @@ fn polygons_scalars_and_lines_survive() {
     let mut out = MeshOut::from(&mesh);
     out.vertex_scalars = vec![("signed_distance", &heights), ("winding", &broken)];
     out.face_scalars = vec![("area", &areas)];
+    let flow: Vec<[f64; 3]> = (0..7).map(|i| [0.1, 0.7, -3.0].map(|x| x * f64::from(i))).collect();
+    out.face_vectors = vec![("flow", &flow)];
     out.lines = &lines;
     for (format, encoding) in [
         (MeshFormat::Ply, Encoding::Binary),
@@ -82,7 +84,10 @@ fn polygons_scalars_and_lines_survive() {
         for (read, given) in scalars[1].1.iter().zip(&broken) {
             assert_eq!(read.to_bits(), given.to_bits());
         }
-        assert_eq!(file.face_scalars, [("area".to_string(), areas.clone())]);
+        let components = (0..3).map(|k| (format!("flow_{k}"), flow.iter().map(|v| v[k]).collect()));
+        let expected: Vec<_> =
+            std::iter::once(("area".to_string(), areas.clone())).chain(components).collect();
+        assert_eq!(file.face_scalars, expected);
         assert_eq!(file.warnings, []);
     }
     for format in [MeshFormat::Obj, MeshFormat::Off] {
@@ -91,7 +96,7 @@ fn polygons_scalars_and_lines_survive() {
         let file = read_mesh_bytes(&bytes, format).unwrap();
         assert_eq!(faces(&file.mesh), faces(&mesh));
         assert_eq!(file.mesh.positions, mesh.positions);
-        let lost: usize = if format == MeshFormat::Obj { 2 } else { 4 };
+        let lost: usize = if format == MeshFormat::Obj { 3 } else { 5 };
         assert_eq!(left_out.len(), lost, "{left_out:?}");
         assert_eq!(file.lines.len(), if format == MeshFormat::Obj { 2 } else { 0 });
     }

@@ -1,7 +1,7 @@
 //! Steps of a streamline in faces and across edges.
 
 use crate::geometry::{Triangle, unit_of};
-use crate::polar_field::bevel::{Cycle, wrapped};
+use crate::polar_field::bevel::wrapped;
 use crate::polar_field::field::polar;
 use crate::polar_field::solution::PolarField;
 use crate::polar_field::streamlines::StreamlineEnd;
@@ -66,7 +66,7 @@ impl<'a> Tracer<'a> {
     pub fn new(field: &'a PolarField, longest: f64) -> Tracer<'a> {
         let bevel = &field.domain.bevel;
         let mut singular: HashMap<Face, Vec<Complex>> = HashMap::new();
-        for s in field.singular_points() {
+        for (s, _) in field.singular_points() {
             for face in s.faces(&bevel.mesh) {
                 if let Some(weights) = s.weights_in_face(&bevel.mesh, face) {
                     singular.entry(face).or_default().push(bevel.triangles[face.index()].point(weights));
@@ -391,14 +391,4 @@ fn on_side(h: Halfedge, along: f64) -> [f64; 3] {
     weights[h.side()] = 1.0 - along;
     weights[(h.side() + 1) % 3] = along;
     weights
-}
-
-impl PolarField {
-    /// The singular points, at vertices, inside edges and inside faces.
-    pub(super) fn singular_points(&self) -> impl Iterator<Item = Located> + '_ {
-        self.singular
-            .iter()
-            .filter(|s| s.turns != 0 && !matches!(s.cycle, Cycle::Boundary(_)))
-            .filter_map(|s| s.point)
-    }
 }
