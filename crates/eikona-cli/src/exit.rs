@@ -68,6 +68,11 @@ impl Failure {
         Failure::Input(format!("{}: {fault}", path.display()))
     }
 
+    /// Failure to convert a result to the bytes of a file.
+    pub fn encoding(fault: std::io::Error) -> Failure {
+        Failure::Failed(fault.to_string())
+    }
+
     /// Failure to write a file.
     pub fn writing(fault: FileError) -> Failure {
         match fault {

@@ -2,6 +2,7 @@
 
 use crate::exit::Failure;
 use crate::input::MeshInput;
+use crate::numpy::npy;
 use crate::picture::colours;
 use crate::session::Session;
 use crate::warned::Warned;
@@ -69,7 +70,7 @@ pub fn output_fields(
     session: &mut Session,
 ) -> Result<(), Failure> {
     match format {
-        FieldFormat::Npy => session.output("distance", path, npy(fields))?,
+        FieldFormat::Npy => session.output("distance", path, npy_of_fields(fields)?)?,
         FieldFormat::Csv => session.output("distance", path, csv(fields).into_bytes())?,
         FieldFormat::Mesh(format) => {
             let mut out = input.to_write(format);
@@ -188,39 +189,13 @@ fn byte_colours(scalars: &[(&str, Vec<f64>)]) -> Option<Vec<[u8; 3]>> {
     (0..channels[0].len()).map(colour).collect()
 }
 
-/// Header of a NumPy file, format 1.0.
-fn npy_header(kind: &str, shape: &str) -> Vec<u8> {
-    let mut header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
-    const PREFIX: usize = 10;
-    const ALIGNMENT: usize = 64;
-    while !(PREFIX + header.len() + 1).is_multiple_of(ALIGNMENT) {
-        header.push(' ');
-    }
-    header.push('\n');
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.into_bytes());
-    bytes
-}
-
-/// NumPy file of int32, shape (n,).
-pub fn npy_of_labels(labels: &[i32]) -> Vec<u8> {
-    let mut bytes = npy_header("<i4", &format!("({},)", labels.len()));
-    labels.iter().for_each(|label| bytes.extend(label.to_le_bytes()));
-    bytes
-}
-
 /// NumPy file of doubles: shape (V,) for one field, (V, n) for n fields.
-fn npy(fields: &[(&str, &[f64])]) -> Vec<u8> {
+fn npy_of_fields(fields: &[(&str, &[f64])]) -> Result<Vec<u8>, Failure> {
     let rows = fields.first().map_or(0, |f| f.1.len());
-    let shape = if fields.len() == 1 { format!("({rows},)") } else { format!("({rows}, {})", fields.len()) };
-    let mut bytes = npy_header("<f8", &shape);
-    for row in 0..rows {
-        for (_, values) in fields {
-            bytes.extend(values.get(row).copied().unwrap_or(f64::NAN).to_le_bytes());
-        }
-    }
-    bytes
+    let value = |row: usize| fields.iter().map(move |f| f.1.get(row).copied().unwrap_or(f64::NAN));
+    let values: Vec<f64> = (0..rows).flat_map(value).collect();
+    let shape = [rows, fields.len()];
+    npy(if fields.len() == 1 { &shape[..1] } else { &shape }, &values).map_err(Failure::encoding)
 }
 
 fn csv(fields: &[(&str, &[f64])]) -> String {

@@ -11,6 +11,7 @@ mod inspect;
 mod isoline_file;
 mod make;
 mod number;
+mod numpy;
 mod picture;
 mod progress;
 mod render;
@@ -19,6 +20,7 @@ mod sdf;
 mod seams;
 mod session;
 mod source;
+mod stored_field;
 mod warned;
 mod winding;
 

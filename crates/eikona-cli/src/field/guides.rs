@@ -1,11 +1,11 @@
 //! What the field follows, and automatic prescriptions.
 
 use crate::exit::Failure;
-use crate::field::prescription::is_sings;
+use crate::field::prescription::{entry, is_sings};
 use crate::input::MeshInput;
 use crate::session::Session;
 use crate::source::{SourceArguments, read_source};
-use eikona::polar_field::{CREASE_DEGREES, Guide, Place, Prescription, Singularity};
+use eikona::polar_field::{CREASE_DEGREES, Guide, Place, Prescription};
 use eikona_mesh::SurfacePoint;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -93,7 +93,7 @@ pub fn output_prescription(
         session.output("singularities", path, text.into_bytes())?;
     } else if let Some(path) = singularities {
         let entries: Vec<Value> =
-            prescription.singularities.iter().map(|singularity| entry(singularity, input)).collect();
+            prescription.singularities.iter().map(|s| entry(s, |v| input.vertex_in_file(v))).collect();
         let lines: Vec<String> = entries.iter().map(Value::to_string).collect();
         session.output("singularities", path, format!("[{}]\n", lines.join(",\n ")).into_bytes())?;
     }
@@ -114,7 +114,7 @@ fn sings(
     for singularity in prescription.singularities.iter().filter(|s| s.index != 0.0) {
         let Place::Point(SurfacePoint::Vertex { vertex }) = singularity.place else {
             return Err(Failure::Input(format!(
-                "{}: this format is for singularities at vertices only; write .json",
+                "{}: this format is for singularities at vertices only; write .json, or add --split MESH.obj",
                 path.display()
             )));
         };
@@ -122,19 +122,4 @@ fn sings(
         rows.push(format!("{vertex} {}\n", (singularity.index * f64::from(degree)).round()));
     }
     Ok(format!("{degree} {}\n{}", rows.len(), rows.concat()))
-}
-
-fn entry(singularity: &Singularity, input: &MeshInput) -> Value {
-    let index = singularity.index;
-    let file = |v: u32| input.vertex_in_file(v);
-    match singularity.place {
-        Place::Boundary(boundary) => json!({"boundary": boundary, "index": index}),
-        Place::Point(SurfacePoint::Vertex { vertex }) => json!({"vertex": file(vertex), "index": index}),
-        Place::Point(SurfacePoint::Edge { vertices, t }) => {
-            json!({"edge": vertices.map(file), "t": t, "index": index})
-        }
-        Place::Point(SurfacePoint::Face { vertices, bary }) => {
-            json!({"face": vertices.map(file), "bary": bary, "index": index})
-        }
-    }
 }

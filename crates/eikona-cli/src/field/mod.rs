@@ -2,13 +2,15 @@
 
 mod guides;
 mod outputs;
-mod prescription;
+mod per_face;
+pub mod prescription;
 
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::number::{above_zero, bytes};
 use crate::picture::{PictureArguments, check_picture_path};
 use crate::session::{General, Session, check_outputs};
+use crate::stored_field::read_stored_field;
 use crate::warned::Warned;
 use clap::Args;
 use eikona::polar_field::{
@@ -17,11 +19,12 @@ use eikona::polar_field::{
 };
 use eikona_mesh::counted;
 use guides::{Alignment, Automatic, files, output_prescription, parse_alignment, read_guides};
-use outputs::{
-    FieldFormat, field_format, output_field, output_matching, output_picture, output_samples,
-    output_streamlines,
+use outputs::{output_picture, output_samples, output_streamlines};
+use per_face::{
+    FieldFormat, field_format, output_field, output_matching, output_split, output_stored,
+    output_vertex_list, split_format,
 };
-use prescription::{read_indices, read_points, read_singularities};
+use prescription::{is_sings, read_indices, read_points, read_singularities};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -59,6 +62,14 @@ pub struct FieldArguments {
     /// Number of directions at each point: 1 for vectors, 2 for lines, 4 for crosses
     #[arg(short = 'n', long, value_name = "N", default_value = "4", help_heading = "Method")]
     pub degree: u32,
+    /// Read a field that -o wrote as .npz or .json on this mesh, instead of computing one
+    #[arg(
+        long,
+        value_name = "FIELD",
+        conflicts_with_all = ["singularities", "auto", "degree", "cycles", "align", "save_cycles"],
+        help_heading = "Method"
+    )]
+    pub field: Option<PathBuf>,
     /// Indices along the homology generators, two per handle: a list of multiples of 1/N. Without
     /// it, all are zero
     #[arg(long, value_name = "C.json", help_heading = "Method")]
@@ -75,16 +86,25 @@ pub struct FieldArguments {
     /// Stop before a factorisation if its predicted memory exceeds SIZE, such as 2GiB or 500MB
     #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = bytes, help_heading = "Method")]
     pub memory_limit: Option<usize>,
-    /// Write N unit vectors per face, at its centroid: .rawfield (Directional), .csv, or .rosy
-    /// (QuadWild), which is for N = 4
+    /// Write N unit vectors per face, at its centroid: .rawfield (Directional), .csv, .npy (shape
+    /// F, N, 3), with the mesh (.vtp, .ply), or .rosy (QuadWild), which is for N = 4; or the field
+    /// itself without loss, for --field: .npz, .json
     #[arg(short, long, value_name = "OUT", help_heading = "Outputs")]
     pub output: Option<PathBuf>,
+    /// Write the mesh split at singular points, so that each is a vertex. Vectors per face,
+    /// --save-matching and .sings are then those of this mesh
+    #[arg(long, value_name = "MESH", help_heading = "Outputs")]
+    pub split: Option<PathBuf>,
     /// Points at which to evaluate the field: a list of surface points as in S.json, without index
     #[arg(long, value_name = "P.json", requires = "samples", help_heading = "Outputs")]
     pub sample: Option<PathBuf>,
     /// Write the N unit vectors at the points of --sample, with their positions
     #[arg(long, value_name = "V.csv", requires = "sample", help_heading = "Outputs")]
     pub samples: Option<PathBuf>,
+    /// Give the vectors of --samples the length of the interpolation, which falls to zero at
+    /// singular points, instead of 1
+    #[arg(long, requires = "samples", help_heading = "Outputs")]
+    pub scaled: bool,
     /// Write how the vectors of neighbouring faces continue each other (Directional)
     #[arg(long, value_name = "M.matching", help_heading = "Outputs")]
     pub save_matching: Option<PathBuf>,
@@ -128,18 +148,25 @@ pub fn run(arguments: &FieldArguments, general: &General) -> Result<u8, Failure>
     }
     let points = arguments.sample.as_deref().map_or(Ok(Vec::new()), |path| read_points(path, &input))?;
     let guides = read_guides(&arguments.align, &input, &mut session)?;
-    let (field, prescription) = solve(arguments, &input, prescription, guides, &mut session)?;
+    let (field, prescription) = match &arguments.field {
+        Some(path) => restore(path, &input, &mut session)?,
+        None => solve(arguments, &input, prescription, guides, &mut session)?,
+    };
+    if format == Some(FieldFormat::Rosy) && field.degree() != 4 {
+        return Err(Failure::Usage(format!(
+            ".rosy files are for N = 4, but this field has N = {}; write .rawfield",
+            field.degree()
+        )));
+    }
     let Prescription { singularities, .. } = &prescription;
-    let saved = [&arguments.save_singularities, &arguments.save_cycles].map(|path| path.as_deref());
-    output_prescription(saved, &prescription, arguments.degree, &input, &mut session)?;
-    if let (Some(path), Some(format)) = (&arguments.output, format) {
-        output_field(path, format, &field, &mut session)?;
-    }
-    if let Some(path) = &arguments.save_matching {
-        output_matching(path, &field, &mut session)?;
-    }
+    output_per_face(arguments, format, &field, &mut session)?;
+    // With --split, a list of vertices is one of the split mesh, written above.
+    let in_split = |path: &&Path| arguments.split.is_some() && is_sings(path);
+    let singularities_file = arguments.save_singularities.as_deref().filter(|path| !in_split(path));
+    let saved = [singularities_file, arguments.save_cycles.as_deref()];
+    output_prescription(saved, &prescription, field.degree(), &input, &mut session)?;
     if let Some(path) = &arguments.samples {
-        output_samples(path, &field, &points, &mut session)?;
+        output_samples(path, &field, &points, arguments.scaled, &mut session)?;
     }
     let is_drawn = arguments.render.is_some() && !arguments.glyphs;
     let lines = if arguments.streamlines.is_some() || is_drawn {
@@ -162,6 +189,7 @@ pub fn run(arguments: &FieldArguments, general: &General) -> Result<u8, Failure>
 fn check_arguments(arguments: &FieldArguments, general: &General) -> Result<Option<FieldFormat>, Failure> {
     let outputs = [
         &arguments.output,
+        &arguments.split,
         &arguments.samples,
         &arguments.streamlines,
         &arguments.save_matching,
@@ -178,7 +206,7 @@ fn check_arguments(arguments: &FieldArguments, general: &General) -> Result<Opti
                 .into(),
         ));
     }
-    let read = [&arguments.singularities, &arguments.cycles, &arguments.sample];
+    let read = [&arguments.singularities, &arguments.cycles, &arguments.sample, &arguments.field];
     let read = read.into_iter().flatten().map(PathBuf::as_path).chain(files(&arguments.align));
     let inputs: Vec<&Path> = std::iter::once(arguments.mesh.mesh.as_path()).chain(read).collect();
     check_outputs(&outputs, &inputs)?;
@@ -198,10 +226,90 @@ fn check_arguments(arguments: &FieldArguments, general: &General) -> Result<Opti
     }
     arguments.render.as_deref().map_or(Ok(()), check_picture_path)?;
     let format = arguments.output.as_deref().map(field_format).transpose()?;
-    if format == Some(FieldFormat::Rosy) && arguments.degree != 4 {
+    if format == Some(FieldFormat::Rosy) && arguments.degree != 4 && arguments.field.is_none() {
         return Err(Failure::Usage(".rosy files are for N = 4 only; write .rawfield".into()));
     }
+    if let Some(path) = &arguments.split {
+        split_format(path)?;
+    }
     Ok(format)
+}
+
+/// Reads a stored field.
+fn restore(
+    path: &Path,
+    input: &MeshInput,
+    session: &mut Session,
+) -> Result<(PolarField, Prescription), Failure> {
+    let data = read_stored_field(path)?;
+    let field = session.solver("restore", || PolarField::from_data(&input.mesh, &data))?;
+    let FieldReport { closure, measured, largest_power, .. } = &field.report;
+    session.report.result.extend(
+        [
+            ("degree", json!(field.degree())),
+            ("closure", json!(closure)),
+            ("measured", json!(measured)),
+            ("largest_power", json!(largest_power)),
+        ]
+        .map(|(key, value)| (key.to_string(), value)),
+    );
+    let mut prescription = Prescription::default();
+    prescription.singularities = data.singularities;
+    Ok((field, prescription))
+}
+
+/// Writes the field as vectors per face, and what belongs to them.
+fn output_per_face(
+    arguments: &FieldArguments,
+    format: Option<FieldFormat>,
+    field: &PolarField,
+    session: &mut Session,
+) -> Result<(), Failure> {
+    let output = arguments.output.as_deref().zip(format);
+    if let Some((path, format)) = output
+        && format.is_stored()
+    {
+        output_stored(path, format, field, session)?;
+    }
+    let output = output.filter(|(_, format)| !format.is_stored());
+    if output.is_none() && arguments.split.is_none() && arguments.save_matching.is_none() {
+        return Ok(());
+    }
+    let sampled = match arguments.split.is_some() {
+        true => session.solver("split", || field.split())?,
+        false => session.solver("vectors per face", || field.per_face())?,
+    };
+    if let Some(first) = sampled.steep_edges.first() {
+        let sentence = format!(
+            "{} by half a turn of the N-th power or more from face to face (first: {first}), so programs that match \
+             vectors by the smallest rotation see other indices at their ends; give them the matching \
+             (--save-matching), or refine the mesh there",
+            counted(sampled.steep_edges.len(), "edge turns", "edges turn"),
+        );
+        session.warn(Warned::new("steep_edges", sentence).with("count", sampled.steep_edges.len()));
+    }
+    if sampled.left_out > 0 {
+        let sentence = format!(
+            "{} inside faces or edges, where vectors per face cannot show them; add --split MESH.obj to make them \
+             vertices",
+            counted(sampled.left_out, "singular point is", "singular points are"),
+        );
+        session.warn(Warned::new("not_at_vertices", sentence).with("count", sampled.left_out));
+    }
+    if let Some(path) = &arguments.split {
+        output_split(path, &sampled, session)?;
+        let list = arguments.save_singularities.as_deref().filter(|path| is_sings(path));
+        if let Some(path) = list {
+            output_vertex_list(path, &sampled, session)?;
+        }
+    }
+    if let Some((path, format)) = output {
+        output_field(path, format, &sampled, session)?;
+    }
+    match &arguments.save_matching {
+        Some(path) => output_matching(path, &sampled, session),
+        None => Ok(()),
+    }
 }
 
 fn solve(

@@ -5,111 +5,44 @@ use crate::number::fraction;
 use crate::picture::{PictureArguments, draw};
 use crate::session::Session;
 use eikona::contour::obj_lines;
-use eikona::polar_field::{Match, Place, PolarField, Singularity, Streamline};
+use eikona::polar_field::{Place, PolarField, Singularity, Streamline};
 use eikona_mesh::{Quality, SurfacePoint, counted};
 use eikona_render::{Coloring, CurveStyle, Drawing, GlyphStyle, PointStyle, Scene, TextStyle};
 use std::fmt::Write as _;
 use std::path::Path;
-
-/// Formats of N vectors per face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FieldFormat {
-    /// A header with N and the number of faces, then 3N numbers per face (Directional).
-    Rawfield,
-    /// A header line, then centroid and vectors per face.
-    Csv,
-    /// The number of faces, 4, and the first of four vectors per face (QuadWild).
-    Rosy,
-}
-
-/// Determines the format from a file name.
-pub fn field_format(path: &Path) -> Result<FieldFormat, Failure> {
-    let name = path.to_string_lossy().to_ascii_lowercase();
-    if name.ends_with(".rawfield") {
-        Ok(FieldFormat::Rawfield)
-    } else if name.ends_with(".csv") {
-        Ok(FieldFormat::Csv)
-    } else if name.ends_with(".rosy") {
-        Ok(FieldFormat::Rosy)
-    } else {
-        Err(Failure::Usage(format!(
-            "{}: unknown output format; use .rawfield, .rosy or .csv",
-            path.display()
-        )))
-    }
-}
-
-/// Writes the vectors at the centroids of all faces.
-pub fn output_field(
-    path: &Path,
-    format: FieldFormat,
-    field: &PolarField,
-    session: &mut Session,
-) -> Result<(), Failure> {
-    let centroid = |corners: &[u32; 3]| {
-        let third = 1.0 / 3.0;
-        SurfacePoint::Face { vertices: *corners, bary: [third, third, 1.0 - 2.0 * third] }
-    };
-    let points: Vec<SurfacePoint> = field.mesh().triangles().iter().map(centroid).collect();
-    let text = match format {
-        FieldFormat::Csv => table(field, &points)?,
-        FieldFormat::Rosy => {
-            let mut text = format!("{}\n4\n", points.len());
-            for &point in &points {
-                let [x, y, z] = vectors(field, point)?[0];
-                let _ = writeln!(text, "{x:?} {y:?} {z:?}");
-            }
-            text
-        }
-        FieldFormat::Rawfield => {
-            let mut text = format!("{} {}\n", field.degree(), points.len());
-            for &point in &points {
-                let numbers: Vec<String> =
-                    vectors(field, point)?.iter().flatten().map(|x| format!("{x:?}")).collect();
-                let _ = writeln!(text, "{}", numbers.join(" "));
-            }
-            text
-        }
-    };
-    session.output("field", path, text.into_bytes())
-}
-
-/// Writes how the vectors of neighbouring faces continue each other: N and the number of rows, then
-/// two faces, the vertices of their edge, and the shift (Directional).
-pub fn output_matching(path: &Path, field: &PolarField, session: &mut Session) -> Result<(), Failure> {
-    let rows = field.matching();
-    let mut text = format!("{} {}\n", field.degree(), rows.len());
-    for Match { faces: [f, g], vertices, shift } in rows {
-        let [v, w] = vertices.map(|pair| pair.map(|v| v.0)).unwrap_or_default();
-        let _ = writeln!(text, "{} {} {v} {w} {shift}", f.0, g.0);
-    }
-    session.output("matching", path, text.into_bytes())
-}
 
 /// Writes the vectors at points, with their positions.
 pub fn output_samples(
     path: &Path,
     field: &PolarField,
     points: &[SurfacePoint],
+    scaled: bool,
     session: &mut Session,
 ) -> Result<(), Failure> {
-    session.output("samples", path, table(field, points)?.into_bytes())
+    let mut rows = Vec::with_capacity(points.len());
+    for &point in points {
+        let located = point.locate(field.mesh()).map_err(|e| Failure::Input(e.to_string()))?;
+        let vectors = if scaled { field.scaled_vectors_at(point) } else { field.vectors_at(point) };
+        let vectors = vectors.map_err(|e| Failure::Input(e.to_string()))?;
+        rows.push((located.position(field.mesh()), vectors));
+    }
+    let rows = rows.iter().map(|(position, vectors)| (*position, vectors.as_slice()));
+    session.output("samples", path, table(field.degree(), rows).into_bytes())
 }
 
-fn table(field: &PolarField, points: &[SurfacePoint]) -> Result<String, Failure> {
+/// Returns a header line, then per point its position and N vectors.
+pub fn table<'a>(degree: u32, rows: impl Iterator<Item = ([f64; 3], &'a [[f64; 3]])>) -> String {
     let mut text = String::from("x,y,z");
-    for k in 0..field.degree() {
+    for k in 0..degree {
         let _ = write!(text, ",vx{k},vy{k},vz{k}");
     }
     text.push('\n');
-    for &point in points {
-        let located = point.locate(field.mesh()).map_err(|e| Failure::Input(e.to_string()))?;
-        let vectors = vectors(field, point)?;
-        let numbers = located.position(field.mesh()).into_iter().chain(vectors.into_iter().flatten());
+    for (position, vectors) in rows {
+        let numbers = position.iter().chain(vectors.as_flattened());
         let numbers: Vec<String> = numbers.map(|x| format!("{x:?}")).collect();
         let _ = writeln!(text, "{}", numbers.join(","));
     }
-    Ok(text)
+    text
 }
 
 fn vectors(field: &PolarField, point: SurfacePoint) -> Result<Vec<[f64; 3]>, Failure> {

@@ -6,12 +6,13 @@ use eikona::polar_field::{Place, Singularity};
 use eikona_mesh::{CurveError, FileError, SurfacePoint};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
 use std::path::Path;
 
 /// One entry of a list, read key by key, so that the error names a wrong key.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object such as {\"vertex\": 3, \"index\": 0.25}")]
-struct Entry {
+pub struct Entry {
     vertex: Option<u32>,
     edge: Option<[u32; 2]>,
     t: Option<f64>,
@@ -24,7 +25,37 @@ struct Entry {
 const FORMS: &str =
     "{\"vertex\": i}, {\"edge\": [i, j], \"t\": t} or {\"face\": [i, j, k], \"bary\": [a, b, c]}";
 
+/// Returns the entry of a singularity. `file` converts vertices to the numbers of the file.
+pub fn entry(singularity: &Singularity, file: impl Fn(u32) -> u32) -> Value {
+    let index = singularity.index;
+    match singularity.place {
+        Place::Boundary(boundary) => json!({"boundary": boundary, "index": index}),
+        Place::Point(SurfacePoint::Vertex { vertex }) => json!({"vertex": file(vertex), "index": index}),
+        Place::Point(SurfacePoint::Edge { vertices, t }) => {
+            json!({"edge": vertices.map(file), "t": t, "index": index})
+        }
+        Place::Point(SurfacePoint::Face { vertices, bary }) => {
+            json!({"face": vertices.map(file), "bary": bary, "index": index})
+        }
+    }
+}
+
 impl Entry {
+    /// Returns the singularity, in the numbers of the file.
+    pub fn singularity(&self) -> Result<Singularity, String> {
+        let index = self.index.ok_or("the key \"index\" is missing; add it")?;
+        let place = match (self.boundary, self.point()) {
+            (Some(boundary), None) if self.has_no_point() => Place::Boundary(boundary),
+            (None, Some(point)) => Place::Point(point),
+            _ => {
+                return Err(format!(
+                    "a singularity is {FORMS} or {{\"boundary\": loop}}, with exactly these keys and \"index\""
+                ));
+            }
+        };
+        Ok(Singularity { place, index })
+    }
+
     fn point(&self) -> Option<SurfacePoint> {
         match *self {
             Entry { vertex: Some(vertex), edge: None, t: None, face: None, bary: None, .. } => {
@@ -101,17 +132,10 @@ pub fn read_singularities(path: &Path, degree: u32, input: &MeshInput) -> Result
     let mut result = Vec::with_capacity(entries.len());
     for (i, entry) in entries.iter().enumerate() {
         let wrong = |problem: String| Failure::Input(format!("{}: entry {i}: {problem}", path.display()));
-        let Some(index) = entry.index else {
-            return Err(wrong("the key \"index\" is missing; add it".into()));
-        };
-        let place = match (entry.boundary, entry.point()) {
-            (Some(boundary), None) if entry.has_no_point() => Place::Boundary(boundary),
-            (None, Some(point)) => Place::Point(on_mesh(point, input).map_err(wrong)?),
-            _ => {
-                return Err(wrong(format!(
-                    "a singularity is {FORMS} or {{\"boundary\": loop}}, with exactly these keys and \"index\""
-                )));
-            }
+        let Singularity { place, index } = entry.singularity().map_err(wrong)?;
+        let place = match place {
+            Place::Point(point) => Place::Point(on_mesh(point, input).map_err(wrong)?),
+            Place::Boundary(boundary) => Place::Boundary(boundary),
         };
         result.push(Singularity { place, index });
     }

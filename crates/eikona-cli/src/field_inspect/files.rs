@@ -1,27 +1,35 @@
 //! Reads fields of N vectors per face: `.rawfield` and `.matching` (Directional), `.rosy`
-//! (QuadWild), and the CSV of `eikona field`.
+//! (QuadWild), the CSV of `eikona field`, and NumPy arrays.
 
 use crate::exit::Failure;
+use crate::numpy::read_npy;
 use eikona::polar_field::{FaceVectors, Match};
 use eikona_mesh::{Face, Vertex};
 use std::path::Path;
+
+/// Largest accepted N.
+const MOST_DIRECTIONS: u32 = 1000;
 
 /// Reads a field. `degree` is N where the file does not have it, and must agree where it does.
 pub fn read_field(path: &Path, degree: Option<u32>) -> Result<FaceVectors, Failure> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     let parse = match extension.as_deref() {
+        Some("npy") => return array(path, degree),
         Some("rawfield") => Lines::rawfield,
         Some("rosy") => Lines::rosy,
         Some("csv") => Lines::csv,
         _ => {
             return Err(Failure::Usage(format!(
-                "{}: unknown field format; use .rawfield, .rosy or .csv",
+                "{}: unknown field format; use .rawfield, .rosy, .csv or .npy",
                 path.display()
             )));
         }
     };
     let text = read(path)?;
-    let field = parse(&Lines { path, text: &text })?;
+    with_degree(path, parse(&Lines { path, text: &text })?, degree)
+}
+
+fn with_degree(path: &Path, field: FaceVectors, degree: Option<u32>) -> Result<FaceVectors, Failure> {
     match degree.filter(|degree| *degree != field.degree) {
         Some(degree) => Err(Failure::Input(format!(
             "{}: this field has N = {}, not {degree}; leave out -n",
@@ -32,6 +40,31 @@ pub fn read_field(path: &Path, degree: Option<u32>) -> Result<FaceVectors, Failu
     }
 }
 
+/// Reads an array of shape (F, N, 3) or (F, 3N).
+fn array(path: &Path, degree: Option<u32>) -> Result<FaceVectors, Failure> {
+    let wrong = |problem: String| Failure::Input(format!("{}: {problem}", path.display()));
+    let bytes = std::fs::read(path).map_err(|fault| not_read(path, &fault))?;
+    let array = read_npy(&bytes).map_err(|problem| wrong(format!("this array is {problem}")))?;
+    let found = match *array.shape.as_slice() {
+        [_, n, 3] => n,
+        [_, columns] if columns % 3 == 0 => columns / 3,
+        _ => {
+            return Err(wrong(format!(
+                "this array has the shape {:?}; save one of shape (F, N, 3), with N vectors per face",
+                array.shape
+            )));
+        }
+    };
+    let found = u32::try_from(found).ok().filter(|n| (1..=MOST_DIRECTIONS).contains(n));
+    let found = found.ok_or_else(|| wrong(format!("N is out of range; expected 1 to {MOST_DIRECTIONS}")))?;
+    if let Some(i) = array.values.iter().position(|x| !x.is_finite()) {
+        let face = i / (3 * found as usize);
+        return Err(wrong(format!("the value {} of face {face} is not a finite number", array.values[i])));
+    }
+    let vectors = array.values.chunks(3).map(|v| [v[0], v[1], v[2]]).collect();
+    with_degree(path, FaceVectors { degree: found, vectors, ..FaceVectors::default() }, degree)
+}
+
 /// Reads shifts between the vectors of neighbouring faces.
 pub fn read_matching(path: &Path, degree: u32) -> Result<Vec<Match>, Failure> {
     let text = read(path)?;
@@ -39,13 +72,15 @@ pub fn read_matching(path: &Path, degree: u32) -> Result<Vec<Match>, Failure> {
 }
 
 fn read(path: &Path) -> Result<String, Failure> {
-    std::fs::read_to_string(path).map_err(|fault| {
-        Failure::Input(match fault.kind() {
-            std::io::ErrorKind::NotFound => {
-                format!("{}: no such file; check the name and the folder", path.display())
-            }
-            _ => format!("{}: {fault}", path.display()),
-        })
+    std::fs::read_to_string(path).map_err(|fault| not_read(path, &fault))
+}
+
+fn not_read(path: &Path, fault: &std::io::Error) -> Failure {
+    Failure::Input(match fault.kind() {
+        std::io::ErrorKind::NotFound => {
+            format!("{}: no such file; check the name and the folder", path.display())
+        }
+        _ => format!("{}: {fault}", path.display()),
     })
 }
 
@@ -174,8 +209,10 @@ impl Lines<'_> {
     }
 
     fn degree(&self, degree: usize) -> Result<u32, Failure> {
-        let found = u32::try_from(degree).ok().filter(|n| (1..=1000).contains(n));
-        found.ok_or_else(|| self.wrong(0, &format!("N = {degree} is out of range; expected 1 to 1000")))
+        let found = u32::try_from(degree).ok().filter(|n| (1..=MOST_DIRECTIONS).contains(n));
+        found.ok_or_else(|| {
+            self.wrong(0, &format!("N = {degree} is out of range; expected 1 to {MOST_DIRECTIONS}"))
+        })
     }
 
     fn counted(&self, found: usize, rows: usize) -> Result<(), Failure> {

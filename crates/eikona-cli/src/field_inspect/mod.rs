@@ -22,8 +22,8 @@ use std::path::PathBuf;
   eikona field torus.ply --auto -o cross.rawfield
   eikona field-inspect cross.rawfield torus.ply")]
 pub struct FieldInspectArguments {
-    /// Field of N vectors per face: .rawfield (Directional), .rosy (QuadWild), or .csv of
-    /// `eikona field`
+    /// Field of N vectors per face: .rawfield (Directional), .rosy (QuadWild), .csv of
+    /// `eikona field`, or .npy of shape (F, N, 3)
     #[arg(value_name = "FIELD")]
     pub field: PathBuf,
     #[command(flatten)]

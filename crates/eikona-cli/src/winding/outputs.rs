@@ -2,9 +2,9 @@
 
 use super::arguments::{OutputArguments, WindingArguments};
 use crate::exit::Failure;
-use crate::field_file::npy_of_labels;
 use crate::input::MeshInput;
 use crate::make::output_curves;
+use crate::numpy::npy;
 use crate::picture::{self, draw};
 use crate::session::Session;
 use crate::warned::Warned;
@@ -113,7 +113,7 @@ pub fn write_outputs(
             MainFormat::Corners => write_corners(path, winding, session)?,
             MainFormat::Split(format) => write_split("regions", path, format, (winding, &of_file), session)?,
             MainFormat::Table(TableFormat::Npy) => {
-                session.output("regions", path, npy_of_labels(winding.labels.as_slice()))?;
+                session.output("regions", path, npy_of_labels(winding.labels.as_slice())?)?;
             }
             MainFormat::Table(TableFormat::Csv) => {
                 session.output("regions", path, csv_of_regions(winding, &of_file).into_bytes())?;
@@ -143,7 +143,7 @@ pub fn write_outputs(
         }
         let bytes = match format {
             TableFormat::Npy => {
-                npy_of_labels(&labels.iter().map(|label| label.unwrap_or(NO_LABEL)).collect::<Vec<_>>())
+                npy_of_labels(&labels.iter().map(|label| label.unwrap_or(NO_LABEL)).collect::<Vec<_>>())?
             }
             TableFormat::Csv => {
                 let mut text = String::from("face,label\n");
@@ -272,6 +272,11 @@ fn write_corners(path: &Path, winding: &Winding, session: &mut Session) -> Resul
     let mut out = MeshOut::from(&winding.mesh);
     out.corner_uvs = Some(&uvs);
     stage("regions", path, &out, session)
+}
+
+/// NumPy file of int32, shape (n,).
+fn npy_of_labels(labels: &[i32]) -> Result<Vec<u8>, Failure> {
+    npy(&[labels.len()], labels).map_err(Failure::encoding)
 }
 
 /// Writes the mesh cut open, with all data that the format can store.
