@@ -145,6 +145,9 @@ pub fn json_of_field(data: FieldData) -> io::Result<Vec<u8>> {
 }
 
 fn field_of_json(bytes: &[u8]) -> Result<FieldData, String> {
+    if bytes.trim_ascii_start().first() != Some(&b'{') {
+        return Err("this is not a stored field, which is one JSON object".into());
+    }
     let stored: Stored<Entry> = serde_json::from_slice(bytes).map_err(|fault| fault.to_string())?;
     let Stored { degree, triangles, powers, base, turns, singularities } = stored;
     let singularity = |(i, entry): (usize, &Entry)| {

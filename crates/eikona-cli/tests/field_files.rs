@@ -108,3 +108,122 @@ fn public_fields_have_the_indices_of_their_surfaces() {
     }
     println!("{} fields of the data folder", files.len());
 }
+
+const MIXED: &str = r#"[{"face": [50, 82, 83], "bary": [0.7, 0.2, 0.1], "index": 0.25},
+    {"face": [750, 782, 783], "bary": [0.3, 0.3, 0.4], "index": -0.25},
+    {"edge": [350, 382], "t": 0.3, "index": 0.5},
+    {"vertex": 1200, "index": -0.5}]"#;
+
+fn mixed() -> Folder {
+    let folder = Folder::new();
+    folder.write("s.json", MIXED);
+    folder.done("make torus -o t.ply");
+    folder
+}
+
+#[test]
+fn split_meshes_have_every_singular_point_as_a_vertex() {
+    let folder = mixed();
+    folder.warned(
+        "field t.ply --singularities s.json -o plain.rawfield",
+        &["3 singular points", "inside faces or edges", "--split"],
+    );
+    for format in ["rawfield", "rosy", "csv", "npy"] {
+        folder.done(&format!(
+            "field t.ply --singularities s.json --split split.obj -o f.{format} --save-singularities f.sings \
+             --save-matching f.matching"
+        ));
+        let seen = inspected(&folder, &format!("f.{format} split.obj"));
+        let expected: Vec<(u64, f64)> = folder
+            .read("f.sings")
+            .lines()
+            .skip(1)
+            .map(|row| row.split_once(' ').unwrap())
+            .map(|(vertex, turns)| (vertex.parse().unwrap(), turns.parse::<f64>().unwrap() / 4.0))
+            .collect();
+        assert_eq!(expected.len(), 4);
+        assert_eq!(expected[0], (1200, -0.5));
+        assert!(expected[1..].iter().all(|(v, _)| *v >= 2560), "{expected:?}");
+        assert_eq!(indices(&seen), expected, "{format}");
+        let matched = inspected(&folder, &format!("f.{format} split.obj --matching f.matching"));
+        assert_eq!(indices(&matched), expected, "{format}");
+    }
+    // Lists of vertices need the split mesh, others do not.
+    folder.refused("field t.ply --singularities s.json --save-singularities x.sings", 3, &["--split"]);
+    folder.done("field t.ply --singularities s.json --split split.ply --save-singularities again.json");
+    folder.done("field t.ply --singularities again.json -o again.csv");
+    folder.refused("field t.ply --split split.xyz", 2, &["split.xyz", ".obj"]);
+}
+
+#[test]
+fn stored_fields_are_restored_to_the_last_digit() {
+    let folder = mixed();
+    folder.write("p.json", r#"[{"vertex": 77}, {"face": [50, 82, 83], "bary": [0.1, 0.2, 0.7]}]"#);
+    folder
+        .done("field t.ply --singularities s.json -o f.npz --sample p.json --samples v.csv --report r.json");
+    folder.done("field t.ply --singularities s.json -o f.json");
+    let given = folder.json("r.json")["result"]["measured"].clone();
+    for (from, to) in [("f.npz", "g.json"), ("f.json", "g.npz")] {
+        folder.done(&format!(
+            "field t.ply --field {from} -o {to} --sample p.json --samples w.csv --report r.json --split split.ply"
+        ));
+        assert_eq!(folder.read("v.csv"), folder.read("w.csv"));
+        assert_eq!(folder.json("r.json")["result"]["measured"], given);
+    }
+    assert_eq!(folder.bytes("f.npz"), folder.bytes("g.npz"));
+    assert_eq!(folder.bytes("f.json"), folder.bytes("g.json"));
+    folder.done("make icosphere levels=4 -o s.ply");
+    folder.refused("field s.ply --field f.npz -o x.csv", 3, &["not one of this mesh", "face 0"]);
+    folder.done("make torus minor=0.5 -o thick.ply");
+    folder.refused("field thick.ply --field f.json -o x.csv", 3, &["not one of this mesh", "shape of face"]);
+    folder.refused("field t.ply --field f.npz -n 2 -o x.csv", 2, &["--field", "--degree"]);
+    folder.refused("field t.ply --field s.json -o x.csv", 3, &["s.json", "not a stored field"]);
+    folder.refused("field t.ply --field t.ply -o x.csv", 2, &["t.ply", ".npz or .json"]);
+    folder.refused("field t.ply --field none.npz -o x.csv", 3, &["none.npz"]);
+    std::fs::write(folder.0.join("cut.npz"), &folder.bytes("f.npz")[..5000]).unwrap();
+    folder.refused("field t.ply --field cut.npz -o x.csv", 3, &["cut.npz", "archive"]);
+    folder.write("unknown.json", &folder.read("f.json").replace("\"turns\"", "\"rotations\""));
+    folder.refused("field t.ply --field unknown.json -o x.csv", 3, &["unknown field `rotations`"]);
+    folder.done("field t.ply --singularities s.json -n 2 -o two.npz");
+    folder.refused("field t.ply --field two.npz -o x.rosy", 2, &["N = 4", "N = 2"]);
+    assert!(!folder.files().contains(&"x.csv".to_string()));
+}
+
+#[test]
+fn vectors_per_face_go_with_the_mesh_and_as_arrays() {
+    let folder = mixed();
+    folder.done("field t.ply --auto -n 3 -o f.vtp");
+    folder.done("field t.ply --auto -n 3 -o f.ply");
+    folder.done("field t.ply --auto -n 3 -o f.csv");
+    let scalars = folder.done("inspect f.ply --json").text();
+    let vtp = folder.read("f.vtp");
+    for k in 0..3 {
+        assert!(vtp.contains(&format!("Name=\"v{k}\" NumberOfComponents=\"3\"")), "v{k}");
+    }
+    let header = String::from_utf8_lossy(&folder.bytes("f.ply")[..900]).into_owned();
+    assert!(header.contains("property double v2_2"), "{header} {scalars}");
+    folder.done("field t.ply --auto -n 3 -o f.npy");
+    assert_eq!(indices(&inspected(&folder, "f.npy t.ply")), indices(&inspected(&folder, "f.csv t.ply")));
+    folder.refused("field-inspect f.npy t.ply -n 4", 3, &["N = 3", "not 4"]);
+    std::fs::write(folder.0.join("cut.npy"), &folder.bytes("f.npy")[..5000]).unwrap();
+    folder.refused("field-inspect cut.npy t.ply", 3, &["cut.npy", "shorter"]);
+    folder.refused("field t.ply -o f.vtu", 2, &["f.vtu", ".rawfield"]);
+}
+
+#[test]
+fn samples_have_the_length_of_the_field_if_asked() {
+    let folder = mixed();
+    folder.write("p.json", r#"[{"face": [50, 82, 83], "bary": [0.69, 0.21, 0.1]}, {"vertex": 77}]"#);
+    folder.done("field t.ply --singularities s.json --sample p.json --samples unit.csv");
+    folder.done("field t.ply --singularities s.json --sample p.json --samples own.csv --scaled");
+    let length = |file: &str| -> Vec<f64> {
+        let column = |k| folder.column(file, k);
+        let [x, y, z] = ["vx0", "vy0", "vz0"].map(column);
+        (0..2).map(|i| (x[i] * x[i] + y[i] * y[i] + z[i] * z[i]).sqrt()).collect()
+    };
+    assert!(length("unit.csv").iter().all(|x| (x - 1.0).abs() < 1e-12));
+    // The first point is close to a singular one.
+    let own = length("own.csv");
+    assert!(own[0] > 0.0 && own[0] < 0.6 * own[1], "{own:?}");
+    folder.refused("field t.ply --auto -o f.csv --scaled", 2, &["--samples"]);
+}
