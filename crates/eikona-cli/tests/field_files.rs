@@ -184,7 +184,7 @@ fn stored_fields_are_restored_to_the_last_digit() {
     folder.refused("field t.ply --field cut.npz -o x.csv", 3, &["cut.npz", "archive"]);
     folder.write("unknown.json", &folder.read("f.json").replace("\"turns\"", "\"rotations\""));
     folder.refused("field t.ply --field unknown.json -o x.csv", 3, &["unknown field `rotations`"]);
-    folder.done("field t.ply --singularities s.json -n 2 -o two.npz");
+    folder.done("field t.ply -n 2 -o two.npz");
     folder.refused("field t.ply --field two.npz -o x.rosy", 2, &["N = 4", "N = 2"]);
     assert!(!folder.files().contains(&"x.csv".to_string()));
 }

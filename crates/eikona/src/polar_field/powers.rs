@@ -2,8 +2,9 @@
 //! high enough for the rotation along its sides.
 
 use crate::polar_field::bevel::{BeveledMesh, Cycle, Rotation};
+use crate::polar_field::responses::{Condition, HalfSolutions, Responses};
 use crate::polar_field::singularity::Prescribed;
-use eikona_mesh::{Face, FaceField};
+use eikona_mesh::{Face, FaceField, Halfedge};
 use eikona_numeric::{
     Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, nested_dissection_order,
 };
@@ -52,16 +53,28 @@ pub(crate) fn powers(
     Ok(powers)
 }
 
-/// The Laplacian on faces, analysed when it is first needed.
+/// The Laplacian on faces, analysed and factored when it is first needed.
 #[derive(Debug)]
 pub(crate) struct FaceSystem {
     symbolic: OnceLock<Arc<Symbolic>>,
+    /// The Laplacian, with one face of each component held by [`HELD`].
+    factor: OnceLock<Cholesky<f64>>,
+    halves: HalfSolutions,
     resources: Resources,
 }
 
+/// Weight that holds a face of each component at zero, relative to its diagonal. Values that are
+/// rounded to integers may be off by as much.
+const HELD: f64 = 1e-8;
+
+/// Most faces whose values are prescribed by a dense system. More of them take a factorisation of
+/// their own.
+const MOST_FIXED: usize = 400;
+
 impl FaceSystem {
     pub fn new(resources: Resources) -> FaceSystem {
-        FaceSystem { symbolic: OnceLock::new(), resources }
+        let (symbolic, factor, halves) = (OnceLock::new(), OnceLock::new(), HalfSolutions::default());
+        FaceSystem { symbolic, factor, halves, resources }
     }
 
     fn symbolic(&self, bevel: &BeveledMesh) -> Result<Arc<Symbolic>, NumericError> {
@@ -73,9 +86,67 @@ impl FaceSystem {
         let symbolic = Arc::new(Symbolic::new(&graph, Ordering::Given(&order))?);
         Ok(self.symbolic.get_or_init(|| symbolic).clone())
     }
+
+    fn factor(&self, bevel: &BeveledMesh) -> Result<&Cholesky<f64>, NumericError> {
+        if let Some(factor) = self.factor.get() {
+            return Ok(factor);
+        }
+        let mut matrix = laplacian(bevel, |_| true);
+        for component in &bevel.topology.components {
+            let diagonal = &mut matrix.diagonal[component.first_face.index()];
+            // A single triangle has no neighbours.
+            *diagonal += HELD * diagonal.max(1.0);
+        }
+        let factor = Cholesky::within(self.resources, self.symbolic(bevel)?, &matrix)?;
+        Ok(self.factor.get_or_init(|| factor))
+    }
+
+    /// Interpolates harmonically between a few fixed faces, with the kept factor.
+    fn between_few(
+        &self,
+        bevel: &BeveledMesh,
+        fixed: impl Iterator<Item = (u32, f64)>,
+    ) -> Result<Vec<f64>, NumericError> {
+        let condition = |(face, wanted)| Condition { row: vec![(face, 1.0)], wanted, compliance: 0.0 };
+        let conditions: Vec<Condition> = fixed.map(condition).collect();
+        let factor = self.factor(bevel)?;
+        let mut responses = Responses::new(factor, &self.halves);
+        responses.include(conditions.iter().map(|condition| condition.row[0].0))?;
+        let wanted: Vec<f64> = conditions.iter().map(|condition| condition.wanted).collect();
+        let multipliers = responses.matrix(&conditions)?.factor()?.solve(&wanted)?;
+        let mut half = factor.half_solve(&vec![0.0; bevel.mesh.face_count()])?;
+        responses.push(&conditions, multipliers.into_iter(), &mut half);
+        factor.complete(&half)
+    }
+
+    /// Interpolates harmonically between many fixed faces, with a factor for them.
+    fn between_many(&self, bevel: &BeveledMesh, fixed: &FaceField<u32>) -> Result<Vec<f64>, NumericError> {
+        let mut matrix = laplacian(bevel, |f| fixed[f] == 0);
+        let mut rhs = vec![0.0; bevel.mesh.face_count()];
+        for (h, twin) in bevel.edges() {
+            for (this, other) in [(h, twin), (twin, h)].map(|(h, twin)| (h.face(), twin.face())) {
+                if fixed[this] == 0 {
+                    rhs[this.index()] += stiffness(bevel, h, twin) * f64::from(fixed[other]);
+                }
+            }
+        }
+        let mut sourced = vec![false; bevel.topology.components.len()];
+        for f in bevel.mesh.faces().filter(|f| fixed[*f] > 0) {
+            sourced[bevel.component_of(Cycle::Face(f))] = true;
+            matrix.diagonal[f.index()] = 1.0;
+            rhs[f.index()] = f64::from(fixed[f]);
+        }
+        for (component, _) in bevel.topology.components.iter().zip(&sourced).filter(|(_, sourced)| !**sourced)
+        {
+            let diagonal = &mut matrix.diagonal[component.first_face.index()];
+            *diagonal += diagonal.max(1.0);
+        }
+        Cholesky::within(self.resources, self.symbolic(bevel)?, &matrix)?.solve(&rhs)
+    }
 }
 
-/// Interpolates positive values harmonically from faces to their neighbours, and rounds.
+/// Interpolates positive values harmonically from faces to their neighbours, and rounds. A
+/// component without a fixed face has the power 1.
 fn interpolated(
     bevel: &BeveledMesh,
     system: &FaceSystem,
@@ -86,39 +157,36 @@ fn interpolated(
     if highest <= 1 {
         return Ok(FaceField::constant(mesh.face_count(), 1));
     }
-    let mut matrix = SymmetricMatrix { diagonal: vec![0.0; mesh.face_count()], off_diagonal: Vec::new() };
-    let mut rhs = vec![0.0; mesh.face_count()];
-    for (h, twin) in bevel.edges() {
-        let [f, g] = [h, twin].map(|h| h.face());
-        let area = bevel.triangles[f.index()].area + bevel.triangles[g.index()].area;
-        let weight = 3.0 * bevel.triangles[f.index()].lengths[h.side()].powi(2) / area;
-        // A fixed face keeps its value and is moved to the right-hand side of its neighbours.
-        let free = [f, g].map(|f| fixed[f] == 0);
-        matrix.off_diagonal.push(if free == [true, true] { -weight } else { 0.0 });
-        for (this, other, is_free) in [(f, g, free[0]), (g, f, free[1])] {
-            if is_free {
-                matrix.diagonal[this.index()] += weight;
-                rhs[this.index()] += weight * f64::from(fixed[other]);
-            }
-        }
-    }
-    let mut sourced = vec![false; bevel.topology.components.len()];
-    for f in mesh.faces().filter(|f| fixed[*f] > 0) {
-        sourced[bevel.component_of(Cycle::Face(f))] = true;
-        matrix.diagonal[f.index()] = 1.0;
-        rhs[f.index()] = f64::from(fixed[f]);
-    }
-    // A component without a fixed face has the power 1.
-    for (component, _) in bevel.topology.components.iter().zip(&sourced).filter(|(_, sourced)| !**sourced) {
-        let f = component.first_face.index();
-        let weight = matrix.diagonal[f].max(1.0);
-        matrix.diagonal[f] += weight;
-        rhs[f] += weight;
-    }
-    let values = Cholesky::within(system.resources, system.symbolic(bevel)?, &matrix)?.solve(&rhs)?;
+    let held = || mesh.faces().filter(|f| fixed[*f] > 0).map(|f| (f.0, f64::from(fixed[f])));
+    let values = if held().count() <= MOST_FIXED {
+        system.between_few(bevel, held())?
+    } else {
+        system.between_many(bevel, fixed)?
+    };
     let rounded: Vec<u32> =
         values.into_iter().map(|x| x.round().clamp(1.0, f64::from(highest)) as u32).collect();
     Ok(rounded.into())
+}
+
+/// Assembles the Laplacian of the free faces.
+fn laplacian(bevel: &BeveledMesh, is_free: impl Fn(Face) -> bool) -> SymmetricMatrix<f64> {
+    let diagonal = vec![0.0; bevel.mesh.face_count()];
+    let mut matrix = SymmetricMatrix { diagonal, off_diagonal: Vec::new() };
+    for (h, twin) in bevel.edges() {
+        let weight = stiffness(bevel, h, twin);
+        let free = [h, twin].map(|h| is_free(h.face()));
+        matrix.off_diagonal.push(if free == [true, true] { -weight } else { 0.0 });
+        for (h, _) in [h, twin].into_iter().zip(free).filter(|(_, is_free)| *is_free) {
+            matrix.diagonal[h.face().index()] += weight;
+        }
+    }
+    matrix
+}
+
+/// Weight of the difference of two faces.
+fn stiffness(bevel: &BeveledMesh, h: Halfedge, twin: Halfedge) -> f64 {
+    let [own, other] = [h, twin].map(|h| &bevel.triangles[h.face().index()]);
+    3.0 * own.lengths[h.side()].powi(2) / (own.area + other.area)
 }
 
 /// Returns the graph of the faces that share an edge.
@@ -139,4 +207,34 @@ pub(crate) fn face_order(
     };
     let centres: Vec<[f64; 3]> = bevel.mesh.faces().map(centre).collect();
     nested_dissection_order(graph, &centres, threads)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::polar_field::samples::surfaces;
+    use crate::polar_field::surface::Surface;
+    use eikona_mesh::random::Random;
+
+    #[test]
+    fn the_kept_factor_gives_the_values_of_a_factor_for_the_fixed_faces() {
+        let mut random = Random::from_seed(3);
+        for (name, mesh) in surfaces() {
+            let bevel = Surface::of(&mesh).unwrap().bevel;
+            let system = FaceSystem::new(Resources::default());
+            for _ in 0..5 {
+                let mut fixed = FaceField::constant(mesh.face_count(), 0);
+                for _ in 0..4 {
+                    fixed[Face(random.below(mesh.face_count()) as u32)] = 1 + random.below(4) as u32;
+                }
+                let held = mesh.faces().filter(|f| fixed[*f] > 0).map(|f| (f.0, f64::from(fixed[f])));
+                let few = system.between_few(&bevel, held).unwrap();
+                let many = system.between_many(&bevel, &fixed).unwrap();
+                let off = few.iter().zip(&many).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                // A component without fixed faces has 0 in one and 1 in the other.
+                let components = bevel.topology.components.len();
+                assert!(components > 1 || off < 1e-6, "{name}: {off:e}");
+            }
+        }
+    }
 }
