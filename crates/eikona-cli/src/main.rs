@@ -2,6 +2,8 @@
 
 mod bench;
 mod demo;
+mod direction_files;
+mod directions;
 mod exit;
 mod field;
 mod field_file;

@@ -1,15 +1,20 @@
 //! `eikona render`: draws a mesh with a field of its file and curves.
 
+use crate::direction_files::read_directions;
+use crate::directions::{marks, points_of, polylines, singular_points, streamlines};
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::number::above_zero;
 use crate::picture::{PictureArguments, check_picture_path, curves, draw, isolines};
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source_if_any};
+use crate::stored_field::{is_stored_field, read_stored_field};
 use crate::warned::Warned;
 use clap::Args;
-use eikona_mesh::SurfaceCurves;
-use eikona_render::{ColorMap, Coloring, Levels, ScalarField, Scene, Values};
+use eikona::polar_field::{PolarField, StreamlineOptions, inspect_field};
+use eikona_mesh::io::read_mesh;
+use eikona_mesh::{SurfaceCurves, TriangleMesh};
+use eikona_render::{ColorMap, Coloring, Drawing, Levels, ScalarField, Scene, Values};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `eikona render`.
@@ -37,6 +42,13 @@ pub struct RenderArguments {
     /// Draw isolines at all multiples of D
     #[arg(long, value_name = "D", allow_hyphen_values = true, value_parser = above_zero)]
     pub spacing: Option<f64>,
+    /// Draw directions and their singular points: N vectors per face (.rawfield, .rosy, .csv, .npy)
+    /// as marks, or a field that `eikona field -o` wrote (.npz, .json) as streamlines
+    #[arg(long, value_name = "FIELD")]
+    pub directions: Option<PathBuf>,
+    /// Draw the polylines of a file, such as streamlines
+    #[arg(long, value_name = "L.obj")]
+    pub lines: Option<PathBuf>,
     #[command(flatten)]
     pub source: SourceArguments,
     #[command(flatten)]
@@ -64,6 +76,12 @@ pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure
     if matches!(shown, Shown::Vertex(..) | Shown::Quotient(_)) {
         scene.drawings.extend(levels.map(isolines));
     }
+    if let Some(path) = &arguments.directions {
+        scene.drawings.extend(directions(path, &input.mesh, &mut session)?);
+    }
+    if let Some(path) = &arguments.lines {
+        scene.drawings.extend(lines(path)?);
+    }
     if let Some(source) = &source {
         scene.drawings.extend(curves(&input.mesh, source)?);
     }
@@ -76,7 +94,9 @@ pub fn run(arguments: &RenderArguments, general: &General) -> Result<u8, Failure
 fn check_arguments(arguments: &RenderArguments, general: &General) -> Result<(), Failure> {
     let outputs: Vec<&Path> =
         [Some(arguments.output.as_path()), general.report.as_deref()].into_iter().flatten().collect();
-    check_outputs(&outputs, &files_read(&arguments.mesh, &arguments.source))?;
+    let mut inputs = files_read(&arguments.mesh, &arguments.source);
+    inputs.extend([&arguments.directions, &arguments.lines].into_iter().flatten().map(PathBuf::as_path));
+    check_outputs(&outputs, &inputs)?;
     check_picture_path(&arguments.output)?;
     if let Some(flag) = arguments.source.about_sides().first() {
         return Err(Failure::Usage(format!(
@@ -129,6 +149,56 @@ fn read_curves(
     session: &mut Session,
 ) -> Result<Option<SurfaceCurves>, Failure> {
     Ok(read_source_if_any(&arguments.source, input, session)?.map(|(curves, _)| curves))
+}
+
+/// Angle in radians between a vector and its face that is warned of. Fields of other programs may be
+/// averages over faces.
+const FLAT: f64 = 0.5;
+
+/// Reads and draws directions.
+fn directions(
+    path: &Path,
+    mesh: &TriangleMesh,
+    session: &mut Session,
+) -> Result<Vec<Drawing<'static>>, Failure> {
+    if is_stored_field(path) {
+        let data = read_stored_field(path)?;
+        let field = session.solver("restore", || PolarField::from_data(mesh, &data))?;
+        let lines = session.solver("streamlines", || field.streamlines(&StreamlineOptions::default()))?;
+        let mut drawings = streamlines(&field, &lines);
+        drawings.extend(singular_points(&points_of(&field), field.degree()));
+        return Ok(drawings);
+    }
+    let field = read_directions(path, None, mesh)?;
+    let seen = session.solver("inspection", || inspect_field(mesh, &field))?;
+    let (angle, face) = seen.out_of_plane;
+    if let Some(face) = face.filter(|_| angle > FLAT) {
+        let sentence = format!(
+            "{}: a vector is {:.0} degrees out of the plane of its face ({face}); check that the field belongs to \
+             this mesh",
+            path.display(),
+            angle.to_degrees()
+        );
+        session.warn(Warned::new("vectors_out_of_plane", sentence));
+    }
+    let points: Vec<([f64; 3], f64)> =
+        seen.vertices.iter().map(|&(v, index)| (mesh.position(v), index)).collect();
+    let mut drawings = vec![marks(mesh, &field)];
+    drawings.extend(singular_points(&points, field.degree));
+    Ok(drawings)
+}
+
+/// Reads and draws polylines.
+fn lines(path: &Path) -> Result<Vec<Drawing<'static>>, Failure> {
+    let file = read_mesh(path).map_err(|fault| Failure::reading(path, fault))?;
+    if file.lines.is_empty() {
+        return Err(Failure::Input(format!(
+            "{}: this file has no polylines; give the L.obj of eikona field --streamlines, say",
+            path.display()
+        )));
+    }
+    let positions = |line: &Vec<u32>| line.iter().map(|&v| file.mesh.positions[v as usize]).collect();
+    Ok(polylines(file.lines.iter().map(positions), None))
 }
 
 enum Shown<'a> {

@@ -137,7 +137,7 @@ fn faults_name_the_entry_and_leave_no_file() {
     folder.refused("field s.obj --singularities none.json -o f.rawfield", 3, &["none.json: no such file"]);
     folder.refused("field s.obj --singularities . -o f.rawfield", 3, &["this is a folder; give a file"]);
     folder.refused("field s.obj -o none/f.rawfield", 2, &["the folder none does not exist"]);
-    folder.refused("field s.obj -o f.txt", 2, &["use .rawfield, .rosy or .csv"]);
+    folder.refused("field s.obj -o f.txt", 2, &["use .rawfield, .rosy, .csv"]);
     folder.refused("field s.obj", 2, &["no output is given"]);
     folder.refused("field s.obj -o f.csv --size 20x20", 2, &["--size has no effect without a picture"]);
     folder.refused("field s.obj --render f.png --map viridis", 2, &["--map has no effect on a picture"]);

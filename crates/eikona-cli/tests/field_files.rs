@@ -227,3 +227,54 @@ fn samples_have_the_length_of_the_field_if_asked() {
     assert!(own[0] > 0.0 && own[0] < 0.6 * own[1], "{own:?}");
     folder.refused("field t.ply --auto -o f.csv --scaled", 2, &["--samples"]);
 }
+
+#[test]
+fn render_draws_fields_of_any_format_and_streamlines() {
+    let folder = mixed();
+    folder.done("field t.ply --auto --save-singularities a.json --save-cycles c.json -o f.rawfield --streamlines l.obj");
+    for format in ["csv", "rosy", "npy", "npz", "json"] {
+        folder.done(&format!("field t.ply --singularities a.json --cycles c.json -o f.{format}"));
+    }
+    // The same vectors give the same picture, whatever the file.
+    let picture = |options: &str| {
+        folder.done(&format!("render t.ply {options} -o p.png --size 320x240"));
+        folder.bytes("p.png")
+    };
+    let marks = picture("--directions f.rawfield");
+    assert!(marks != picture(""));
+    for format in ["csv", "rosy", "npy"] {
+        assert!(picture(&format!("--directions f.{format}")) == marks, "{format}");
+    }
+    let stored = picture("--directions f.npz");
+    assert!(stored == picture("--directions f.json") && stored != marks);
+    folder.done("field t.ply --field f.npz --render p.png --size 320x240");
+    assert!(folder.bytes("p.png") == stored);
+    assert!(picture("--lines l.obj") != picture(""));
+    folder.refused("render t.ply --lines t.ply -o x.png", 3, &["t.ply", "no polylines"]);
+    folder.refused("render t.ply --directions none.npy -o x.png", 3, &["none.npy"]);
+    // As many faces, but another surface.
+    folder.done("make icosphere levels=4 -o s.ply");
+    folder.warned("render s.ply --directions f.rawfield -o p.png", &["out of the plane", "this mesh"]);
+}
+
+#[test]
+fn trivial_connections_are_constant_in_faces() {
+    let folder = Folder::new();
+    folder.done("make icosphere levels=3 -o s.ply");
+    folder.write("poles.json", r#"[{"vertex": 0, "index": 1}, {"vertex": 11, "index": 1}]"#);
+    folder.done("field s.ply -n 1 --singularities poles.json --trivial -o f.rawfield --report r.json");
+    let seen = inspected(&folder, "f.rawfield s.ply");
+    assert_eq!(seen["index_sum"], 2.0);
+    assert_eq!(seen["components"][0]["index_sum"], 2.0);
+    assert_eq!(folder.json("r.json")["result"]["measured"], serde_json::json!([1.0, 1.0]));
+    folder.write("p.json", r#"[{"face": [0, 0, 0], "bary": [1, 0, 0]}]"#);
+    folder.write(
+        "face.json",
+        r#"[{"vertex": 0, "index": 1}, {"face": [1, 2, 3], "bary": [0.2, 0.3, 0.5], "index": 1}]"#,
+    );
+    folder.refused(
+        "field s.ply --singularities poles.json --trivial --align boundary -o x.csv",
+        2,
+        &["--trivial"],
+    );
+}

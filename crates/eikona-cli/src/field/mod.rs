@@ -83,6 +83,10 @@ pub struct FieldArguments {
     /// instead of exactly
     #[arg(long, value_name = "W", requires = "align", value_parser = above_zero, allow_hyphen_values = true, help_heading = "Method")]
     pub align_weight: Option<f64>,
+    /// Compute the trivial connection instead, which is constant in each face and has the least
+    /// rotation across edges: for comparison, with singularities at vertices only
+    #[arg(long, conflicts_with_all = ["align", "field"], help_heading = "Method")]
+    pub trivial: bool,
     /// Stop before a factorisation if its predicted memory exceeds SIZE, such as 2GiB or 500MB
     #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = bytes, help_heading = "Method")]
     pub memory_limit: Option<usize>,
@@ -158,7 +162,6 @@ pub fn run(arguments: &FieldArguments, general: &General) -> Result<u8, Failure>
             field.degree()
         )));
     }
-    let Prescription { singularities, .. } = &prescription;
     output_per_face(arguments, format, &field, &mut session)?;
     // With --split, a list of vertices is one of the split mesh, written above.
     let in_split = |path: &&Path| arguments.split.is_some() && is_sings(path);
@@ -180,7 +183,7 @@ pub fn run(arguments: &FieldArguments, general: &General) -> Result<u8, Failure>
     }
     if let Some(path) = &arguments.render {
         let lines = is_drawn.then_some(lines.as_slice());
-        output_picture(path, &field, lines, singularities, &arguments.picture, &mut session)?;
+        output_picture(path, &field, lines, &arguments.picture, &mut session)?;
     }
     session.finish()
 }
@@ -327,6 +330,7 @@ fn solve(
             ("auto", json!(arguments.auto.map(Automatic::name))),
             ("guides", json!(arguments.align.len())),
             ("align_weight", json!(arguments.align_weight)),
+            ("trivial", json!(arguments.trivial)),
             ("threads", json!(solver_options.threads)),
             ("memory_limit", json!(arguments.memory_limit)),
         ]
@@ -345,7 +349,10 @@ fn solve(
         .with_generators(prescription.generators.clone())
         .with_guides(guides)
         .with_guide_weight(arguments.align_weight);
-    let field = session.solver("solve", || solver.solve(&prescription.singularities, &options))?;
+    let field = session.solver("solve", || match arguments.trivial {
+        true => solver.trivial_connection(&prescription.singularities, &options),
+        false => solver.solve(&prescription.singularities, &options),
+    })?;
     let report = &field.report;
     session.report.phases_of("prepare", &report.preparation);
     session.report.phases_of("solve", &report.phases);

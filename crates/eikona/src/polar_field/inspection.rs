@@ -48,6 +48,8 @@ pub struct FieldInspection {
     pub index_sum: f64,
     /// The Euler characteristic.
     pub euler_characteristic: i64,
+    /// The sum of the indices and the Euler characteristic of each component.
+    pub components: Vec<(f64, i64)>,
     /// Largest rotation from face to face beyond parallel transport, in radians, and the edge.
     pub largest_rotation: (f64, Option<Edge>),
     /// Root mean square of this rotation over the edges, in radians.
@@ -117,6 +119,7 @@ pub fn inspect_field(mesh: &TriangleMesh, field: &FaceVectors) -> Result<FieldIn
     let Surface { bevel, .. } = Surface::of(mesh)?;
     let mut result = FieldInspection {
         euler_characteristic: bevel.topology.components.iter().map(|c| c.euler_characteristic).sum(),
+        components: bevel.topology.components.iter().map(|c| (0.0, c.euler_characteristic)).collect(),
         ..FieldInspection::default()
     };
     let flat = result.flattened(&bevel, field)?;
@@ -253,6 +256,9 @@ impl FieldInspection {
         let degree = n as f64;
         for cycle in bevel.cycles() {
             let index = ((sums[cycle] + degree * curvature[cycle]) / TAU).round() / degree;
+            if index != 0.0 && matches!(cycle, Cycle::Vertex(_) | Cycle::Boundary(_)) {
+                self.components[bevel.component_of(cycle)].0 += index;
+            }
             match cycle {
                 Cycle::Vertex(v) if index != 0.0 => self.vertices.push((v, index)),
                 Cycle::Boundary(_) => self.boundaries.push(index),

@@ -1,16 +1,13 @@
 //! `eikona field-inspect`: signed indices, turning, smoothness and curl of anybody's field.
 
-mod files;
-
+use crate::direction_files::{read_directions, read_matching};
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::number::fraction;
 use crate::session::{General, Session, check_outputs, print_bytes};
 use clap::Args;
-use eikona::geometry::vector::{cross, norm, scale, sub};
 use eikona::polar_field::{FaceVectors, FieldInspection, inspect_field};
-use eikona_mesh::{Edge, Face, TriangleMesh, counted};
-use files::{read_field, read_matching};
+use eikona_mesh::{Edge, Face, counted};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -54,10 +51,7 @@ pub fn run(arguments: &FieldInspectArguments, general: &General) -> Result<u8, F
     check_outputs(general.report.as_deref().as_slice(), &files)?;
     let input = MeshInput::read(&arguments.mesh, &mut session)?;
     input.require_faces()?;
-    let mut field = read_field(&arguments.field, arguments.degree)?;
-    if arguments.field.to_string_lossy().to_ascii_lowercase().ends_with(".rosy") {
-        field = completed(field, &input.mesh)?;
-    }
+    let mut field = read_directions(&arguments.field, arguments.degree, &input.mesh)?;
     if let Some(path) = &arguments.matching {
         field.matching = read_matching(path, field.degree)?;
     }
@@ -70,24 +64,6 @@ pub fn run(arguments: &FieldInspectArguments, general: &General) -> Result<u8, F
     };
     print_bytes(text.as_bytes())?;
     session.finish()
-}
-
-/// Adds three quarter turns to one vector per face.
-fn completed(field: FaceVectors, mesh: &TriangleMesh) -> Result<FaceVectors, Failure> {
-    let (found, faces) = (field.vectors.len(), mesh.face_count());
-    if found != faces {
-        let hint =
-            if found == mesh.vertex_count() { ", as many as vertices: one per face is needed" } else { "" };
-        return Err(Failure::Input(format!("the field has {found} vectors for {faces} faces{hint}")));
-    }
-    let mut vectors = Vec::with_capacity(4 * found);
-    for (face, v) in mesh.faces().zip(field.vectors) {
-        let [a, b, c] = mesh.face_positions(face);
-        let normal = cross(sub(b, a), sub(c, a));
-        let turned = cross(scale(normal, 1.0 / norm(normal).max(f64::MIN_POSITIVE)), v);
-        vectors.extend([v, turned, scale(v, -1.0), scale(turned, -1.0)]);
-    }
-    Ok(FaceVectors { vectors, ..field })
 }
 
 fn shown<T: ToString>(elements: &[T], most: usize) -> String {
@@ -122,6 +98,12 @@ fn text(seen: &FieldInspection, field: &FaceVectors, most: usize) -> String {
         fraction(seen.index_sum, degree),
         seen.euler_characteristic
     );
+    if seen.components.len() > 1 {
+        for (c, (sum, euler)) in seen.components.iter().take(most).enumerate() {
+            let sum = fraction(*sum, degree);
+            let _ = writeln!(text, "            component {c}: {sum}, Euler characteristic {euler}");
+        }
+    }
     let at = |edge: Option<Edge>| edge.map_or(String::new(), |e| format!(" at {e}"));
     let _ = writeln!(
         text,
@@ -196,6 +178,13 @@ fn facts(seen: &FieldInspection, degree: u32) -> Map<String, Value> {
         ("boundaries", json!(seen.boundaries)),
         ("index_sum", json!(seen.index_sum)),
         ("euler_characteristic", json!(seen.euler_characteristic)),
+        (
+            "components",
+            seen.components
+                .iter()
+                .map(|(sum, euler)| json!({"index_sum": sum, "euler_characteristic": euler}))
+                .collect(),
+        ),
         ("largest_rotation", edge(seen.largest_rotation)),
         ("mean_rotation", json!(seen.mean_rotation)),
         ("ambiguous_edges", json!(seen.ambiguous.iter().map(|e| e.0).collect::<Vec<_>>())),

@@ -3,15 +3,26 @@
 
 use crate::exit::Failure;
 use crate::numpy::read_npy;
+use eikona::geometry::vector::{cross, norm, scale, sub};
 use eikona::polar_field::{FaceVectors, Match};
-use eikona_mesh::{Face, Vertex};
+use eikona_mesh::{Face, TriangleMesh, Vertex};
 use std::path::Path;
 
 /// Largest accepted N.
 const MOST_DIRECTIONS: u32 = 1000;
 
-/// Reads a field. `degree` is N where the file does not have it, and must agree where it does.
-pub fn read_field(path: &Path, degree: Option<u32>) -> Result<FaceVectors, Failure> {
+/// Reads N vectors per face of a mesh. The N of the file must be `degree`, if given.
+pub fn read_directions(
+    path: &Path,
+    degree: Option<u32>,
+    mesh: &TriangleMesh,
+) -> Result<FaceVectors, Failure> {
+    let field = read_field(path, degree)?;
+    let is_rosy = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("rosy"));
+    if is_rosy { completed(field, mesh) } else { Ok(field) }
+}
+
+fn read_field(path: &Path, degree: Option<u32>) -> Result<FaceVectors, Failure> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     let parse = match extension.as_deref() {
         Some("npy") => return array(path, degree),
@@ -222,4 +233,22 @@ impl Lines<'_> {
         let last = self.rows().last().map_or(0, |(line, _)| line);
         Err(self.wrong(last, &format!("the file ends after {found} rows, but its header says {rows}")))
     }
+}
+
+/// Adds three quarter turns to one vector per face.
+fn completed(field: FaceVectors, mesh: &TriangleMesh) -> Result<FaceVectors, Failure> {
+    let (found, faces) = (field.vectors.len(), mesh.face_count());
+    if found != faces {
+        let hint =
+            if found == mesh.vertex_count() { ", as many as vertices: one per face is needed" } else { "" };
+        return Err(Failure::Input(format!("the field has {found} vectors for {faces} faces{hint}")));
+    }
+    let mut vectors = Vec::with_capacity(4 * found);
+    for (face, v) in mesh.faces().zip(field.vectors) {
+        let [a, b, c] = mesh.face_positions(face);
+        let normal = cross(sub(b, a), sub(c, a));
+        let turned = cross(scale(normal, 1.0 / norm(normal).max(f64::MIN_POSITIVE)), v);
+        vectors.extend([v, turned, scale(v, -1.0), scale(turned, -1.0)]);
+    }
+    Ok(FaceVectors { vectors, ..field })
 }
