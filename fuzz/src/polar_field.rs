@@ -30,7 +30,10 @@ pub fn check(bytes: &[u8]) {
     }
     let options = FieldOptions::default().with_degree(degree).with_generators(along);
     match solver.solve(&given, &options) {
-        Ok(field) => check_field(&field, &given),
+        Ok(field) => {
+            check_field(&field, &given);
+            check_files(&field, &given);
+        }
         Err(fault) => {
             assert!(!fault.to_string().is_empty());
             let numbers = matches!(fault, PolarFieldError::Numeric(_));
@@ -78,6 +81,28 @@ fn check_field(field: &PolarField, given: &[Singularity]) {
             let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
             assert!(length == 0.0 || (length - 1.0).abs() < 1e-9, "{f} {:?}: {v:?}", mesh.face_positions(f));
         }
+    }
+}
+
+/// Checks samples per face, the split mesh, and the way through stored values.
+fn check_files(field: &PolarField, given: &[Singularity]) {
+    let mesh = field.mesh();
+    let sampled = field.per_face().expect("it is on its own mesh");
+    assert_eq!(sampled.vectors.vectors.len(), mesh.face_count() * field.degree() as usize);
+    // Points in one face can be too close together to be separated.
+    if let Ok(split) = field.split() {
+        assert_eq!(split.left_out, 0);
+        let points = given.iter().filter(|s| matches!(s.place, Place::Point(_)));
+        let turning = points.filter(|s| (s.index * f64::from(field.degree())).round() != 0.0).count();
+        assert_eq!(split.singular_vertices.len(), turning);
+        assert_eq!(split.vectors.vectors.len(), split.mesh.face_count() * field.degree() as usize);
+        assert!(split.mesh.face_count() <= 40_000 + 100 * mesh.face_count(), "{}", split.mesh.face_count());
+    }
+    let data = field.data();
+    match PolarField::from_data(mesh, &data) {
+        Ok(restored) => assert!(restored.data() == data, "{given:?}"),
+        // Values beyond the range of numbers are refused.
+        Err(fault) => assert!(!is_ordinary(mesh), "{fault} {given:?} {:?}", mesh.triangles()),
     }
 }
 

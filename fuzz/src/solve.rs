@@ -111,7 +111,11 @@ fn solver_options(choices: &mut Choices) -> SolverOptions {
 }
 
 fn solve_options(choices: &mut Choices) -> SolveOptions {
-    SolveOptions::default().with_level_sets(LevelSets::Free).with_preserve_source_normals(choices.of([false, true])).with_sign(choices.of([SignConvention::LeftNegative, SignConvention::LeftPositive])).with_confidence(choices.of([false, true]))
+    SolveOptions::default()
+        .with_level_sets(LevelSets::Free)
+        .with_preserve_source_normals(choices.of([false, true]))
+        .with_sign(choices.of([SignConvention::LeftNegative, SignConvention::LeftPositive]))
+        .with_confidence(choices.of([false, true]))
 }
 
 /// Builds a patch of a grid, a strip that may be twisted, or arbitrary faces; then corrupts some

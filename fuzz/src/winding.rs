@@ -282,11 +282,18 @@ fn is_ordinary(mesh: &TriangleMesh) -> bool {
 }
 
 fn options(choices: &mut Choices) -> WindingOptions {
-    WindingOptions::default().with_completion(choices.of([Completion::Full, Completion::Curve])).with_epsilon(match choices.below(4) {
+    WindingOptions::default()
+        .with_completion(choices.of([Completion::Full, Completion::Curve]))
+        .with_epsilon(match choices.below(4) {
             0 | 1 => 1e-2,
             2 => choices.of([1.0, 0.5, 1e-3, 1e-6, 1e-12]),
             _ => choices.wild_float(),
-        }).with_reference(Reference::LargestArea).with_split_short(choices.of([true, false])).with_intrinsic_delaunay(choices.of([false, true])).with_diagnosis(choices.of([Diagnosis::Automatic, Diagnosis::Never, Diagnosis::Always])).with_completion_shape(choices.of([CompletionShape::Straight, CompletionShape::Edges]))
+        })
+        .with_reference(Reference::LargestArea)
+        .with_split_short(choices.of([true, false]))
+        .with_intrinsic_delaunay(choices.of([false, true]))
+        .with_diagnosis(choices.of([Diagnosis::Automatic, Diagnosis::Never, Diagnosis::Always]))
+        .with_completion_shape(choices.of([CompletionShape::Straight, CompletionShape::Edges]))
 }
 
 /// Returns a shape, or two side by side; intact or damaged.
