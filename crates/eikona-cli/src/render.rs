@@ -151,8 +151,8 @@ fn read_curves(
     Ok(read_source_if_any(&arguments.source, input, session)?.map(|(curves, _)| curves))
 }
 
-/// Angle in radians between a vector and its face that is warned of. Fields of other programs may be
-/// averages over faces.
+/// Angle in radians between a vector and its face that is warned of. Other programs may take means
+/// over several faces.
 const FLAT: f64 = 0.5;
 
 /// Reads and draws directions.

@@ -121,7 +121,7 @@ fn every_output_format_can_be_read_again() {
     let bytes = folder.bytes("out.npy");
     let header = u16::from_le_bytes(bytes[8..10].try_into().unwrap()) as usize;
     assert_eq!((10 + header) % 64, 0);
-    assert!(String::from_utf8_lossy(&bytes[10..10 + header]).contains("'shape': (33, 3)"));
+    assert!(String::from_utf8_lossy(&bytes[10..10 + header]).contains("'shape': (33, 3"));
     assert_eq!(bytes.len(), 10 + header + 33 * 3 * 8);
     let first = f64::from_le_bytes(bytes[10 + header..18 + header].try_into().unwrap());
     assert!((first + 5.0).abs() < 1e-9);
