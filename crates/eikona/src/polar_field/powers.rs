@@ -65,7 +65,7 @@ pub(crate) struct FaceSystem {
 
 /// Weight that holds a face of each component at zero, relative to its diagonal. Values that are
 /// rounded to integers may be off by as much.
-const HELD: f64 = 1e-8;
+const HELD: f64 = 1e-6;
 
 /// Most faces whose values are prescribed by a dense system. More of them take a factorisation of
 /// their own.
@@ -158,14 +158,16 @@ fn interpolated(
         return Ok(FaceField::constant(mesh.face_count(), 1));
     }
     let held = || mesh.faces().filter(|f| fixed[*f] > 0).map(|f| (f.0, f64::from(fixed[f])));
-    let values = if held().count() <= MOST_FIXED {
-        system.between_few(bevel, held())?
-    } else {
-        system.between_many(bevel, fixed)?
+    let few = if held().count() <= MOST_FIXED { Some(system.between_few(bevel, held())) } else { None };
+    let values = match few {
+        Some(Ok(values)) => values,
+        // Fixed faces can be too close together for the digits of the kept factor.
+        None | Some(Err(NumericError::NonPositivePivot { .. })) => system.between_many(bevel, fixed)?,
+        Some(Err(fault)) => return Err(fault),
     };
-    let rounded: Vec<u32> =
-        values.into_iter().map(|x| x.round().clamp(1.0, f64::from(highest)) as u32).collect();
-    Ok(rounded.into())
+    let rounded = values.into_iter().map(|x| x.round().clamp(1.0, f64::from(highest)) as u32);
+    let of_face = |(power, fixed): (u32, &u32)| if *fixed > 0 { *fixed } else { power };
+    Ok(rounded.zip(fixed.as_slice()).map(of_face).collect::<Vec<_>>().into())
 }
 
 /// Assembles the Laplacian of the free faces.
@@ -233,7 +235,7 @@ mod tests {
                 let off = few.iter().zip(&many).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
                 // A component without fixed faces has 0 in one and 1 in the other.
                 let components = bevel.topology.components.len();
-                assert!(components > 1 || off < 1e-6, "{name}: {off:e}");
+                assert!(components > 1 || off < 1e-4, "{name}: {off:e}");
             }
         }
     }

@@ -154,11 +154,27 @@ impl Dense {
         }
     }
 
+    /// Factors the matrix. Conditions that are the same up to rounding, such as those of corners
+    /// whose scales differ by many orders of magnitude, make it singular: its diagonal is then
+    /// raised by the least share that helps, which splits their multiplier between them.
+    ///
+    /// # Errors
+    /// [`NumericError::NonPositivePivot`] if no share up to 1e-8 helps.
     pub fn factor(&self) -> Result<Cholesky<f64>, NumericError> {
         let pairs = (0..self.size as u32).flat_map(|j| (0..j).map(move |i| [i, j])).collect();
         let graph = Graph { unknowns: self.size, pairs };
         let order: Vec<u32> = (0..self.size as u32).collect();
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?;
-        Cholesky::new(symbolic.into(), &self.matrix)
+        let symbolic: Arc<Symbolic> = symbolic.into();
+        let mut factor = Cholesky::new(symbolic.clone(), &self.matrix);
+        for share in [1e-14, 1e-12, 1e-10, 1e-8] {
+            if !matches!(factor, Err(NumericError::NonPositivePivot { .. })) {
+                break;
+            }
+            let mut matrix = self.matrix.clone();
+            matrix.diagonal.iter_mut().for_each(|x| *x *= 1.0 + share);
+            factor = Cholesky::new(symbolic.clone(), &matrix);
+        }
+        factor
     }
 }
