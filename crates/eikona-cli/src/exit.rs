@@ -3,6 +3,7 @@
 use eikona::contour::ContourError;
 use eikona::curves::TraceError;
 use eikona::polar_field::PolarFieldError;
+use eikona::repulsive::RepulsiveError;
 use eikona::signed_heat::SignedHeatError;
 use eikona::winding::WindingError;
 use eikona_mesh::{CurveError, FileError, MeshError};
@@ -118,6 +119,17 @@ impl From<PolarFieldError> for Failure {
         use PolarFieldError as E;
         match fault {
             E::Degree { .. } => Failure::Usage(fault.to_string()),
+            E::Numeric(_) => Failure::Failed(fault.to_string()),
+            _ => Failure::Input(fault.to_string()),
+        }
+    }
+}
+
+impl From<RepulsiveError> for Failure {
+    fn from(fault: RepulsiveError) -> Failure {
+        use RepulsiveError as E;
+        match fault {
+            E::Exponents { .. } => Failure::Usage(fault.to_string()),
             E::Numeric(_) => Failure::Failed(fault.to_string()),
             _ => Failure::Input(fault.to_string()),
         }

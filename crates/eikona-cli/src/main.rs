@@ -4,6 +4,7 @@ mod bench;
 mod demo;
 mod direction_files;
 mod directions;
+mod energy;
 mod exit;
 mod field;
 mod field_file;
@@ -64,6 +65,8 @@ enum Verb {
     Field(Box<field::FieldArguments>),
     /// Report indices, turning and curl of a field of N vectors per face
     FieldInspect(Box<field_inspect::FieldInspectArguments>),
+    /// Compute the tangent-point energy of a surface, which grows as it comes close to itself
+    Energy(Box<energy::EnergyArguments>),
     /// Report the topology, quality and faults of a mesh and its curves
     Inspect(Box<inspect::InspectArguments>),
     /// Generate shapes and curves, optionally damaged
@@ -119,6 +122,7 @@ fn run(arguments: Vec<OsString>) -> u8 {
         Verb::Winding(arguments) => winding::run(arguments, general),
         Verb::Field(arguments) => field::run(arguments, general),
         Verb::FieldInspect(arguments) => field_inspect::run(arguments, general),
+        Verb::Energy(arguments) => energy::run(arguments, general),
         Verb::Inspect(arguments) => inspect::run(arguments, general),
         Verb::Make(arguments) => make::run(arguments, general),
         Verb::Render(arguments) => render::run(arguments, general),

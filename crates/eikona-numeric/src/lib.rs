@@ -50,4 +50,4 @@ pub use ordering::{Ordering, nested_dissection_order};
 pub use resources::Resources;
 pub use scalar::Scalar;
 pub use symbolic::Symbolic;
-pub use threads::side_by_side;
+pub use threads::{side_by_side, together};

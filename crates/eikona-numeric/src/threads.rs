@@ -3,7 +3,7 @@
 use crate::observer::CurrentObserver;
 
 /// Runs all tasks at the same time, the first on this thread, and returns their results in order.
-pub(crate) fn together<R: Send, F: FnOnce() -> R + Send>(tasks: impl IntoIterator<Item = F>) -> Vec<R> {
+pub fn together<R: Send, F: FnOnce() -> R + Send>(tasks: impl IntoIterator<Item = F>) -> Vec<R> {
     let observer = CurrentObserver::get();
     std::thread::scope(|scope| {
         let mut tasks = tasks.into_iter();

@@ -1,6 +1,7 @@
-//! Geometry processing for imperfect input: signed distance along a surface ([`signed_heat`]), and
-//! inside/outside by winding numbers ([`winding`]), from curves with gaps, noise and crossings.
-//! This version works on triangle meshes.
+//! Geometry processing for imperfect input: signed distance along a surface ([`signed_heat`]) and
+//! inside/outside by winding numbers ([`winding`]), from curves with gaps, noise and crossings;
+//! directions with prescribed singularities ([`polar_field`]); and the energy of surfaces that
+//! repel themselves ([`repulsive`]). This version works on triangle meshes.
 //!
 //! Meshes, curves and files come from [`eikona_mesh`], re-exported as [`mesh`]; complex numbers and
 //! sparse systems from [`eikona_numeric`], re-exported as [`numeric`]. `docs/conventions.md` is the
@@ -17,6 +18,7 @@ pub mod operators;
 mod option_name;
 mod phases;
 pub mod polar_field;
+pub mod repulsive;
 mod setters;
 pub mod signed_heat;
 pub mod spatial;

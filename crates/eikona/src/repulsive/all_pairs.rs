@@ -1,0 +1,97 @@
+//! The tangent-point energy by a sum over all pairs of faces (RS equations 2 and 3).
+
+use crate::geometry::vector::{add, dot, scale, sub};
+use crate::repulsive::faces::{FaceDatum, FaceForce};
+use crate::repulsive::options::Exponents;
+use eikona_numeric::{NumericError, check_stopped, together};
+
+/// What one face contributes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Row {
+    /// The sum over all other faces T of `K(S, T) a_T`.
+    pub density: f64,
+    /// The derivatives of the whole energy by this face.
+    pub force: FaceForce,
+}
+
+/// Faces per piece of work.
+const ROWS: usize = 64;
+
+/// Returns what each face contributes, the same for any number of threads.
+pub(crate) fn all_pairs(
+    faces: &[FaceDatum],
+    exponents: Exponents,
+    threads: usize,
+) -> Result<Vec<Row>, NumericError> {
+    let Exponents { alpha, beta } = exponents;
+    let whole = |x: f64| (x.fract() == 0.0 && x < 64.0).then_some(x as i32);
+    // The derivative by the distance q from the tangent plane has the factor q^(alpha - 2) q.
+    match (whole(0.5 * alpha - 1.0), whole(0.5 * beta)) {
+        (Some(2), Some(6)) => {
+            let sixth = |x: f64| {
+                let cube = x * x * x;
+                cube * cube
+            };
+            rows(faces, exponents, threads, |x| x * x, sixth)
+        }
+        (Some(a), Some(b)) => rows(faces, exponents, threads, |x| x.powi(a), |x| x.powi(b)),
+        _ => rows(faces, exponents, threads, |x| x.powf(0.5 * alpha - 1.0), |x| x.powf(0.5 * beta)),
+    }
+}
+
+/// `plane` raises the squared distance from the tangent plane to `alpha / 2 - 1`, and `inverse` the
+/// inverse of the squared distance to `beta / 2`.
+fn rows(
+    faces: &[FaceDatum],
+    exponents: Exponents,
+    threads: usize,
+    plane: impl Fn(f64) -> f64 + Copy + Send + Sync,
+    inverse: impl Fn(f64) -> f64 + Copy + Send + Sync,
+) -> Result<Vec<Row>, NumericError> {
+    let mut result = vec![Row::default(); faces.len()];
+    let share = faces.len().div_ceil(threads.max(1)).next_multiple_of(ROWS);
+    let shares = result.chunks_mut(share).enumerate().map(|(i, rows)| {
+        move || -> Result<(), NumericError> {
+            for (k, piece) in rows.chunks_mut(ROWS).enumerate() {
+                check_stopped()?;
+                for (j, row) in piece.iter_mut().enumerate() {
+                    *row = one_row(faces, i * share + k * ROWS + j, exponents, plane, inverse);
+                }
+            }
+            Ok(())
+        }
+    });
+    together(shares).into_iter().collect::<Result<(), NumericError>>()?;
+    Ok(result)
+}
+
+fn one_row(
+    faces: &[FaceDatum],
+    own: usize,
+    Exponents { alpha, beta }: Exponents,
+    plane: impl Fn(f64) -> f64,
+    inverse: impl Fn(f64) -> f64,
+) -> Row {
+    let s = faces[own];
+    let (mut density, mut both, mut along_own) = (0.0, 0.0, 0.0);
+    let (mut along_other, mut radial, mut tilt) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+    for t in faces[..own].iter().chain(&faces[own + 1..]) {
+        let v = sub(s.centroid, t.centroid);
+        let inverse_sq = 1.0 / dot(v, v);
+        let power = inverse(inverse_sq);
+        // Distances from the tangent planes of both faces, and the kernels in both directions.
+        let (p, q) = (dot(s.normal, v), dot(t.normal, v));
+        let (at_p, at_q) = (plane(p * p) * power, plane(q * q) * power);
+        let (out, back) = (at_p * p * p, at_q * q * q);
+        density += t.area * out;
+        both += t.area * (out + back);
+        along_own += t.area * at_p * p;
+        along_other = add(along_other, scale(t.normal, t.area * at_q * q));
+        radial = add(radial, scale(v, t.area * (out + back) * inverse_sq));
+        tilt = add(tilt, scale(v, t.area * at_p * p));
+    }
+    let turned = scale(add(scale(s.normal, along_own), along_other), alpha);
+    let centroid = scale(sub(turned, scale(radial, beta)), s.area);
+    let force = FaceForce { centroid, normal: scale(tilt, alpha * s.area), area: both };
+    Row { density, force }
+}

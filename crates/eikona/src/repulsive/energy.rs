@@ -1,0 +1,104 @@
+//! The tangent-point energy of a mesh and its differential.
+
+use crate::geometry::power_of_two_near;
+use crate::repulsive::all_pairs::{Row, all_pairs};
+use crate::repulsive::error::RepulsiveError;
+use crate::repulsive::faces::{FaceDatum, FaceForce, face_data, pulled_back};
+use crate::repulsive::options::{EnergyOptions, Exponents};
+use eikona_mesh::{ElementId, Face, FaceField, TriangleMesh, VertexField};
+use eikona_numeric::check_step;
+
+/// The tangent-point energy of a mesh.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct TangentPointEnergy {
+    /// The energy.
+    pub value: f64,
+    /// The derivative by each vertex.
+    pub differential: VertexField<[f64; 3]>,
+    /// The energy per area of each face: times the areas, it adds up to the energy.
+    pub density: FaceField<f64>,
+}
+
+impl TangentPointEnergy {
+    /// Returns the Euclidean norm of the differential over all coordinates.
+    pub fn gradient_norm(&self) -> f64 {
+        // Squares overflow long before the norm does.
+        let all = || self.differential.as_slice().iter().flatten();
+        let largest = all().fold(0.0f64, |m, x| m.max(x.abs()));
+        if largest == 0.0 { 0.0 } else { largest * all().map(|x| (x / largest).powi(2)).sum::<f64>().sqrt() }
+    }
+}
+
+/// Computes the tangent-point energy of a mesh by a sum over all pairs of faces.
+///
+/// The energy is the sum over ordered pairs of different faces of `|n_S . v|^alpha / |v|^beta a_S
+/// a_T`, where `v` joins the centroids. It depends neither on orientation nor on position, and grows
+/// with the power `4 + alpha - beta` of the scale. Faces of any topology are accepted.
+///
+/// # Errors
+/// [`RepulsiveError::NoFaces`], [`RepulsiveError::FlatFace`], [`RepulsiveError::Coincident`],
+/// [`RepulsiveError::Range`]; [`RepulsiveError::Numeric`] if an observer stops it.
+///
+/// # Cost
+/// O(F^2): about 7 ns per ordered pair and thread with `p = 6`.
+///
+/// # Reference
+/// Yu, Brakensiek, Schumacher and Crane, *Repulsive Surfaces*, 2021, equation 3.
+///
+/// ```
+/// use eikona::mesh::shapes;
+/// use eikona::repulsive::{EnergyOptions, tangent_point_energy};
+/// // On the unit sphere, every tangent sphere is the sphere itself: the limit is pi^2 / 4.
+/// let energy = tangent_point_energy(&shapes::icosphere(3)?, &EnergyOptions::default())?;
+/// assert!((energy.value - 2.504071120297146).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn tangent_point_energy(
+    mesh: &TriangleMesh,
+    options: &EnergyOptions,
+) -> Result<TangentPointEnergy, RepulsiveError> {
+    if mesh.face_count() == 0 {
+        return Err(RepulsiveError::NoFaces);
+    }
+    let Exponents { alpha, beta } = options.exponents;
+    let exponents = Exponents::new(alpha, beta)?;
+    // High powers of lengths would leave the range of numbers. A power of two changes no digits.
+    let unit = power_of_two_near(mesh.positions().iter().flatten().fold(0.0f64, |m, x| m.max(x.abs())));
+    let faces = face_data(mesh, unit)?;
+    let rows = all_pairs(&faces, exponents, options.threads)?;
+    check_finite(&faces, &rows)?;
+    let value: f64 = faces.iter().zip(&rows).map(|(face, row)| face.area * row.density).sum();
+    let forces: Vec<FaceForce> = rows.iter().map(|row| row.force).collect();
+    let differential = pulled_back(mesh, unit, &faces, &forces);
+    let degree = exponents.degree();
+    let scaled = |x: f64, power: f64| x * unit.powf(power);
+    let energy = TangentPointEnergy {
+        value: scaled(value, degree),
+        differential: differential
+            .into_vec()
+            .into_iter()
+            .map(|v| v.map(|x| scaled(x, degree - 1.0)))
+            .collect::<Vec<_>>()
+            .into(),
+        density: rows.iter().map(|row| scaled(row.density, degree - 2.0)).collect::<Vec<_>>().into(),
+    };
+    let out_of_range = energy.density.as_slice().iter().position(|x| !x.is_finite());
+    match out_of_range {
+        Some(f) => Err(RepulsiveError::Range { face: Face::from_index(f) }),
+        None => Ok(energy),
+    }
+}
+
+fn check_finite(faces: &[FaceDatum], rows: &[Row]) -> Result<(), RepulsiveError> {
+    let Some(f) = rows.iter().position(|row| !(row.density.is_finite() && row.force.area.is_finite())) else {
+        return Ok(());
+    };
+    for (g, other) in faces.iter().enumerate().filter(|(g, _)| *g != f) {
+        check_step(g)?;
+        if other.centroid == faces[f].centroid {
+            return Err(RepulsiveError::Coincident { faces: [f, g].map(Face::from_index) });
+        }
+    }
+    Err(RepulsiveError::Range { face: Face::from_index(f) })
+}

@@ -1,0 +1,64 @@
+//! Centroids, normals and areas of faces, and derivatives by them pulled back to vertices.
+
+use crate::geometry::vector::{add, cross, dot, norm, scale, sub};
+use crate::repulsive::error::RepulsiveError;
+use eikona_mesh::{TriangleMesh, VertexField};
+
+/// One face as the energy sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FaceDatum {
+    pub centroid: [f64; 3],
+    pub normal: [f64; 3],
+    pub area: f64,
+}
+
+/// Derivatives of a function by centroid, normal and area of a face.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FaceForce {
+    pub centroid: [f64; 3],
+    pub normal: [f64; 3],
+    pub area: f64,
+}
+
+/// Returns all faces, with lengths divided by `unit`.
+///
+/// # Errors
+/// [`RepulsiveError::FlatFace`].
+pub(crate) fn face_data(mesh: &TriangleMesh, unit: f64) -> Result<Vec<FaceDatum>, RepulsiveError> {
+    mesh.faces()
+        .map(|face| {
+            let [a, b, c] = mesh.face_positions(face).map(|p| p.map(|x| x / unit));
+            let doubled = cross(sub(b, a), sub(c, a));
+            let size = norm(doubled);
+            let flat = !(size > 0.0 && size.is_finite());
+            let centroid = scale(add(add(a, b), c), 1.0 / 3.0);
+            let datum = FaceDatum { centroid, normal: scale(doubled, 1.0 / size), area: 0.5 * size };
+            if flat { Err(RepulsiveError::FlatFace { face }) } else { Ok(datum) }
+        })
+        .collect()
+}
+
+/// Returns the derivatives by the vertices, in the units of [`face_data`].
+pub(crate) fn pulled_back(
+    mesh: &TriangleMesh,
+    unit: f64,
+    data: &[FaceDatum],
+    forces: &[FaceForce],
+) -> VertexField<[f64; 3]> {
+    let mut result = VertexField::constant(mesh.vertex_count(), [0.0; 3]);
+    for (face, (datum, force)) in mesh.faces().zip(data.iter().zip(forces)) {
+        let [a, b, c] = mesh.face_positions(face).map(|p| p.map(|x| x / unit));
+        // By the cross product of two sides, whose length is twice the area.
+        let along = dot(force.normal, datum.normal);
+        let tangent = sub(force.normal, scale(datum.normal, along));
+        let by_cross = add(scale(datum.normal, 0.5 * force.area), scale(tangent, 0.5 / datum.area));
+        let at_b = cross(sub(c, a), by_cross);
+        let at_c = cross(by_cross, sub(b, a));
+        let at_a = scale(add(at_b, at_c), -1.0);
+        let third = scale(force.centroid, 1.0 / 3.0);
+        for (v, own) in mesh.face_vertices(face).into_iter().zip([at_a, at_b, at_c]) {
+            result[v] = add(result[v], add(own, third));
+        }
+    }
+    result
+}

@@ -1,0 +1,33 @@
+//! Repulsive surfaces: an energy that grows without bound as a surface touches itself.
+//!
+//! **Problem.** Move a surface, to untangle, shrink or grow it, so that it never passes through
+//! itself. **Idea.** The tangent-point energy compares each point with the spheres that touch the
+//! surface there and pass through another point: their radius is small for points that are close in
+//! space but not along the surface. This module computes the energy, its differential, and where it
+//! is concentrated; the flow is to come.
+//!
+//! | paper | here | shape | equation |
+//! |---|---|---|---|
+//! | `X_S`, `n_S`, `a_S` | `faces.rs` | F centroids, normals, areas | sec 3.1 |
+//! | `K_p(S, T)` | `all_pairs.rs` | pairs of faces | 2, 3 |
+//! | `E` | [`TangentPointEnergy::value`] | number | 3 |
+//! | `dE` | [`TangentPointEnergy::differential`] | V vectors | sec 5.3 |
+//!
+//! The sum runs over ordered pairs of different faces:
+//! `E = sum over S != T of |n_S . (X_S - X_T)|^alpha / |X_S - X_T|^beta a_S a_T`.
+//!
+//! Deviation: equation 2 of the paper has a factor `2^p`, which its text drops in equation 3; the
+//! published programs and this module leave it out.
+//!
+//! **Reference.** Chris Yu, Caleb Brakensiek, Henrik Schumacher and Keenan Crane, *Repulsive
+//! Surfaces*, ACM Transactions on Graphics 40 (6), 2021.
+
+mod all_pairs;
+mod energy;
+mod error;
+mod faces;
+mod options;
+
+pub use energy::{TangentPointEnergy, tangent_point_energy};
+pub use error::RepulsiveError;
+pub use options::{EnergyOptions, Exponents};

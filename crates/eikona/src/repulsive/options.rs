@@ -1,0 +1,65 @@
+//! Options of energies.
+
+use crate::repulsive::error::RepulsiveError;
+use crate::setters::setters;
+
+/// The exponents of the tangent-point energy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Exponents {
+    /// The exponent of the distance from the tangent plane.
+    pub alpha: f64,
+    /// The exponent of the distance.
+    pub beta: f64,
+}
+
+impl Exponents {
+    /// Returns `alpha = p`, `beta = 2 p`: then the kernel is the radius of the tangent sphere, times
+    /// 2, to the power `-p`.
+    ///
+    /// # Errors
+    /// [`RepulsiveError::Exponents`] unless `p > 2`.
+    pub fn of_power(p: f64) -> Result<Exponents, RepulsiveError> {
+        Exponents::new(p, 2.0 * p)
+    }
+
+    /// Checks exponents.
+    ///
+    /// # Errors
+    /// [`RepulsiveError::Exponents`] unless `alpha > 2` and `alpha + 2 < beta < 2 alpha + 2`.
+    pub fn new(alpha: f64, beta: f64) -> Result<Exponents, RepulsiveError> {
+        let fine = alpha > 2.0 && beta > alpha + 2.0 && beta < 2.0 * alpha + 2.0 && beta.is_finite();
+        fine.then_some(Exponents { alpha, beta }).ok_or(RepulsiveError::Exponents { alpha, beta })
+    }
+
+    /// Returns the power of the scale by which the energy grows: `4 + alpha - beta`, negative for `p
+    /// > 4`.
+    pub fn degree(&self) -> f64 {
+        4.0 + self.alpha - self.beta
+    }
+}
+
+/// `p = 6`.
+impl Default for Exponents {
+    fn default() -> Self {
+        Exponents { alpha: 6.0, beta: 12.0 }
+    }
+}
+
+/// Options of [`tangent_point_energy`](super::tangent_point_energy).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct EnergyOptions {
+    /// The exponents. Default: `p = 6`.
+    pub exponents: Exponents,
+    /// Number of threads. Default: 1. The result is the same for any number.
+    pub threads: usize,
+}
+
+impl Default for EnergyOptions {
+    fn default() -> Self {
+        EnergyOptions { exponents: Exponents::default(), threads: 1 }
+    }
+}
+
+setters!(EnergyOptions { with_exponents: exponents = Exponents, with_threads: threads = usize });
