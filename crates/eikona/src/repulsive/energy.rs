@@ -32,9 +32,10 @@ impl TangentPointEnergy {
 
 /// Computes the tangent-point energy of a mesh by a sum over all pairs of faces.
 ///
-/// The energy is the sum over ordered pairs of different faces of `|n_S . v|^alpha / |v|^beta a_S
-/// a_T`, where `v` joins the centroids. It depends neither on orientation nor on position, and grows
-/// with the power `4 + alpha - beta` of the scale. Faces of any topology are accepted.
+/// The energy is the sum over ordered pairs of different faces of
+/// `|n_S . v|^alpha / |v|^beta a_S a_T`, where `v` joins the centroids. It depends neither on
+/// orientation nor on position, and grows with the power `4 + alpha - beta` of the scale. Faces of
+/// any topology are accepted.
 ///
 /// # Errors
 /// [`RepulsiveError::NoFaces`], [`RepulsiveError::FlatFace`], [`RepulsiveError::Coincident`],

@@ -14,8 +14,8 @@ pub struct Exponents {
 }
 
 impl Exponents {
-    /// Returns `alpha = p`, `beta = 2 p`: then the kernel is the radius of the tangent sphere, times
-    /// 2, to the power `-p`.
+    /// Returns `alpha = p` and `beta = 2 p`. The kernel is then the diameter of the tangent sphere
+    /// to the power `-p`.
     ///
     /// # Errors
     /// [`RepulsiveError::Exponents`] unless `p > 2`.
@@ -32,8 +32,7 @@ impl Exponents {
         fine.then_some(Exponents { alpha, beta }).ok_or(RepulsiveError::Exponents { alpha, beta })
     }
 
-    /// Returns the power of the scale by which the energy grows: `4 + alpha - beta`, negative for `p
-    /// > 4`.
+    /// Returns the power of the scale with which the energy grows: `4 + alpha - beta`.
     pub fn degree(&self) -> f64 {
         4.0 + self.alpha - self.beta
     }
