@@ -124,10 +124,7 @@ impl Located {
     pub fn in_face(mesh: &TriangleMesh, face: Face, weights: [f64; 3]) -> Located {
         let mut w = weights.map(|x| if x <= SNAP_TOLERANCE { 0.0 } else { x });
         let sum: f64 = w.iter().sum();
-        // Weights of a point that was located before keep their digits.
-        if (sum - 1.0).abs() > 4.0 * f64::EPSILON {
-            w = w.map(|x| x / sum);
-        }
+        w = w.map(|x| x / sum);
         let vertices = mesh.face_vertices(face);
         let zeros = w.iter().filter(|x| **x == 0.0).count();
         match zeros {

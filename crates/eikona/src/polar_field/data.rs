@@ -8,7 +8,7 @@ use crate::polar_field::problem::check_degree;
 use crate::polar_field::singularity::{Place, Prescribed, Singularity, located};
 use crate::polar_field::solution::{FieldReport, PolarField};
 use crate::polar_field::surface::Surface;
-use eikona_mesh::{FaceField, HalfedgeField, TriangleMesh};
+use eikona_mesh::{FaceField, HalfedgeField, Located, SurfacePoint, TriangleMesh, Vertex};
 use eikona_numeric::{Complex, check_step, check_stopped};
 
 /// The values that determine a field on a mesh.
@@ -114,7 +114,10 @@ impl PolarField {
         }
         values.closure = closure.0;
         check_stopped()?;
-        let singular = located(&domain.bevel, &data.singularities, data.degree)?;
+        let mut singular = located(&domain.bevel, &data.singularities, data.degree)?;
+        for (prescribed, stored) in singular.iter_mut().zip(&data.singularities) {
+            keep_digits(mesh, prescribed, stored);
+        }
         let n = f64::from(data.degree);
         let curvature = &domain.curvature;
         let seen = values.measured(&domain.bevel, &domain.connection, |c| curvature[c], data.degree)?;
@@ -139,5 +142,17 @@ impl PolarField {
             Some(Singularity { place, index: s.turns as f64 / f64::from(self.degree) })
         };
         self.singular.iter().filter_map(singularity).collect()
+    }
+}
+
+/// Takes the stored weights of a point in a face: to locate it again would normalise them again.
+fn keep_digits(mesh: &TriangleMesh, prescribed: &mut Prescribed, stored: &Singularity) {
+    if let (Some(Located::Face(face, weights)), Place::Point(SurfacePoint::Face { vertices, bary })) =
+        (&mut prescribed.point, stored.place)
+    {
+        let weight_of = |v: Vertex| vertices.iter().zip(bary).find(|(u, _)| **u == v.0).map(|(_, w)| w);
+        for (weight, v) in weights.iter_mut().zip(mesh.face_vertices(*face)) {
+            *weight = weight_of(v).unwrap_or(*weight);
+        }
     }
 }
