@@ -144,8 +144,10 @@ fn pull(gates: &[Gate], start: Point, end: Point) -> Vec<Bend> {
             }
         }
         // A side with number 0 is the start, past the last gate the end: there is no vertex to bend
-        // at.
+        // at. Beside coordinates beyond the range of numbers, a side may stay at the apex; a bend
+        // there would be repeated for ever.
         if let Some(((point, passed), on_left)) = bend
+            && passed > bends.last().map_or(0, |bend: &Bend| bend.passed)
             && let Some(gate) = passed.checked_sub(1).and_then(|g| gates.get(g))
         {
             let vertex = if on_left { gate.left.0 } else { gate.right.0 };

@@ -5,7 +5,6 @@
 //! two legs to one strip. If they span less than pi there, the shortest path through the joined
 //! strip ([`super::funnel`]) is shorter than the two legs and replaces them. This is repeated,
 //! every second corner at a time so that strips grow by doubling, until no corner can be improved.
-//! second corner at a time so that strips grow by doubling, until no corner can be improved.
 
 use super::TraceError;
 use super::funnel::shortest_in_strip;
@@ -360,6 +359,24 @@ mod tests {
         let fixed = vertex(4);
         let held = path_length(&torus, &straighten_loop(&torus, &path, &|v| v == fixed));
         assert!(held > 1.001 * exact && held < path_length(&torus, &path), "{held}");
+    }
+
+    /// Lengths are infinite, and their products no numbers.
+    #[test]
+    fn paths_beside_a_vertex_beyond_the_range_of_numbers_end() {
+        let grid = shapes::grid(6, 4, 1.0, 1.0, shapes::Diagonal::Uniform).unwrap();
+        for far in grid.vertices() {
+            let mut positions = grid.positions().to_vec();
+            positions[far.index()][0] = -1e308;
+            let moved = grid.with_positions(positions).unwrap();
+            for [a, b] in [[0, 34], [6, 28], [14, 20], [3, 31]] {
+                // The vertices are chosen on the grid itself.
+                let along = crate::curves::shortest_vertex_path(&grid, &[a, b].map(Vertex)).unwrap();
+                let path: Vec<Located> = along.into_iter().map(Located::Vertex).collect();
+                let straight = straighten(&moved, &path);
+                assert!(straight.first() == path.first() && straight.last() == path.last(), "{far}");
+            }
+        }
     }
 
     #[test]
