@@ -4,10 +4,9 @@ use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::picture::colours;
 use crate::session::{General, Session, check_outputs};
-use crate::warned::Warned;
 use clap::Args;
 use eikona::repulsive::{EnergyOptions, Exponents, TangentPointEnergy, tangent_point_energy};
-use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
+use eikona_mesh::io::{MeshFormat, MeshOut};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -124,11 +123,7 @@ fn output_density(
     let shown = colours(&logarithms.iter().map(|x| x - highest).collect::<Vec<f64>>());
     out.vertex_colours = Some(&shown);
     out.face_scalars = vec![("energy_density", energy.density.as_slice())];
-    let (file, left_out) = stage_mesh(path, &out).map_err(Failure::writing)?;
-    session.staged_output("density", path, file);
+    session.mesh_output("density", path, None, &out)?;
     session.name_fields(["energy_density"].into_iter());
-    for warning in &left_out {
-        session.warn(Warned::from(warning).about(path.display()));
-    }
     Ok(())
 }

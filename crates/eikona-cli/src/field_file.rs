@@ -6,7 +6,7 @@ use crate::numpy::npy;
 use crate::picture::colours;
 use crate::session::Session;
 use crate::warned::Warned;
-use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh, write_mesh_bytes};
+use eikona_mesh::io::{MeshFormat, MeshOut};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -91,19 +91,7 @@ pub fn output_fields(
                 let sentence = "OFF stores colours instead of values; write .ply or .csv to keep the values";
                 session.warn(Warned::new("values_as_colours", sentence).about(path.display()));
             }
-            let left_out = if path == Path::new("-") {
-                let mut bytes = Vec::new();
-                let left_out = write_mesh_bytes(&mut bytes, format, &out).map_err(Failure::writing)?;
-                session.output("distance", path, bytes)?;
-                left_out
-            } else {
-                let (file, left_out) = stage_mesh(path, &out).map_err(Failure::writing)?;
-                session.staged_output("distance", path, file);
-                left_out
-            };
-            for warning in &left_out {
-                session.warn(Warned::from(warning).about(path.display()));
-            }
+            session.mesh_output("distance", path, Some(format), &out)?;
             if format == MeshFormat::Off {
                 return Ok(()); // colours only
             }

@@ -4,12 +4,11 @@ use crate::exit::Failure;
 use crate::input::parse_format;
 use crate::number::{brief, finite, share, zero_or_more};
 use crate::session::{General, Session, check_outputs, print_bytes};
-use crate::warned::Warned;
 use clap::Args;
 use eikona::contour::{Wave, polylines, wavy_plane_cut};
 use eikona::curves::{DEFAULT_TOLERANCE, trace_polyline};
 use eikona::spatial::Bvh;
-use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh, write_mesh_bytes};
+use eikona_mesh::io::{MeshFormat, MeshOut};
 use eikona_mesh::shapes::{self, shape_descriptions};
 use eikona_mesh::{
     CurveFile, CurveFormat, CurveKind, Quality, SpacePolyline, SurfaceCurves, TriangleMesh, counted, damage,
@@ -137,20 +136,7 @@ pub fn run(arguments: &MakeArguments, general: &General) -> Result<u8, Failure> 
     let vertices = counted(mesh.vertex_count(), "vertex", "vertices");
     session.note(&format!("{shape}: {vertices}, {}", counted(mesh.face_count(), "face", "faces")));
 
-    let warnings = if output == Path::new("-") {
-        let mut bytes = Vec::new();
-        let warnings =
-            write_mesh_bytes(&mut bytes, format, &MeshOut::from(&mesh)).map_err(Failure::writing)?;
-        session.output("mesh", output, bytes)?;
-        warnings
-    } else {
-        let (file, warnings) = stage_mesh(output, &MeshOut::from(&mesh)).map_err(Failure::writing)?;
-        session.staged_output("mesh", output, file);
-        warnings
-    };
-    for warning in &warnings {
-        session.warn(Warned::from(warning).about(output.display()));
-    }
+    session.mesh_output("mesh", output, Some(format), &MeshOut::from(&mesh))?;
     write_curves(arguments, &mesh, &mut session)?;
     session.finish()
 }

@@ -38,6 +38,9 @@ pub fn read_npy(bytes: &[u8]) -> Result<Array, String> {
         return Err("in Fortran order; save numpy.ascontiguousarray of it".into());
     }
     let shape: Vec<usize> = file.shape().iter().map(|n| *n as usize).collect();
+    if shape.iter().try_fold(1usize, |product, n| product.checked_mul(*n)).is_none() {
+        return Err(format!("shorter than its header says, which is of shape {shape:?}"));
+    }
     let (width, count) = (kind.size_field(), file.len());
     let values = match (kind.type_char(), width) {
         (TypeChar::Float, 8) => file.into_vec::<f64>(),

@@ -8,10 +8,10 @@ use crate::number::above_zero;
 use crate::picture::{PictureArguments, check_picture_path, curves, draw, isolines};
 use crate::session::{General, Session, check_outputs};
 use crate::source::{SourceArguments, files_read, read_source_if_any};
-use crate::stored_field::{is_stored_field, read_stored_field};
+use crate::stored_field::{is_stored_field, read_stored_field, restored_field};
 use crate::warned::Warned;
 use clap::Args;
-use eikona::polar_field::{PolarField, StreamlineOptions, inspect_field};
+use eikona::polar_field::{StreamlineOptions, inspect_field};
 use eikona_mesh::io::read_mesh;
 use eikona_mesh::{SurfaceCurves, TriangleMesh};
 use eikona_render::{ColorMap, Coloring, Drawing, Levels, ScalarField, Scene, Values};
@@ -163,7 +163,7 @@ fn directions(
 ) -> Result<Vec<Drawing<'static>>, Failure> {
     if is_stored_field(path) {
         let data = read_stored_field(path)?;
-        let field = session.solver("restore", || PolarField::from_data(mesh, &data))?;
+        let field = session.solver("restore", || restored_field(path, mesh, &data))?;
         let lines = session.solver("streamlines", || field.streamlines(&StreamlineOptions::default()))?;
         let mut drawings = streamlines(&field, &lines);
         drawings.extend(singular_points(&points_of(&field), field.degree()));

@@ -7,7 +7,9 @@ use crate::report::{Output, Report, peak_memory_bytes};
 use crate::warned::Warned;
 use clap::Args;
 use eikona::numeric::observed;
-use eikona_mesh::io::{StagedFile, publish_files, stage_file};
+use eikona_mesh::io::{
+    MeshFormat, MeshOut, StagedFile, publish_files, stage_file, stage_mesh, write_mesh_bytes,
+};
 use std::collections::{BTreeMap, HashSet};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -152,8 +154,33 @@ impl Session {
         Ok(())
     }
 
+    /// Adds a mesh in the format of its file's name, and warns of what that cannot store. Standard
+    /// output (-) has `stdout_format`.
+    pub fn mesh_output(
+        &mut self,
+        kind: &'static str,
+        path: &Path,
+        stdout_format: Option<MeshFormat>,
+        out: &MeshOut<'_>,
+    ) -> Result<(), Failure> {
+        let left_out = if let (true, Some(format)) = (path == Path::new("-"), stdout_format) {
+            let mut bytes = Vec::new();
+            let left_out = write_mesh_bytes(&mut bytes, format, out).map_err(Failure::writing)?;
+            self.output(kind, path, bytes)?;
+            left_out
+        } else {
+            let (file, left_out) = stage_mesh(path, out).map_err(Failure::writing)?;
+            self.staged_output(kind, path, file);
+            left_out
+        };
+        for warning in &left_out {
+            self.warn(Warned::from(warning).about(path.display()));
+        }
+        Ok(())
+    }
+
     /// Adds an output file that is written under a temporary name.
-    pub fn staged_output(&mut self, kind: &'static str, path: &Path, file: StagedFile) {
+    fn staged_output(&mut self, kind: &'static str, path: &Path, file: StagedFile) {
         self.staged.push(file);
         self.list(kind, path);
     }

@@ -3,8 +3,8 @@
 use crate::exit::Failure;
 use crate::field::prescription::{Entry, entry};
 use crate::numpy::{Array, NpzReader, NpzWriter};
-use eikona::polar_field::{FieldData, Place, Singularity};
-use eikona_mesh::{FileError, SurfacePoint};
+use eikona::polar_field::{FieldData, Place, PolarField, PolarFieldError, Singularity};
+use eikona_mesh::{FileError, SurfacePoint, TriangleMesh};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::io;
@@ -168,5 +168,13 @@ pub fn read_stored_field(path: &Path) -> Result<FieldData, Failure> {
     let data = if is_json { field_of_json(&bytes) } else { field_of_npz(&bytes) };
     data.map_err(|problem| {
         Failure::Input(format!("{}: {problem}; give a file that eikona field -o wrote", path.display()))
+    })
+}
+
+/// Restores a field. What is wrong with it is wrong with the file.
+pub fn restored_field(path: &Path, mesh: &TriangleMesh, data: &FieldData) -> Result<PolarField, Failure> {
+    PolarField::from_data(mesh, data).map_err(|fault| match fault {
+        PolarFieldError::Numeric(_) => Failure::from(fault),
+        _ => Failure::Input(format!("{}: {fault}", path.display())),
     })
 }

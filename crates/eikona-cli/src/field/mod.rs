@@ -10,7 +10,7 @@ use crate::input::{MeshArguments, MeshInput};
 use crate::number::{above_zero, bytes};
 use crate::picture::{PictureArguments, check_picture_path};
 use crate::session::{General, Session, check_outputs};
-use crate::stored_field::read_stored_field;
+use crate::stored_field::{read_stored_field, restored_field};
 use crate::warned::Warned;
 use clap::Args;
 use eikona::polar_field::{
@@ -245,7 +245,7 @@ fn restore(
     session: &mut Session,
 ) -> Result<(PolarField, Prescription), Failure> {
     let data = read_stored_field(path)?;
-    let field = session.solver("restore", || PolarField::from_data(&input.mesh, &data))?;
+    let field = session.solver("restore", || restored_field(path, &input.mesh, &data))?;
     let FieldReport { closure, measured, largest_power, .. } = &field.report;
     session.report.result.extend(
         [

@@ -5,9 +5,8 @@ use crate::field::outputs::table;
 use crate::numpy::npy;
 use crate::session::Session;
 use crate::stored_field::{json_of_field, npz_of_field};
-use crate::warned::Warned;
 use eikona::polar_field::{Match, PolarField, SampledField};
-use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
+use eikona_mesh::io::{MeshFormat, MeshOut};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -124,23 +123,14 @@ fn output_mesh(path: &Path, sampled: &SampledField, session: &mut Session) -> Re
         .collect();
     let mut out = MeshOut::from(&sampled.mesh);
     out.face_vectors = named.iter().map(|(name, vectors)| (name.as_str(), vectors.as_slice())).collect();
-    stage("field", path, &out, session)?;
+    session.mesh_output("field", path, None, &out)?;
     session.name_fields(named.iter().map(|(name, _)| name.as_str()));
     Ok(())
 }
 
 /// Writes the mesh that is split at singular points.
 pub fn output_split(path: &Path, sampled: &SampledField, session: &mut Session) -> Result<(), Failure> {
-    stage("split mesh", path, &MeshOut::from(&sampled.mesh), session)
-}
-
-fn stage(kind: &'static str, path: &Path, out: &MeshOut<'_>, session: &mut Session) -> Result<(), Failure> {
-    let (file, left_out) = stage_mesh(path, out).map_err(Failure::writing)?;
-    session.staged_output(kind, path, file);
-    for warning in &left_out {
-        session.warn(Warned::from(warning).about(path.display()));
-    }
-    Ok(())
+    session.mesh_output("split mesh", path, None, &MeshOut::from(&sampled.mesh))
 }
 
 /// Writes how the vectors of neighbouring faces continue each other: N and the number of rows, then

@@ -10,7 +10,7 @@ use crate::session::Session;
 use crate::warned::Warned;
 use eikona::contour::{obj_lines, polylines};
 use eikona::winding::{JumpLoop, Winding};
-use eikona_mesh::io::{MeshFormat, MeshOut, stage_mesh};
+use eikona_mesh::io::{MeshFormat, MeshOut};
 use eikona_mesh::{Curve, CurveFile, ElementId, Face, FileError, Provenance, SurfaceCurves, TriangleMesh};
 use eikona_render::{ColorMap, Coloring, Levels, ScalarField, Scene, Values, label_color};
 use std::fmt::Write as _;
@@ -263,7 +263,7 @@ fn write_faces(
     let margin = winding.margin.as_slice();
     let mut out = MeshOut::from(&winding.mesh);
     out.face_scalars = vec![("label", &labels), ("margin", margin), ("parent", &parents)];
-    stage("regions", path, &out, session)
+    session.mesh_output("regions", path, None, &out)
 }
 
 fn write_corners(path: &Path, winding: &Winding, session: &mut Session) -> Result<(), Failure> {
@@ -271,7 +271,7 @@ fn write_corners(path: &Path, winding: &Winding, session: &mut Session) -> Resul
     let uvs: Vec<[f64; 2]> = numerator.into_iter().zip(denominator).map(|(u, v)| [u, v]).collect();
     let mut out = MeshOut::from(&winding.mesh);
     out.corner_uvs = Some(&uvs);
-    stage("regions", path, &out, session)
+    session.mesh_output("regions", path, None, &out)
 }
 
 /// NumPy file of int32, shape (n,).
@@ -301,7 +301,7 @@ fn write_split(
         MeshFormat::Obj | MeshFormat::Off | MeshFormat::Stl => {}
     }
     out.vertex_colours = (format != MeshFormat::Stl).then_some(&colours);
-    stage(kind, path, &out, session)
+    session.mesh_output(kind, path, None, &out)
 }
 
 /// Labels per vertex of a split mesh, whose faces agree at each vertex. Unreferenced vertices get
@@ -309,13 +309,4 @@ fn write_split(
 fn labels_at_vertices(split: &TriangleMesh, winding: &Winding) -> Vec<i32> {
     let label = |v| split.vertex_corners(v).first().map_or(0, |c| winding.labels[c.face()]);
     split.vertices().map(label).collect()
-}
-
-fn stage(kind: &'static str, path: &Path, out: &MeshOut, session: &mut Session) -> Result<(), Failure> {
-    let (file, left_out) = stage_mesh(path, out).map_err(Failure::writing)?;
-    session.staged_output(kind, path, file);
-    for warning in &left_out {
-        session.warn(Warned::from(warning).about(path.display()));
-    }
-    Ok(())
 }
