@@ -3,6 +3,11 @@
 use crate::observer::CurrentObserver;
 
 /// Runs all tasks at the same time, the first on this thread, and returns their results in order.
+///
+/// ```
+/// let squares = eikona_numeric::together((1..4).map(|n| move || n * n));
+/// assert_eq!(squares, [1, 4, 9]);
+/// ```
 pub fn together<R: Send, F: FnOnce() -> R + Send>(tasks: impl IntoIterator<Item = F>) -> Vec<R> {
     let observer = CurrentObserver::get();
     std::thread::scope(|scope| {

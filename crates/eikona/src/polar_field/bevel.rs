@@ -247,8 +247,9 @@ impl BeveledMesh {
         // faces this reaches 1e-9, which no rotation could make up for. Each vertex takes its part.
         let count = self.topology.components.len();
         let (mut excess, mut vertices) = (vec![0.0; count], vec![0.0; count]);
-        let used = || self.mesh.vertices().filter(|v| !self.mesh.vertex_corners(*v).is_empty());
-        for v in used().filter(|v| self.loop_of_vertex[*v].is_none()) {
+        let is_inner =
+            |v: &Vertex| self.loop_of_vertex[*v].is_none() && !self.mesh.vertex_corners(*v).is_empty();
+        for v in self.mesh.vertices().filter(is_inner) {
             let component = self.component_of(Cycle::Vertex(v));
             excess[component] += curvature.vertex[v];
             vertices[component] += 1.0;
@@ -259,7 +260,7 @@ impl BeveledMesh {
         for (excess, component) in excess.iter_mut().zip(&self.topology.components) {
             *excess -= TAU * component.euler_characteristic as f64;
         }
-        for v in used().filter(|v| self.loop_of_vertex[*v].is_none()) {
+        for v in self.mesh.vertices().filter(is_inner) {
             let component = self.component_of(Cycle::Vertex(v));
             curvature.vertex[v] -= excess[component] / vertices[component];
         }

@@ -109,14 +109,8 @@ impl FaceSystem {
     ) -> Result<Vec<f64>, NumericError> {
         let condition = |(face, wanted)| Condition { row: vec![(face, 1.0)], wanted, compliance: 0.0 };
         let conditions: Vec<Condition> = fixed.map(condition).collect();
-        let factor = self.factor(bevel)?;
-        let mut responses = Responses::new(factor, &self.halves);
-        responses.include(conditions.iter().map(|condition| condition.row[0].0))?;
-        let wanted: Vec<f64> = conditions.iter().map(|condition| condition.wanted).collect();
-        let multipliers = responses.matrix(&conditions)?.factor()?.solve(&wanted)?;
-        let mut half = factor.half_solve(&vec![0.0; bevel.mesh.face_count()])?;
-        responses.push(&conditions, multipliers.into_iter(), &mut half);
-        factor.complete(&half)
+        let responses = Responses::new(self.factor(bevel)?, &self.halves);
+        responses.solve(&conditions, &vec![0.0; bevel.mesh.face_count()])
     }
 
     /// Interpolates harmonically between many fixed faces, with a factor for them.

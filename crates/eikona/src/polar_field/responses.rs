@@ -59,6 +59,19 @@ impl<'a> Responses<'a> {
         Responses { factor, kept, place: HashMap::new(), halves: Vec::new(), products: Vec::new() }
     }
 
+    /// Solves with a right-hand side under conditions.
+    pub fn solve(mut self, conditions: &[Condition], rhs: &[f64]) -> Result<Vec<f64>, NumericError> {
+        if conditions.is_empty() {
+            return self.factor.solve(rhs);
+        }
+        self.include(conditions.iter().flat_map(|condition| &condition.row).map(|&(c, _)| c))?;
+        let mut half = self.factor.half_solve(rhs)?;
+        let missing: Vec<f64> = conditions.iter().map(|c| c.wanted - self.value(c, &half)).collect();
+        let multipliers = self.matrix(conditions)?.factor()?.solve(&missing)?;
+        self.push(conditions, multipliers.into_iter(), &mut half);
+        self.factor.complete(&half)
+    }
+
     /// Adds corners, unless they are there.
     pub fn include(&mut self, corners: impl Iterator<Item = u32>) -> Result<(), NumericError> {
         let mut new: Vec<u32> = corners.filter(|c| !self.place.contains_key(c)).collect();

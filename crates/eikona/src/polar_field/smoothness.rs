@@ -136,24 +136,10 @@ impl CornerLaplacian {
         let x = if many {
             self.solve_weighted(bevel, targets, &rhs)?
         } else {
-            self.solve_with(&conditions, &rhs)?
+            self.responses().solve(&conditions, &rhs)?
         };
         theta.add(1.0, &bevel.differences(&x));
         Ok(theta)
-    }
-
-    /// Minimises the energy under conditions: a dense system in their multipliers.
-    fn solve_with(&self, conditions: &[Condition], rhs: &[f64]) -> Result<Vec<f64>, NumericError> {
-        if conditions.is_empty() {
-            return self.factor.solve(rhs);
-        }
-        let mut responses = self.responses();
-        responses.include(conditions.iter().flat_map(|condition| &condition.row).map(|&(c, _)| c))?;
-        let mut half = self.factor.half_solve(rhs)?;
-        let missing: Vec<f64> = conditions.iter().map(|c| c.wanted - responses.value(c, &half)).collect();
-        let multipliers = responses.matrix(conditions)?.factor()?.solve(&missing)?;
-        responses.push(conditions, multipliers.into_iter(), &mut half);
-        self.factor.complete(&half)
     }
 
     /// Solves with the terms of the targets weighted in the matrix.
