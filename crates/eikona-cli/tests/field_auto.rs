@@ -113,3 +113,24 @@ fn wrong_guides_are_refused() {
     folder.write("s.json", "[{\"vertex\": 0, \"index\": 1.25}, {\"vertex\": 11, \"index\": 0.75}]");
     refused("--singularities s.json --align equator.obj", 3, &["turns by", "weight"]);
 }
+
+#[test]
+fn a_surface_without_creases_is_reported() {
+    let folder = Folder::new();
+    folder.done("make torus -o torus.ply");
+    folder.warned(
+        "field torus.ply --auto --align creases -o f.csv --report r.json",
+        &["no edge bends by more than 30 degrees", "the sharpest bends by"],
+    );
+    let warning = folder.json("r.json")["warnings"][0].clone();
+    assert_eq!((&warning["kind"], &warning["degrees"]), (&"no_creases".into(), &30.0.into()));
+    // With a smaller angle, or on a box, there are some.
+    folder.done("make cuboid -o box.ply");
+    for command in ["torus.ply --align creases=2", "box.ply --align creases"] {
+        folder.done(&format!("field {command} --auto -o f.csv --report r.json"));
+        let report = folder.json("r.json");
+        let warnings = report["warnings"].as_array().unwrap();
+        assert!(warnings.iter().all(|w| w["kind"] != "no_creases"), "{command}");
+        assert!(!report["result"]["followed"].as_array().unwrap().is_empty(), "{command}");
+    }
+}

@@ -115,6 +115,14 @@ pub enum Warning {
         count: usize,
     },
 
+    /// No edge is a crease, so a field does not follow any.
+    NoCreases {
+        /// Angle beyond which an edge counts as one, in degrees.
+        degrees: f64,
+        /// Largest angle by which the surface bends at an edge, in degrees.
+        sharpest: f64,
+    },
+
     /// A component that no curve or point reaches; its distance is NaN.
     UnreachedComponent {
         /// Index of the component.
@@ -242,6 +250,11 @@ impl fmt::Display for Warning {
                 let faces = counted(*count, "face was", "faces were");
                 write!(f, "{faces} flipped to make the orientation consistent")
             }
+            NoCreases { degrees, sharpest } => write!(
+                f,
+                "no edge bends by more than {degrees} degrees, so no creases are followed; the sharpest bends by \
+                 {sharpest:.1}: choose a smaller angle",
+            ),
             NotOrientable => write!(
                 f,
                 "the surface has no consistent orientation: left is taken from a curve's `up`, or from the \

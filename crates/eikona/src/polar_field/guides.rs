@@ -1,5 +1,6 @@
 //! What a field follows: curves, boundaries and creases, as straight pieces in faces.
 
+use crate::Warning;
 use crate::geometry::vector::{Vec3, cross, dot, norm, normalize, sub};
 use crate::polar_field::bevel::BeveledMesh;
 use crate::polar_field::error::PolarFieldError;
@@ -146,6 +147,22 @@ fn of_curves(bevel: &BeveledMesh, curves: &SurfaceCurves) -> Result<Vec<Path>, P
         }
     }
     Ok(paths)
+}
+
+/// Returns a warning for each kind of crease of which there is none.
+pub(crate) fn missing_creases(bevel: &BeveledMesh, guides: &[Guide]) -> Vec<Warning> {
+    let angle = |guide: &Guide| match guide {
+        Guide::Creases { degrees } => Some(*degrees),
+        Guide::Boundary | Guide::Curves(_) => None,
+    };
+    let angles: Vec<f64> = guides.iter().filter_map(angle).collect();
+    if angles.is_empty() {
+        return Vec::new();
+    }
+    let bends = bevel.edges().map(|(h, twin)| bend(bevel, h, twin).abs().to_degrees());
+    let sharpest = bends.fold(0.0, f64::max);
+    let missing = angles.into_iter().filter(|degrees| sharpest <= *degrees);
+    missing.map(|degrees| Warning::NoCreases { degrees, sharpest }).collect()
 }
 
 /// Joins the sharp edges to paths, which end where three or more of them meet.

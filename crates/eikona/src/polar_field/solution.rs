@@ -72,7 +72,7 @@ pub struct FieldReport {
     /// Whether the active set did not end. The scales then place all singularities, but are not the
     /// smoothest.
     pub scales_gave_up: bool,
-    /// Warnings of the preparation.
+    /// Warnings of the preparation and of the solve.
     pub warnings: Vec<Warning>,
 }
 

@@ -8,7 +8,7 @@ use crate::polar_field::bevel::Cycle;
 use crate::polar_field::domain::Domain;
 use crate::polar_field::error::PolarFieldError;
 use crate::polar_field::field::{Phased, Values};
-use crate::polar_field::guides::paths;
+use crate::polar_field::guides::{missing_creases, paths};
 use crate::polar_field::options::{AutomaticOptions, FieldOptions, Smoothness, SolverOptions};
 use crate::polar_field::powers::{FaceSystem, powers};
 use crate::polar_field::problem::{Problem, check_closed, check_degree};
@@ -149,6 +149,7 @@ impl Solver {
         let mut phases = Phases::begin("prescription")?;
         let problem = Problem::new(&self.domain, singularities, options)?;
         let paths = paths(bevel, &options.guides, problem.degree)?;
+        let missing = missing_creases(bevel, &options.guides);
         check_stopped()?;
         let particular = problem.particular();
         phases.next("rotation")?;
@@ -170,6 +171,7 @@ impl Solver {
         let mut field = self.field(&problem, &phased, evaluated)?;
         field.report.residual = residual;
         field.report.followed = followed;
+        field.report.warnings.extend(missing);
         field.report.phases = phases.finish();
         Ok(field)
     }
