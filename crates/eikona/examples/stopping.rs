@@ -59,10 +59,11 @@ fn directions(mesh: &TriangleMesh) -> bool {
     solve().is_ok()
 }
 
-/// Stops the work at evenly spaced times and prints the delays.
+/// Stops the work at evenly spaced times and prints the delays, and the longest silence of each
+/// phase: no stop takes longer to be noticed.
 fn measure(name: &str, stops: usize, work: impl Fn() -> bool) {
     let start = Instant::now();
-    assert!(work(), "{name}: not solved");
+    let silences = silences(name, &work);
     let whole = start.elapsed();
     let mut delays = Delays::new();
     for k in 0..stops {
@@ -74,9 +75,35 @@ fn measure(name: &str, stops: usize, work: impl Fn() -> bool) {
         }
     }
     println!("{name}: {:.2} s without a stop", whole.as_secs_f64());
-    for (phase, (longest, count)) in delays {
-        println!("  {phase:<22} {count:>3} stops, longest delay {:>6.1} ms", 1e3 * longest);
+    for (phase, silence) in silences {
+        let (longest, count) = delays.get(phase).copied().unwrap_or_default();
+        println!(
+            "  {phase:<22} longest silence {:>6.1} ms; {count:>3} stops, longest delay {:>6.1} ms",
+            1e3 * silence,
+            1e3 * longest
+        );
     }
+}
+
+/// Runs the work and returns the longest time between two calls of the observer, by phase.
+fn silences(name: &str, work: impl Fn() -> bool) -> BTreeMap<&'static str, f64> {
+    let longest = Arc::new(Mutex::new((BTreeMap::new(), "", Instant::now())));
+    let observer = {
+        let longest = longest.clone();
+        move |phase: &'static str, _: Option<f64>| {
+            let (longest, before, last) = &mut *longest.lock().expect("no thread panicked");
+            let silence = last.elapsed().as_secs_f64();
+            if !before.is_empty() {
+                let own = longest.entry(*before).or_insert(0.0);
+                *own = silence.max(*own);
+            }
+            (*before, *last) = (phase, Instant::now());
+            ControlFlow::Continue(())
+        }
+    };
+    assert!(observed(observer, work), "{name}: not solved");
+    let (longest, ..) = &*longest.lock().expect("no thread panicked");
+    longest.clone()
 }
 
 /// Returns the last phase and the delay of a stop after this time; `None` if the work was faster.
