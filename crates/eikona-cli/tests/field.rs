@@ -192,8 +192,9 @@ fn singularities_that_can_not_be_placed_are_warned_of() {
     let folder = Folder::new();
     folder.done("make icosphere levels=2 -o s.obj");
     let [a, b, c] = face_of(&folder, "s.obj");
+    // The scales of such a power overflow close to a corner.
     let text = format!(
-        r#"[{{"edge": [{a}, {b}], "t": 0.3, "index": 1}}, {{"face": [{a}, {b}, {c}], "bary": [0.2, 0.3, 0.5], "index": 1}}]"#
+        r#"[{{"face": [{a}, {b}, {c}], "bary": [0.98, 0.01, 0.01], "index": 40}}, {{"vertex": 90, "index": -38}}]"#
     );
     folder.write("s.json", &text);
     let command = "field s.obj --singularities s.json -o f.rawfield --report r.json";
@@ -202,4 +203,12 @@ fn singularities_that_can_not_be_placed_are_warned_of() {
         &["1 singularity is not exactly at the wanted point (first: in face 0)", "away, or refine"],
     );
     assert_eq!(folder.json("r.json")["result"]["unplaced"], serde_json::json!(["face 0"]));
+    // The field of a face vanishes at one point only.
+    let text = format!(
+        r#"[{{"edge": [{a}, {b}], "t": 0.3, "index": 1}}, {{"face": [{a}, {b}, {c}], "bary": [0.2, 0.3, 0.5], "index": 1}}]"#
+    );
+    folder.write("s.json", &text);
+    let words = ["singularity 1 is inside face 0", "singularity 0 on its own edge", "move one of them"];
+    folder.refused("field s.obj --singularities s.json -o none.rawfield", 3, &words);
+    assert!(!folder.files().contains(&"none.rawfield".to_string()));
 }

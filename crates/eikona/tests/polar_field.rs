@@ -114,6 +114,21 @@ fn prescriptions_that_can_not_be_met_are_refused() {
     );
     assert!(fault(&[at(100_000, 2.0)], 1).contains("singularity 0: vertex 100000 does not exist"));
     assert!(fault(&[at(0, 2.0)], 0).contains("N = 0 is out of range"));
+    let [a, b, c] = sphere.triangles()[7];
+    let on = |point, index| Singularity { place: Place::Point(point), index };
+    let inside = |index| on(SurfacePoint::Face { vertices: [a, b, c], bary: [0.3, 0.3, 0.4] }, index);
+    let on_edge = |i: u32, j: u32, index| on(SurfacePoint::Edge { vertices: [i, j], t: 0.4 }, index);
+    let message = fault(&[on_edge(b, c, 1.0), inside(1.0)], 1);
+    assert!(
+        message.contains("singularity 1 is inside face 7 and singularity 0 on its own edge"),
+        "{message}"
+    );
+    // Indices of zero do not count; three edges of a face do.
+    let options = FieldOptions::default().with_degree(1);
+    assert!(solver.solve(&[on_edge(b, c, 0.0), inside(2.0)], &options).is_ok());
+    let around = [on_edge(a, b, 1.0), on_edge(b, c, 1.0), on_edge(c, a, 1.0), at(90, -1.0)];
+    let message = fault(&around, 1);
+    assert!(message.contains("determine the scale in face 7 more than once"), "{message}");
     let ring = Singularity { place: Place::Boundary(0), index: 0.0 };
     assert!(fault(&[ring], 1).contains("the mesh has 0 boundary loops"));
     let options = FieldOptions::default().with_generators(vec![1.0]);

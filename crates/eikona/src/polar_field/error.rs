@@ -143,6 +143,19 @@ pub enum PolarFieldError {
         /// The singular element found last.
         element: String,
     },
+    /// A singularity is inside a face and another one on its own edge.
+    #[error(
+        "singularity {inside} is inside {face} and singularity {on_edge} on its own edge, but the field of a face \
+         vanishes at one point only; move one of them, or add their indices"
+    )]
+    FaceAndEdge {
+        /// The face.
+        face: Face,
+        /// The singularity inside the face.
+        inside: usize,
+        /// The singularity on its edge.
+        on_edge: usize,
+    },
     /// The number of indices of homology generators is wrong.
     #[error(
         "{} for homology generators, but the surface has {}, two per handle; give one index per generator, or none",

@@ -142,3 +142,75 @@ impl Values {
 pub(crate) fn polar(length: f64, angle: f64) -> Complex {
     Complex { re: length * angle.cos(), im: length * angle.sin() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::polar_field::scale::ties;
+    use crate::polar_field::singularity::Prescribed;
+    use crate::polar_field::surface::Surface;
+    use eikona_mesh::random::Random;
+    use eikona_mesh::{Located, shapes};
+
+    /// The rotation of a linear field, its zero, and the scales away from it determine it: elliptic
+    /// and hyperbolic ones, holomorphic ones and others.
+    #[test]
+    fn linear_fields_on_a_flat_patch_are_reproduced() {
+        let domain = Domain::new(Surface::of(&shapes::disk(4, 7, 1.0).unwrap()).unwrap().bevel).unwrap();
+        let bevel = &domain.bevel;
+        let mesh = &bevel.mesh;
+        let mut random = Random::from_seed(11);
+        for _ in 0..200 {
+            let singular = Face(random.below(mesh.face_count()) as u32);
+            let weights = [0; 3].map(|_| random.range(0.1, 1.0));
+            let sum: f64 = weights.iter().sum();
+            let weights = weights.map(|w| w / sum);
+            let mut complex = || Complex { re: random.normal(), im: random.normal() };
+            let (a, b) = (complex(), complex());
+            let in_plane = |p: [f64; 3]| Complex { re: p[0], im: p[1] };
+            let point = Located::Face(singular, weights);
+            let zero = in_plane(point.position(mesh));
+            let field = |p: [f64; 3]| {
+                let z = in_plane(p) - zero;
+                a * z + b * z.conj()
+            };
+            let mut theta = bevel.zero();
+            let mut scales = vec![0.0; mesh.halfedge_count()];
+            for h in bevel.halfedges() {
+                let [own, next] = [mesh.origin(h), mesh.tip(h)].map(|v| field(mesh.position(v)));
+                theta.split[h] = (next * own.conj()).arg();
+                scales[h.index()] = own.norm();
+            }
+            let turns = if a.norm() > b.norm() { 1 } else { -1 };
+            let prescribed = [Prescribed { cycle: Cycle::Face(singular), point: Some(point), turns }];
+            let ones = FaceField::constant(mesh.face_count(), 1);
+            let found = ties(bevel, &prescribed, &theta, &ones);
+            assert!(found.unplaced.is_empty() && found.ties.len() == 1);
+            // The scales of the singular face follow from its zero, up to a factor.
+            let logs = &found.ties[0].logs;
+            let factor = scales[logs[0].0.index()] / logs[0].1.exp();
+            for &(h, log) in logs {
+                let (found, exact) = (factor * log.exp(), scales[h.index()]);
+                assert!((found / exact - 1.0).abs() < 1e-10, "{found} {exact}");
+                scales[h.index()] = found;
+            }
+            let phased = Phased { theta, start: vec![0.0] };
+            let values = Values::new(&domain, &phased, &scales, ones, 1).unwrap();
+            assert!(values.closure < 1e-12);
+            // One constant rotation is left.
+            let mut rotation = None;
+            for face in mesh.faces() {
+                let [along, ..] = bevel.frame(face);
+                let w = [0; 3].map(|_| random.range(0.0, 1.0));
+                let sum: f64 = w.iter().sum();
+                let w = w.map(|w| w / sum);
+                let exact = field(Located::in_face(mesh, face, w).position(mesh));
+                let ratio = values.power_at(face, w) * in_plane(along) * exact.conj();
+                let ratio = ratio * (1.0 / exact.norm_sq());
+                let expected = *rotation.get_or_insert(ratio);
+                assert!((expected.norm() - 1.0).abs() < 1e-9, "{expected:?}");
+                assert!((ratio - expected).norm() < 1e-9, "{face}: {ratio:?} {expected:?}");
+            }
+        }
+    }
+}

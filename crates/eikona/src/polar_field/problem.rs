@@ -1,12 +1,14 @@
 //! A prescription, checked and turned into sums of the rotation.
 
-use crate::polar_field::bevel::{PerCycle, Rotation};
+use crate::polar_field::bevel::{BeveledMesh, Cycle, PerCycle, Rotation};
 use crate::polar_field::domain::Domain;
 use crate::polar_field::error::PolarFieldError;
 use crate::polar_field::options::FieldOptions;
 use crate::polar_field::particular::particular_rotation;
 use crate::polar_field::singularity::{Prescribed, Singularity, located, turns_of_cycles, whole_turns};
 use crate::polar_field::targets::needed_sum;
+use eikona_mesh::Face;
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 /// What a rotation must add up to.
@@ -40,6 +42,7 @@ impl<'a> Problem<'a> {
             return Err(PolarFieldError::GuideWeight { weight });
         }
         let prescribed = located(bevel, singularities, degree)?;
+        check_faces(bevel, &prescribed)?;
         let turns = turns_of_cycles(bevel, &prescribed, degree)?;
         let mut around = bevel.constant(0.0);
         for cycle in bevel.cycles() {
@@ -89,6 +92,26 @@ impl<'a> Problem<'a> {
         let largest = along.iter().fold(largest, |m, x| m.max(x.abs()));
         ((around, along), largest)
     }
+}
+
+/// Refuses a singularity inside a face next to one on its own edge: the field of a face vanishes at
+/// one point only.
+fn check_faces(bevel: &BeveledMesh, prescribed: &[Prescribed]) -> Result<(), PolarFieldError> {
+    let turning = || prescribed.iter().enumerate().filter(|(_, s)| s.turns != 0);
+    let inside = |(i, s): (usize, &Prescribed)| match s.cycle {
+        Cycle::Face(face) => Some((face, i)),
+        _ => None,
+    };
+    let inside: HashMap<Face, usize> = turning().filter_map(inside).collect();
+    for (on_edge, s) in turning() {
+        let Cycle::Edge(e) = s.cycle else { continue };
+        for face in bevel.mesh.edge_halfedges(e).iter().map(|h| h.face()) {
+            if let Some(&inside) = inside.get(&face) {
+                return Err(PolarFieldError::FaceAndEdge { face, inside, on_edge });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Largest accepted deviation of sums and phases, in radians per direction. Rounding reaches 1e-12

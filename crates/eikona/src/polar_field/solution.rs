@@ -137,6 +137,22 @@ impl PolarField {
     }
 
     /// Returns the N unit vectors at a corner, counter-clockwise, in the plane of its face.
+    ///
+    /// ```
+    /// use eikona::mesh::{Corner, SurfacePoint, shapes};
+    /// use eikona::polar_field::{FieldOptions, Solver};
+    /// let torus = shapes::torus(1.0, 0.4, 16, 8)?;
+    /// let solver = Solver::new(&torus, &Default::default())?;
+    /// let field = solver.solve(&[], &FieldOptions::default())?;
+    /// let at_corner = field.vectors_at_corner(Corner(3 * 7 + 1));
+    /// // It is what points of the face come close to.
+    /// let bary = [1e-7, 1.0 - 2e-7, 1e-7];
+    /// let point = SurfacePoint::Face { vertices: torus.triangles()[7], bary };
+    /// for (v, beside) in at_corner.iter().zip(field.vectors_at(point)?) {
+    ///     assert!((0..3).all(|k| (v[k] - beside[k]).abs() < 1e-5));
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn vectors_at_corner(&self, corner: Corner) -> Vec<[f64; 3]> {
         let mut weights = [0.0; 3];
         weights[corner.halfedge().side()] = 1.0;

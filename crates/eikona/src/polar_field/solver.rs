@@ -105,7 +105,8 @@ impl Solver {
     /// # Errors
     /// [`PolarFieldError::Degree`]; [`PolarFieldError::Index`], [`PolarFieldError::IndexSum`] and
     /// the other faults of a prescription, before anything is solved;
-    /// [`PolarFieldError::Conflict`]; [`PolarFieldError::NotClosed`]; failures of the solves.
+    /// [`PolarFieldError::FaceAndEdge`]; [`PolarFieldError::Conflict`];
+    /// [`PolarFieldError::NotClosed`]; failures of the solves.
     ///
     /// # Cost
     /// A few back-substitutions, and one factorisation on the faces if some index times N is beyond
