@@ -4,6 +4,7 @@ use crate::field::FaceField;
 use crate::id::{Edge, Face, Halfedge};
 use crate::mesh::TriangleMesh;
 use crate::quality::TriangleShape;
+use std::convert::Infallible;
 
 /// The areas of the two orientations of a patch count as equal if they differ by less than this
 /// share: sums over millions of faces carry rounding errors of this order at most.
@@ -72,7 +73,7 @@ impl Orientation {
     /// # Cost
     /// O(F); about 0.25 s per million faces.
     pub fn of(mesh: &TriangleMesh) -> Orientation {
-        let flood = Flood::of(mesh);
+        let Ok(flood) = Flood::in_steps(mesh, || Ok::<(), Infallible>(()));
         let flip = patches_to_flip(mesh, &flood);
         let mut orientation = Orientation {
             sign_of_face: flood.sign,
@@ -143,8 +144,13 @@ pub(crate) fn inconsistent_edges(mesh: &TriangleMesh) -> Vec<Edge> {
 }
 
 impl Flood {
-    pub(crate) fn of(mesh: &TriangleMesh) -> Flood {
+    /// Calls `between` every few milliseconds, which may stop it.
+    pub(crate) fn in_steps<E>(
+        mesh: &TriangleMesh,
+        mut between: impl FnMut() -> Result<(), E>,
+    ) -> Result<Flood, E> {
         const UNSEEN: i8 = 0;
+        const STEP: usize = 1 << 16;
         let mut sign = FaceField::constant(mesh.face_count(), UNSEEN);
         let mut patch_of_face = FaceField::constant(mesh.face_count(), 0);
         let mut patches = Vec::new();
@@ -160,6 +166,9 @@ impl Flood {
             while let Some(f) = waiting.pop() {
                 patch_of_face[f] = patch;
                 face_count += 1;
+                if face_count % STEP == 0 {
+                    between()?;
+                }
                 for pair in mesh.face_edges(f).into_iter().filter_map(|e| two_faces(mesh, e)) {
                     let other = if pair[0].face() == f { pair[1].face() } else { pair[0].face() };
                     if sign[other] == UNSEEN {
@@ -171,13 +180,14 @@ impl Flood {
             patches.push(Patch { first_face, face_count, flipped_face_count: 0, witness: None });
         }
         let mut flood = Flood { sign, patch_of_face, patches };
+        between()?;
         for (e, pair) in manifold_edges(mesh) {
             let [f, g] = pair.map(Halfedge::face);
             if (flood.sign[f] == flood.sign[g]) != consistent(mesh, pair) {
                 flood.patches[flood.patch_of_face[f] as usize].witness.get_or_insert(e);
             }
         }
-        flood
+        Ok(flood)
     }
 }
 

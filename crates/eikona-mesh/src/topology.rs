@@ -7,6 +7,7 @@ use crate::id::{Edge, Face, Halfedge, Vertex};
 use crate::mesh::TriangleMesh;
 use crate::orientation::Flood;
 use crate::union_find::UnionFind;
+use std::convert::Infallible;
 
 /// The topology of a triangle mesh of any kind. It depends on the faces only, not on positions.
 ///
@@ -125,13 +126,36 @@ impl Topology {
     /// # Cost
     /// Nearly linear; about 0.3 s per million faces.
     pub fn of(mesh: &TriangleMesh) -> Topology {
-        let (sheet_of_face, sheet_count) = sheets(mesh);
+        match Topology::in_steps(mesh, || Ok::<(), Infallible>(())) {
+            Ok(topology) => topology,
+        }
+    }
+
+    /// Computes the topology in steps of at most some 50 ms per million faces, and calls `between`
+    /// them, which may stop it.
+    ///
+    /// # Errors
+    /// That of `between`.
+    pub fn in_steps<E>(
+        mesh: &TriangleMesh,
+        mut between: impl FnMut() -> Result<(), E>,
+    ) -> Result<Topology, E> {
+        let mut sheets = joined_through_edges(mesh);
+        between()?;
+        let (sheet_of_face, sheet_count) = sheets.number(0..mesh.face_count() as u32);
+        let sheet_of_face = sheet_of_face.into();
+        between()?;
         let (component_of_face, component_of_vertex, component_count) = connect_through_vertices(mesh);
+        between()?;
         let boundary = Boundary::of(mesh);
+        between()?;
         let boundary_loops = boundary.loops(mesh, &component_of_face);
+        between()?;
         let nonmanifold_edges: Vec<Edge> =
             mesh.edges().filter(|&e| mesh.edge_halfedges(e).len() > 2).collect();
+        between()?;
         let nonmanifold_vertices = nonmanifold_vertices(mesh);
+        between()?;
         let unreferenced_vertices: Vec<Vertex> =
             component_of_vertex.iter().filter(|(_, c)| c.is_none()).map(|(v, _)| v).collect();
         let mut topology = Topology {
@@ -149,8 +173,9 @@ impl Topology {
             nonmanifold_vertices,
             unreferenced_vertices,
         };
-        topology.components = topology.describe_components(mesh, component_count);
-        topology
+        between()?;
+        topology.components = topology.describe_components(mesh, component_count, between)?;
+        Ok(topology)
     }
 
     /// Returns whether every edge has at most two faces and every vertex at most one fan.
@@ -167,7 +192,12 @@ impl Topology {
     }
 
     /// Computes the counts of each component.
-    fn describe_components(&self, mesh: &TriangleMesh, count: usize) -> Vec<Component> {
+    fn describe_components<E>(
+        &self,
+        mesh: &TriangleMesh,
+        count: usize,
+        mut between: impl FnMut() -> Result<(), E>,
+    ) -> Result<Vec<Component>, E> {
         let blank = Component {
             first_face: Face(u32::MAX),
             vertex_count: 0,
@@ -190,9 +220,11 @@ impl Topology {
         for c in self.component_of_vertex.as_slice().iter().flatten() {
             components[*c as usize].vertex_count += 1;
         }
+        between()?;
         for e in mesh.edges() {
             components[of_edge(e)].edge_count += 1;
         }
+        between()?;
         for chain in &self.boundary_loops {
             components[chain.component as usize].boundary_loop_count += 1;
         }
@@ -204,7 +236,9 @@ impl Topology {
                 components[c as usize].manifold = false;
             }
         }
-        for patch in Flood::of(mesh).patches.iter().filter(|p| !p.is_orientable()) {
+        let flood = Flood::in_steps(mesh, &mut between)?;
+        between()?;
+        for patch in flood.patches.iter().filter(|p| !p.is_orientable()) {
             components[self.component_of_face[patch.first_face] as usize].orientable = false;
         }
         for c in &mut components {
@@ -216,20 +250,19 @@ impl Topology {
                 c.nonorientable_genus = u32::try_from(crosscaps).ok();
             }
         }
-        components
+        Ok(components)
     }
 }
 
 /// Returns the sheet of each face, numbered by first face, and the number of sheets.
-fn sheets(mesh: &TriangleMesh) -> (FaceField<u32>, usize) {
+fn joined_through_edges(mesh: &TriangleMesh) -> UnionFind {
     let mut sets = UnionFind::new(mesh.face_count());
     for e in mesh.edges() {
         for pair in mesh.edge_halfedges(e).windows(2) {
             sets.join(pair[0].face().0, pair[1].face().0);
         }
     }
-    let (labels, count) = sets.number(0..mesh.face_count() as u32);
-    (labels.into(), count)
+    sets
 }
 
 /// The connected components of a mesh (faces connected through vertices), numbered by their first

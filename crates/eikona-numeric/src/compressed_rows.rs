@@ -1,5 +1,9 @@
 //! Items grouped by row.
 
+use crate::error::NumericError;
+use crate::observer::check_step;
+use std::convert::Infallible;
+
 /// Items grouped by row, in one array (compressed row storage).
 ///
 /// ```
@@ -23,8 +27,31 @@ impl<I: Copy + Default> CompressedRows<I> {
     /// # Cost
     /// Linear in the number of rows and items. The iterator runs twice.
     pub fn new(rows: usize, items: impl Iterator<Item = (u32, I)> + Clone) -> Self {
+        match CompressedRows::grouped(rows, items, |_| Ok::<(), Infallible>(())) {
+            Ok(grouped) => grouped,
+        }
+    }
+
+    /// Groups pairs like [`new`](Self::new), unless the observer stops it.
+    ///
+    /// # Errors
+    /// [`NumericError::Stopped`].
+    pub(crate) fn unless_stopped(
+        rows: usize,
+        items: impl Iterator<Item = (u32, I)> + Clone,
+    ) -> Result<Self, NumericError> {
+        CompressedRows::grouped(rows, items, check_step)
+    }
+
+    /// Groups pairs, with a check of each step.
+    fn grouped<E>(
+        rows: usize,
+        items: impl Iterator<Item = (u32, I)> + Clone,
+        check: impl Fn(usize) -> Result<(), E>,
+    ) -> Result<Self, E> {
         let mut starts = vec![0u32; rows + 1];
-        for (row, _) in items.clone() {
+        for (step, (row, _)) in items.clone().enumerate() {
+            check(step)?;
             starts[row as usize + 1] += 1;
         }
         for row in 0..rows {
@@ -32,12 +59,13 @@ impl<I: Copy + Default> CompressedRows<I> {
         }
         let mut next = starts.clone();
         let mut grouped = vec![I::default(); starts[rows] as usize];
-        for (row, item) in items {
+        for (step, (row, item)) in items.enumerate() {
+            check(step)?;
             let place = &mut next[row as usize];
             grouped[*place as usize] = item;
             *place += 1;
         }
-        CompressedRows { starts, items: grouped }
+        Ok(CompressedRows { starts, items: grouped })
     }
 
     /// Returns the items of a row.

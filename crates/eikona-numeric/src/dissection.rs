@@ -46,7 +46,9 @@ pub(crate) fn nested_dissection(
     threads: usize,
 ) -> Result<Vec<u32>, NumericError> {
     let n = positions.len();
+    check_stopped()?;
     let shared = Shared::new(adjacency, positions);
+    check_stopped()?;
     let mut nodes: Vec<Node> = (0..n as u32).map(|id| Node { position: [0.0; 3], reach: 0.0, id }).collect();
     let mut order = vec![0u32; n];
     Dissection::new(&shared).order(Piece { nodes: &mut nodes, order: &mut order }, threads)?;

@@ -2,6 +2,7 @@
 
 use crate::compressed_rows::CompressedRows;
 use crate::error::NumericError;
+use crate::observer::check_step;
 
 /// Sparsity pattern of a symmetric system, as a list of off-diagonal contributions.
 ///
@@ -17,18 +18,18 @@ pub struct Graph {
 
 impl Graph {
     pub(crate) fn check(&self) -> Result<(), NumericError> {
-        let is_pair = |&[a, b]: &[u32; 2]| a != b && (a.max(b) as usize) < self.unknowns;
-        match self.pairs.iter().position(|pair| !is_pair(pair)) {
-            Some(contribution) => {
-                let pair = self.pairs[contribution];
-                Err(NumericError::NotAPair { contribution, pair, unknowns: self.unknowns })
+        for (contribution, &pair) in self.pairs.iter().enumerate() {
+            check_step(contribution)?;
+            let [a, b] = pair;
+            if a == b || a.max(b) as usize >= self.unknowns {
+                return Err(NumericError::NotAPair { contribution, pair, unknowns: self.unknowns });
             }
-            None => Ok(()),
         }
+        Ok(())
     }
 
     /// Returns the neighbours of each unknown, with multiplicity.
-    pub(crate) fn adjacency(&self) -> CompressedRows<u32> {
-        CompressedRows::new(self.unknowns, self.pairs.iter().flat_map(|&[a, b]| [(a, b), (b, a)]))
+    pub(crate) fn adjacency(&self) -> Result<CompressedRows<u32>, NumericError> {
+        CompressedRows::unless_stopped(self.unknowns, self.pairs.iter().flat_map(|&[a, b]| [(a, b), (b, a)]))
     }
 }

@@ -110,11 +110,14 @@ impl<T: Scalar> Cholesky<T> {
     /// # Cost
     /// One sweep over the factor.
     pub fn half_solve(&self, rhs: &[T]) -> Result<HalfSolution<T>, NumericError> {
+        check_stopped()?;
         self.check(rhs)?;
+        check_stopped()?;
         let symbolic = self.symbolic();
         let supernodes = symbolic.supernodes();
         let all: Vec<usize> = (0..supernodes.count()).collect();
         let mut values = [symbolic.order().iter().map(|&i| rhs[i as usize]).collect::<Vec<T>>()];
+        check_stopped()?;
         dispatch(Forward { factor: self, columns: &mut values, supernodes: &all })?;
         let [values] = values;
         let piece = |s: &usize| {
@@ -139,7 +142,10 @@ impl<T: Scalar> Cholesky<T> {
         let mut marked = vec![false; supernodes.count()];
         for group in rhs.chunks(TOGETHER) {
             check_stopped()?;
-            columns.resize(columns.len().max(group.len()), vec![T::ZERO; symbolic.unknowns()]);
+            while columns.len() < group.len() {
+                columns.push(vec![T::ZERO; symbolic.unknowns()]);
+                check_stopped()?;
+            }
             let mut path = Vec::new();
             for (column, entries) in columns.iter_mut().zip(group) {
                 for &(unknown, value) in *entries {
@@ -161,6 +167,7 @@ impl<T: Scalar> Cholesky<T> {
             path.sort_unstable();
             dispatch(Forward { factor: self, columns: &mut columns[..group.len()], supernodes: &path })?;
             for column in &mut columns[..group.len()] {
+                check_stopped()?;
                 let mut half = HalfSolution { pieces: Vec::new(), values: Vec::new() };
                 for range in path.iter().map(|&s| supernodes.columns(s)) {
                     let values = &mut column[range.clone()];
@@ -193,6 +200,7 @@ impl<T: Scalar> Cholesky<T> {
                 .copy_from_slice(&half.values[piece.values()]);
         }
         let mut x = [x];
+        check_stopped()?;
         dispatch(Backward { factor: self, columns: &mut x })?;
         let x: Vec<T> = symbolic.position().iter().map(|&p| x[0][p as usize]).collect();
         match x.iter().position(|x| !x.finite()) {

@@ -139,6 +139,9 @@ impl<'a, T: Scalar> Problem<'a, T> {
             local[column] = (column - first) as u32;
         }
         for column in first..last {
+            if height > LONG {
+                self.check()?;
+            }
             let target = &mut panel[(column - first) * height..(column - first + 1) * height];
             for k in col_ptr[column] as usize..col_ptr[column + 1] as usize {
                 target[local[row_idx[k] as usize] as usize] = self.entries[k];
@@ -148,6 +151,9 @@ impl<'a, T: Scalar> Problem<'a, T> {
         let inside = |child: &Child<T>| child.rows.partition_point(|&row| (row as usize) < last);
         for child in children {
             for (j, &column) in child.rows[..inside(child)].iter().enumerate() {
+                if child.rows.len() > LONG {
+                    self.check()?;
+                }
                 let target = &mut panel[local[column as usize] as usize * height..][..height];
                 extend_add(target, child.column(j), &child.rows[j..], local, 0);
             }
@@ -161,6 +167,9 @@ impl<'a, T: Scalar> Problem<'a, T> {
             let size = rows.len();
             for child in children {
                 for (j, &column) in child.rows.iter().enumerate().skip(inside(child)) {
+                    if child.rows.len() > LONG {
+                        self.check()?;
+                    }
                     let target = &mut update[(local[column as usize] as usize - width) * size..][..size];
                     extend_add(target, child.column(j), &child.rows[j..], local, width as u32);
                 }
@@ -296,7 +305,8 @@ fn update_columns<T: Scalar>(
     let right = matrix_mut(right, height, count).split_at_row_mut(done.end).1;
     let (top, below) = right.split_at_row_mut(count);
     let (left_top, left_below) = left.split_at_row(count);
-    let mut products = vec![Product::<T>::lower(top, left_top)];
+    let mut products: Vec<Product<T>> = Vec::new();
+    split_lower(top, left_top, &mut products);
     split_rows(below, left_below, left_top, &mut products);
     run(products, Accum::Add, threads)
 }
@@ -317,20 +327,14 @@ fn minus_outer_product<S: pulp::Simd, T: Scalar>(
         kernels::minus_outer_product(simd, panel, width, height, update);
         return Ok(());
     }
-    let mut rest = matrix_mut(update, size, size);
-    let mut left = matrix(panel, height, width).split_at_row(width).1;
     let mut products: Vec<Product<T>> = Vec::new();
-    while rest.ncols() > 0 {
-        let columns = rest.ncols().min(STRIP);
-        let (strip, others) = rest.split_at_col_mut(columns);
-        let (diagonal, below) = strip.split_at_row_mut(columns);
-        let (left_top, left_below) = left.split_at_row(columns);
-        products.push(Product::lower(diagonal, left_top));
-        split_rows(below, left_below, left_top, &mut products);
-        (rest, left) = (others.split_at_row_mut(columns).1, left_below);
-    }
+    let left = matrix(panel, height, width).split_at_row(width).1;
+    split_lower(matrix_mut(update, size, size), left, &mut products);
     run(products, Accum::Replace, threads)
 }
+
+/// Columns of more entries are worth a look at the observer each.
+const LONG: usize = 1024;
 
 /// Large products are split into blocks of so many rows and columns, which threads share. The
 /// blocks do not depend on the number of threads, and so neither do the digits.
@@ -389,6 +393,23 @@ fn matrix<T: Scalar>(values: &[T], rows: usize, columns: usize) -> MatRef<'_, T:
 
 fn matrix_mut<T: Scalar>(values: &mut [T], rows: usize, columns: usize) -> MatMut<'_, T::Raw> {
     MatMut::from_column_major_slice_mut(bytemuck::cast_slice_mut(values), rows, columns)
+}
+
+/// Splits the lower triangle of a square product into blocks.
+fn split_lower<'a, T: Scalar>(
+    mut target: MatMut<'a, T::Raw>,
+    mut left: MatRef<'a, T::Raw>,
+    products: &mut Vec<Product<'a, T>>,
+) {
+    while target.ncols() > 0 {
+        let columns = target.ncols().min(STRIP);
+        let (strip, others) = target.split_at_col_mut(columns);
+        let (diagonal, below) = strip.split_at_row_mut(columns);
+        let (left_top, left_below) = left.split_at_row(columns);
+        products.push(Product::lower(diagonal, left_top));
+        split_rows(below, left_below, left_top, products);
+        (target, left) = (others.split_at_row_mut(columns).1, left_below);
+    }
 }
 
 /// Splits a rectangular product into blocks of rows.

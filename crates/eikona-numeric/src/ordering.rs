@@ -41,7 +41,7 @@ pub fn nested_dissection_order(
         return Err(NumericError::WrongLength { found: positions.len(), expected: graph.unknowns });
     }
     graph.check()?;
-    nested_dissection(&graph.adjacency(), positions, threads)
+    nested_dissection(&graph.adjacency()?, positions, threads)
 }
 
 impl Ordering<'_> {
@@ -68,7 +68,7 @@ impl Ordering<'_> {
 
 fn minimum_degree(graph: &Graph) -> Result<Vec<u32>, NumericError> {
     let unknowns = graph.unknowns;
-    let adjacency = graph.adjacency();
+    let adjacency = graph.adjacency()?;
     check_stopped()?;
     let mut forward = vec![0u32; unknowns];
     let mut inverse = vec![0u32; unknowns];

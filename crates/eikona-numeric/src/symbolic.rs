@@ -4,7 +4,7 @@ use crate::compressed_rows::CompressedRows;
 use crate::error::NumericError;
 use crate::graph::Graph;
 use crate::matrix::SymmetricMatrix;
-use crate::observer::check_stopped;
+use crate::observer::{check_step, check_stopped};
 use crate::ordering::Ordering;
 use crate::scalar::Scalar;
 use crate::supernodes::{Supernodes, elimination_tree, postorder, renumbered};
@@ -50,7 +50,7 @@ impl Symbolic {
         let given = ordering.order(graph)?;
         let given_position = inverse(&given);
         check_stopped()?;
-        let rows = rows_left_of_diagonal(graph, &given_position);
+        let rows = rows_left_of_diagonal(graph, &given_position)?;
         check_stopped()?;
         let tree = elimination_tree(&rows);
         check_stopped()?;
@@ -123,9 +123,11 @@ impl Symbolic {
         }
         let mut entries = vec![T::ZERO; self.row_idx.len()];
         for (i, &value) in matrix.diagonal.iter().enumerate() {
+            check_step(i)?;
             entries[self.col_ptr[self.position[i] as usize] as usize] = T::real(value);
         }
-        for (&slot, &value) in self.slots.iter().zip(&matrix.off_diagonal) {
+        for (k, (&slot, &value)) in self.slots.iter().zip(&matrix.off_diagonal).enumerate() {
+            check_step(k)?;
             let value = if slot & MIRRORED != 0 { value.conj() } else { value };
             entries[(slot & !MIRRORED) as usize] += value;
         }
@@ -155,8 +157,11 @@ fn below_diagonal(pair: [u32; 2], position: &[u32]) -> (u32, u32) {
 }
 
 /// Column indices left of the diagonal by rows, unsorted.
-fn rows_left_of_diagonal(graph: &Graph, position: &[u32]) -> CompressedRows<u32> {
-    CompressedRows::new(graph.unknowns, graph.pairs.iter().map(|&pair| below_diagonal(pair, position)))
+fn rows_left_of_diagonal(graph: &Graph, position: &[u32]) -> Result<CompressedRows<u32>, NumericError> {
+    CompressedRows::unless_stopped(
+        graph.unknowns,
+        graph.pairs.iter().map(|&pair| below_diagonal(pair, position)),
+    )
 }
 
 /// Lower triangle by columns with sorted rows, duplicates merged and the diagonal first; and the
@@ -172,9 +177,9 @@ fn permuted_lower_triangle(
         (row, (column, (row, k as u32)))
     });
     // Sorted by row first, then stably by column.
-    let by_row = CompressedRows::new(n, entries);
+    let by_row = CompressedRows::unless_stopped(n, entries)?;
     check_stopped()?;
-    let by_column = CompressedRows::new(n, by_row.items().iter().copied());
+    let by_column = CompressedRows::unless_stopped(n, by_row.items().iter().copied())?;
     drop(by_row);
     check_stopped()?;
     let mut slots = vec![0; pairs.len()];
@@ -182,6 +187,7 @@ fn permuted_lower_triangle(
     let mut row_idx = Vec::with_capacity(n + pairs.len());
     col_ptr.push(0);
     for column in 0..n as u32 {
+        check_step(column as usize)?;
         row_idx.push(column);
         for &(row, k) in by_column.row(column as usize) {
             if row_idx.last() != Some(&row) {

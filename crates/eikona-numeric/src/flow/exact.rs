@@ -2,13 +2,19 @@
 
 use super::State;
 use super::network::{NONE, Network, incidence};
+use crate::error::NumericError;
+use crate::observer::{check_step, check_stopped};
 
 /// Integrates the potentials along tight terms, those whose jump is 0 or at its limit within the
 /// tolerance, so that these jumps become exact.
 ///
 /// The first node of a component gets potential 0; integers stay integers. Returns the jumps, which
 /// on tight terms are exactly 0 or the limit.
-pub(super) fn snap_jumps(network: &Network, state: &mut State, tolerance: f64) -> Vec<f64> {
+pub(super) fn snap_jumps(
+    network: &Network,
+    state: &mut State,
+    tolerance: f64,
+) -> Result<Vec<f64>, NumericError> {
     let n = network.nodes();
     let old = &state.potentials;
     let tight = |a: usize| {
@@ -23,17 +29,22 @@ pub(super) fn snap_jumps(network: &Network, state: &mut State, tolerance: f64) -
         }
     };
     let targets: Vec<Option<f64>> = (0..network.arcs.len()).map(tight).collect();
+    check_stopped()?;
     let joins = |a: usize| targets[a].is_some();
     let incidence = incidence(
         n,
         network.arcs.iter().enumerate().filter(|(a, _)| joins(*a)).map(|(a, arc)| (a as u32, arc)),
     );
+    check_stopped()?;
     let whole = |x: f64| x.fract() == 0.0 && x.abs() < 2f64.powi(50);
     let all_whole = network.arcs.iter().all(|arc| whole(arc.shift) && (!arc.is_boxed() || whole(arc.limit)));
+    check_stopped()?;
     let base = first_potentials(network, old);
+    check_stopped()?;
     let mut new = vec![f64::NAN; n];
     let mut queue = Vec::new();
     for root in 0..n {
+        check_step(root)?;
         if !new[root].is_nan() {
             continue;
         }
@@ -56,8 +67,9 @@ pub(super) fn snap_jumps(network: &Network, state: &mut State, tolerance: f64) -
         }
     }
     state.potentials = new;
+    check_stopped()?;
     let jumps = network.arcs.iter().zip(&targets);
-    jumps.map(|(arc, target)| target.unwrap_or_else(|| arc.jump(&state.potentials))).collect()
+    Ok(jumps.map(|(arc, target)| target.unwrap_or_else(|| arc.jump(&state.potentials))).collect())
 }
 
 /// For each node, the potential of the first node of its component in the caller's numbering.

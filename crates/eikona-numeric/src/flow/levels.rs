@@ -67,7 +67,7 @@ pub(super) fn solve(
         check_stopped()?;
         let left = work_limit.saturating_sub(statistics.work);
         let before = flow.work;
-        flow.run(&mut levels.residual, &mut levels.surplus, negligible, left);
+        flow.run(&mut levels.residual, &mut levels.surplus, negligible, left)?;
         statistics.work += flow.work - before + 4 * network.arcs.len() as u64;
         statistics.levels += 1;
         check_stopped()?;

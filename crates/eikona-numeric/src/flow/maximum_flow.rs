@@ -6,6 +6,7 @@
 //! exact from time to time (Cherkassky and Goldberg 1997); surplus that cannot reach a deficit
 //! stays where it is. The number of steps is O(n^2 sqrt(m)) for any capacities.
 
+use crate::NumericError;
 use crate::observer::{check_step, check_stopped};
 
 /// One direction of an arc, stored at the node where it starts.
@@ -70,26 +71,25 @@ impl MaximumFlow {
     }
 
     /// Sends as much flow as possible from nodes of positive to nodes of negative surplus. Amounts
-    /// up to `negligible` count as zero. Stops early after `work_limit` steps, or if the observer
-    /// wants it.
+    /// up to `negligible` count as zero. Stops early after `work_limit` steps.
     pub(super) fn run(
         &mut self,
         residual: &mut ResidualGraph,
         surplus: &mut [f64],
         negligible: f64,
         work_limit: u64,
-    ) {
+    ) -> Result<(), NumericError> {
         let end = self.work.saturating_add(work_limit);
         let relabel_interval = (2 * residual.arcs.len() + surplus.len()) as u64;
         let mut discharged = 0;
         loop {
-            self.global_relabel(residual, surplus, negligible);
+            self.global_relabel(residual, surplus, negligible)?;
             let next_relabel = end.min(self.work + relabel_interval);
             loop {
                 let v = self.head_active[self.highest];
                 if v == NONE {
                     if self.highest == 0 {
-                        return;
+                        return Ok(());
                     }
                     self.highest -= 1;
                     continue;
@@ -101,18 +101,22 @@ impl MaximumFlow {
                     break;
                 }
                 discharged += 1;
-                if check_step(discharged).is_err() {
-                    return;
-                }
+                check_step(discharged)?;
             }
-            if self.work >= end || check_stopped().is_err() {
-                return;
+            check_stopped()?;
+            if self.work >= end {
+                return Ok(());
             }
         }
     }
 
     /// Global relabelling: sets labels to exact distances to the nearest deficit.
-    fn global_relabel(&mut self, residual: &ResidualGraph, surplus: &[f64], negligible: f64) {
+    fn global_relabel(
+        &mut self,
+        residual: &ResidualGraph,
+        surplus: &[f64],
+        negligible: f64,
+    ) -> Result<(), NumericError> {
         self.labels.fill(UNREACHABLE);
         self.head_active.fill(NONE);
         self.count.fill(0);
@@ -128,6 +132,7 @@ impl MaximumFlow {
         }
         let mut at = 0;
         while let Some(&v) = self.queue.get(at) {
+            check_step(at)?;
             at += 1;
             let label = self.labels[v as usize];
             self.count[label as usize] += 1;
@@ -143,6 +148,7 @@ impl MaximumFlow {
             }
         }
         self.work += residual.arcs.len() as u64;
+        Ok(())
     }
 
     #[inline]

@@ -277,7 +277,7 @@ impl Program<'_> {
         }
         let mut state = found.ok_or(JumpError::WorkLimit { work: options.work_limit })?;
         check_stopped()?;
-        let arc_jumps = exact::snap_jumps(network, &mut state, tolerance);
+        let arc_jumps = exact::snap_jumps(network, &mut state, tolerance)?;
         check_stopped()?;
 
         let mut potentials = vec![0.0; *nodes];

@@ -9,7 +9,7 @@ use crate::polar_field::guides::{Guide, directions_in_faces, paths};
 use crate::polar_field::options::AutomaticOptions;
 use crate::polar_field::singularity::{Place, Singularity};
 use eikona_mesh::{FaceField, SurfacePoint};
-use eikona_numeric::{Complex, Resources};
+use eikona_numeric::{Complex, NumericError, Resources, check_step, check_stopped};
 use std::f64::consts::TAU;
 
 /// Singularities and indices of generators: what a solve takes.
@@ -42,7 +42,7 @@ pub(super) fn prescription(
     }
     targets.extend(of_guides(bevel, &options.guides, degree)?);
     let field = smoothest_face_field(bevel, connection, degree, &targets, resources)?;
-    Ok(indices(domain, &field, degree))
+    Ok(indices(domain, &field, degree)?)
 }
 
 fn of_guides(bevel: &BeveledMesh, guides: &[Guide], degree: u32) -> Result<Vec<FaceTarget>, PolarFieldError> {
@@ -54,17 +54,20 @@ fn of_guides(bevel: &BeveledMesh, guides: &[Guide], degree: u32) -> Result<Vec<F
 /// Returns the indices of a field of one direction per face. The field turns by less than half a
 /// turn of its power across each edge; the same jump counts at both ends of the edge, so that the
 /// indices add up to the Euler characteristic exactly.
-fn indices(domain: &Domain, field: &FaceField<Complex>, degree: u32) -> Prescription {
+fn indices(domain: &Domain, field: &FaceField<Complex>, degree: u32) -> Result<Prescription, NumericError> {
     let Domain { bevel, homology, connection, curvature } = domain;
     let n = f64::from(degree);
     let mut jumps: Rotation = bevel.zero();
-    for (h, twin) in bevel.edges() {
+    for (step, (h, twin)) in bevel.edges().enumerate() {
+        check_step(step)?;
         let [own, other] = [h, twin].map(|h| field[h.face()].arg());
         let jump = wrapped(own - other - n * connection.jump[h]);
         jumps.jump[h] = jump;
         jumps.jump[twin] = -jump;
     }
+    check_stopped()?;
     let sums = bevel.sums(&jumps);
+    check_stopped()?;
     let index = |sum: f64, curvature: f64| ((sum + n * curvature) / TAU).round() / n;
     let mut prescription = Prescription::default();
     for cycle in bevel.cycles() {
@@ -79,5 +82,5 @@ fn indices(domain: &Domain, field: &FaceField<Complex>, degree: u32) -> Prescrip
         }
     }
     prescription.generators = homology.generators.iter().map(|g| index(g.sum(&jumps), g.curvature)).collect();
-    prescription
+    Ok(prescription)
 }

@@ -11,7 +11,7 @@ use eikona_mesh::{
     Edge, EdgeField, Face, FaceField, Halfedge, HalfedgeField, Neighbour, Topology, TriangleMesh, Vertex,
     VertexField,
 };
-use eikona_numeric::Complex;
+use eikona_numeric::{Complex, NumericError, check_step};
 use std::f64::consts::{PI, TAU};
 use std::ops::{Index, IndexMut};
 
@@ -270,13 +270,14 @@ impl BeveledMesh {
     /// Returns the connection: the rotation between the layouts of neighbouring faces at each jump
     /// edge, zero on split edges. Its sum around a cycle is the curvature, up to multiples of `2
     /// pi`.
-    pub fn connection(&self) -> Rotation {
+    pub fn connection(&self) -> Result<Rotation, NumericError> {
         let mut connection = self.zero();
-        for (h, twin) in self.interior() {
+        for (step, (h, twin)) in self.interior().enumerate() {
+            check_step(step)?;
             let along = |h: Halfedge| self.triangles[h.face().index()].directions()[h.side()];
             connection.jump[h] = (along(h) * (-along(twin)).conj()).arg();
         }
-        connection
+        Ok(connection)
     }
 }
 

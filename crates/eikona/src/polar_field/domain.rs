@@ -18,7 +18,7 @@ impl Domain {
     pub fn new(bevel: BeveledMesh) -> Result<Domain, NumericError> {
         let homology = Homology::of(&bevel)?;
         check_stopped()?;
-        let connection = bevel.connection();
+        let connection = bevel.connection()?;
         check_stopped()?;
         let curvature = bevel.curvature();
         Ok(Domain { bevel, homology, connection, curvature })

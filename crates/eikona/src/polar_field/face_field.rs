@@ -7,7 +7,8 @@ use crate::polar_field::powers::{face_graph, face_order};
 use eikona_mesh::random::Random;
 use eikona_mesh::{Face, FaceField};
 use eikona_numeric::{
-    Cholesky, Complex, NumericError, Ordering, Resources, Scalar, Symbolic, SymmetricMatrix, check_stopped,
+    Cholesky, Complex, NumericError, Ordering, Resources, Scalar, Symbolic, SymmetricMatrix, check_step,
+    check_stopped,
 };
 use std::sync::Arc;
 
@@ -87,7 +88,8 @@ impl System {
     ) -> Result<System, NumericError> {
         let faces = bevel.mesh.face_count();
         let mut matrix = SymmetricMatrix { diagonal: vec![0.0; faces], off_diagonal: Vec::new() };
-        for (h, twin) in bevel.edges() {
+        for (step, (h, twin)) in bevel.edges().enumerate() {
+            check_step(step)?;
             let [f, g] = [h, twin].map(|h| h.face().index());
             let length = bevel.triangles[f].lengths[h.side()];
             let weight = 1.5 * length * length / (bevel.triangles[f].area + bevel.triangles[g].area);
@@ -102,7 +104,7 @@ impl System {
             matrix.diagonal[target.face.index()] += target.weight;
             rhs[target.face.index()] += target.value * target.weight;
         }
-        let graph = face_graph(bevel);
+        let graph = face_graph(bevel)?;
         let order = face_order(bevel, &graph, resources.threads)?;
         let symbolic = Symbolic::new(&graph, Ordering::Given(&order))?.into();
         let mass: Vec<f64> = bevel.triangles.iter().map(|t| t.area).collect();
@@ -112,10 +114,13 @@ impl System {
 
     /// Factors the matrix plus a multiple of the mass.
     fn factored(&self, shift: f64) -> Result<Cholesky<Complex>, NumericError> {
+        check_stopped()?;
         let mut matrix = self.matrix.clone();
+        check_stopped()?;
         for (diagonal, mass) in matrix.diagonal.iter_mut().zip(&self.mass) {
             *diagonal += (shift + SHIFT / self.area) * mass;
         }
+        check_stopped()?;
         Cholesky::within(self.resources, self.symbolic.clone(), &matrix)
     }
 

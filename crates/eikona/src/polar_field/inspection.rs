@@ -188,7 +188,7 @@ impl FieldInspection {
         n: usize,
         matching: &Matching,
     ) -> Result<(), PolarFieldError> {
-        let connection = bevel.connection();
+        let connection = bevel.connection()?;
         let mut jumps = bevel.zero();
         let mean_size = flat.iter().map(|z| z.norm()).sum::<f64>() / flat.len() as f64;
         // A face without directions has any: those of its layout, so that the indices add up.
@@ -201,8 +201,8 @@ impl FieldInspection {
             }
         }
         let (mut squares, mut curls, mut count) = (0.0, 0.0, 0usize);
-        for (h, twin) in bevel.edges() {
-            check_step(h.index())?;
+        for (step, (h, twin)) in bevel.edges().enumerate() {
+            check_step(step)?;
             let of = |f: Face| &directions[f.index() * n..(f.index() + 1) * n];
             let (own, other) = (of(h.face()), of(twin.face()));
             // Vectors of the twin's face, carried to the layout of the own one.

@@ -3,11 +3,15 @@
 
 use crate::polar_field::bevel::{BeveledMesh, Cycle, PerCycle, Rotation};
 use crate::polar_field::homology::Homology;
+use eikona_numeric::{NumericError, check_step, check_stopped};
 
 /// Returns a rotation with these sums around the cycles and along the generators. It differs from
 /// every other one by the differences of a function on corners.
 ///
 /// The sums around the cycles of a component must add up to zero.
+///
+/// # Errors
+/// [`NumericError::Stopped`].
 ///
 /// # Cost
 /// O(F) plus the lengths of the generators.
@@ -16,7 +20,7 @@ pub(crate) fn particular_rotation(
     homology: &Homology,
     cycles: &PerCycle<f64>,
     generators: &[f64],
-) -> Rotation {
+) -> Result<Rotation, NumericError> {
     let mesh = &bevel.mesh;
     let mut theta = bevel.zero();
     // A vertex takes what it needs from the quad of one of its edges.
@@ -25,6 +29,7 @@ pub(crate) fn particular_rotation(
             theta.jump[corner.halfedge()] = cycles.vertex[v];
         }
     }
+    check_stopped()?;
     // A quad outside of the tree of faces takes it from the face of its first halfedge, a boundary
     // loop from the face it is attached to.
     let mut in_tree = vec![false; mesh.edge_count()];
@@ -37,9 +42,11 @@ pub(crate) fn particular_rotation(
     for (b, &h) in homology.attachment.iter().enumerate() {
         theta.split[h] = -cycles[Cycle::Boundary(b as u32)];
     }
+    check_stopped()?;
     // Leaves first: a face takes it from the quad towards its parent, and that quad from the
     // parent.
-    for face in homology.order.iter().rev() {
+    for (step, face) in homology.order.iter().rev().enumerate() {
+        check_step(step)?;
         let Some(h) = homology.entry[face.index()] else { continue };
         let twin = bevel.twin[h].expect("the tree crosses interior edges only");
         theta.split[h] = cycles.face[*face] - theta.split[h.next()] - theta.split[h.previous()];
@@ -49,7 +56,7 @@ pub(crate) fn particular_rotation(
         let missing = wanted - generator.sum(&theta);
         generator.add_dual(missing / generator.period, &mut theta);
     }
-    theta
+    Ok(theta)
 }
 
 #[cfg(test)]
@@ -84,7 +91,7 @@ mod tests {
         for (name, mesh) in surfaces() {
             let bevel = beveled(&mesh);
             let homology = Homology::of(&bevel).unwrap();
-            let (curvature, connection) = (bevel.curvature(), bevel.connection());
+            let (curvature, connection) = (bevel.curvature(), bevel.connection().unwrap());
             for (i, component) in bevel.topology.components.iter().enumerate() {
                 let here = bevel.cycles().filter(|c| bevel.component_of(*c) == i);
                 let total: f64 = here.map(|c| curvature[c]).sum();
@@ -136,7 +143,7 @@ mod tests {
                 }
             }
             let along: Vec<f64> = homology.generators.iter().map(|_| random.uniform()).collect();
-            let theta = particular_rotation(&bevel, &homology, &wanted, &along);
+            let theta = particular_rotation(&bevel, &homology, &wanted, &along).unwrap();
             let sums = bevel.sums(&theta);
             for &cycle in &cycles {
                 assert!((sums[cycle] - wanted[cycle]).abs() < 1e-10, "{name} {cycle:?}");

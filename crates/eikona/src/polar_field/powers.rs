@@ -6,7 +6,8 @@ use crate::polar_field::responses::{Condition, HalfSolutions, Responses};
 use crate::polar_field::singularity::Prescribed;
 use eikona_mesh::{Face, FaceField, Halfedge};
 use eikona_numeric::{
-    Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, nested_dissection_order,
+    Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, check_step, check_stopped,
+    nested_dissection_order,
 };
 use std::f64::consts::PI;
 use std::sync::{Arc, OnceLock};
@@ -81,7 +82,7 @@ impl FaceSystem {
         if let Some(symbolic) = self.symbolic.get() {
             return Ok(symbolic.clone());
         }
-        let graph = face_graph(bevel);
+        let graph = face_graph(bevel)?;
         let order = face_order(bevel, &graph, self.resources.threads)?;
         let symbolic = Arc::new(Symbolic::new(&graph, Ordering::Given(&order))?);
         Ok(self.symbolic.get_or_init(|| symbolic).clone())
@@ -91,7 +92,7 @@ impl FaceSystem {
         if let Some(factor) = self.factor.get() {
             return Ok(factor);
         }
-        let mut matrix = laplacian(bevel, |_| true);
+        let mut matrix = laplacian(bevel, |_| true)?;
         for component in &bevel.topology.components {
             let diagonal = &mut matrix.diagonal[component.first_face.index()];
             // A single triangle has no neighbours.
@@ -115,7 +116,7 @@ impl FaceSystem {
 
     /// Interpolates harmonically between many fixed faces, with a factor for them.
     fn between_many(&self, bevel: &BeveledMesh, fixed: &FaceField<u32>) -> Result<Vec<f64>, NumericError> {
-        let mut matrix = laplacian(bevel, |f| fixed[f] == 0);
+        let mut matrix = laplacian(bevel, |f| fixed[f] == 0)?;
         let mut rhs = vec![0.0; bevel.mesh.face_count()];
         for (h, twin) in bevel.edges() {
             for (this, other) in [(h, twin), (twin, h)].map(|(h, twin)| (h.face(), twin.face())) {
@@ -153,6 +154,7 @@ fn interpolated(
     }
     let held = || mesh.faces().filter(|f| fixed[*f] > 0).map(|f| (f.0, f64::from(fixed[f])));
     let few = if held().count() <= MOST_FIXED { Some(system.between_few(bevel, held())) } else { None };
+    check_stopped()?;
     let values = match few {
         Some(Ok(values)) => values,
         // Fixed faces can be too close together for the digits of the kept factor.
@@ -165,10 +167,14 @@ fn interpolated(
 }
 
 /// Assembles the Laplacian of the free faces.
-fn laplacian(bevel: &BeveledMesh, is_free: impl Fn(Face) -> bool) -> SymmetricMatrix<f64> {
+fn laplacian(
+    bevel: &BeveledMesh,
+    is_free: impl Fn(Face) -> bool,
+) -> Result<SymmetricMatrix<f64>, NumericError> {
     let diagonal = vec![0.0; bevel.mesh.face_count()];
     let mut matrix = SymmetricMatrix { diagonal, off_diagonal: Vec::new() };
-    for (h, twin) in bevel.edges() {
+    for (step, (h, twin)) in bevel.edges().enumerate() {
+        check_step(step)?;
         let weight = stiffness(bevel, h, twin);
         let free = [h, twin].map(|h| is_free(h.face()));
         matrix.off_diagonal.push(if free == [true, true] { -weight } else { 0.0 });
@@ -176,7 +182,7 @@ fn laplacian(bevel: &BeveledMesh, is_free: impl Fn(Face) -> bool) -> SymmetricMa
             matrix.diagonal[h.face().index()] += weight;
         }
     }
-    matrix
+    Ok(matrix)
 }
 
 /// Weight of the difference of two faces.
@@ -186,9 +192,13 @@ fn stiffness(bevel: &BeveledMesh, h: Halfedge, twin: Halfedge) -> f64 {
 }
 
 /// Returns the graph of the faces that share an edge.
-pub(crate) fn face_graph(bevel: &BeveledMesh) -> Graph {
-    let pairs = bevel.edges().map(|(h, twin)| [h.face().0, twin.face().0]).collect();
-    Graph { unknowns: bevel.mesh.face_count(), pairs }
+pub(crate) fn face_graph(bevel: &BeveledMesh) -> Result<Graph, NumericError> {
+    let mut pairs = Vec::with_capacity(bevel.mesh.edge_count());
+    for (step, (h, twin)) in bevel.edges().enumerate() {
+        check_step(step)?;
+        pairs.push([h.face().0, twin.face().0]);
+    }
+    Ok(Graph { unknowns: bevel.mesh.face_count(), pairs })
 }
 
 /// Orders the faces by nested dissection.
@@ -201,7 +211,11 @@ pub(crate) fn face_order(
         let [a, b, c] = bevel.mesh.face_positions(f);
         [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
     };
-    let centres: Vec<[f64; 3]> = bevel.mesh.faces().map(centre).collect();
+    let mut centres = Vec::with_capacity(bevel.mesh.face_count());
+    for face in bevel.mesh.faces() {
+        check_step(face.index())?;
+        centres.push(centre(face));
+    }
     nested_dissection_order(graph, &centres, threads)
 }
 

@@ -8,6 +8,7 @@ use crate::polar_field::particular::particular_rotation;
 use crate::polar_field::singularity::{Prescribed, Singularity, located, turns_of_cycles, whole_turns};
 use crate::polar_field::targets::needed_sum;
 use eikona_mesh::Face;
+use eikona_numeric::{NumericError, check_stopped};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
@@ -45,6 +46,7 @@ impl<'a> Problem<'a> {
         check_faces(bevel, &prescribed)?;
         let turns = turns_of_cycles(bevel, &prescribed, degree)?;
         let mut around = bevel.constant(0.0);
+        check_stopped()?;
         for cycle in bevel.cycles() {
             around[cycle] = needed_sum(turns[cycle], degree, curvature[cycle]);
         }
@@ -58,30 +60,32 @@ impl<'a> Problem<'a> {
     }
 
     /// Returns a rotation with these sums.
-    pub fn particular(&self) -> Rotation {
+    pub fn particular(&self) -> Result<Rotation, NumericError> {
         let Domain { bevel, homology, .. } = self.domain;
         particular_rotation(bevel, homology, &self.around, &self.along)
     }
 
     /// Adds to a rotation what is missing from the sums, and returns the largest of what is missing
     /// then: rounding adds up along the trees, but that of a small correction is small.
-    pub fn correct(&self, theta: &mut Rotation) -> f64 {
+    pub fn correct(&self, theta: &mut Rotation) -> Result<f64, NumericError> {
         let Domain { bevel, homology, .. } = self.domain;
-        let ((around, along), _) = self.missing(theta);
-        theta.add(1.0, &particular_rotation(bevel, homology, &around, &along));
-        self.missing(theta).1
+        let ((around, along), _) = self.missing(theta)?;
+        theta.add(1.0, &particular_rotation(bevel, homology, &around, &along)?);
+        check_stopped()?;
+        Ok(self.missing(theta)?.1)
     }
 
     /// Returns the largest of what is missing from the sums.
-    pub fn residual(&self, theta: &Rotation) -> f64 {
-        self.missing(theta).1
+    pub fn residual(&self, theta: &Rotation) -> Result<f64, NumericError> {
+        Ok(self.missing(theta)?.1)
     }
 
     /// Returns what is missing from the sums around cycles and along generators, and the largest of
     /// it.
-    fn missing(&self, theta: &Rotation) -> ((PerCycle<f64>, Vec<f64>), f64) {
+    fn missing(&self, theta: &Rotation) -> Result<((PerCycle<f64>, Vec<f64>), f64), NumericError> {
         let Domain { bevel, homology, .. } = self.domain;
         let mut around = bevel.sums(theta);
+        check_stopped()?;
         let mut largest = 0.0f64;
         for cycle in bevel.cycles() {
             around[cycle] = self.around[cycle] - around[cycle];
@@ -90,7 +94,8 @@ impl<'a> Problem<'a> {
         let of_generators = homology.generators.iter().zip(&self.along);
         let along: Vec<f64> = of_generators.map(|(g, wanted)| wanted - g.sum(theta)).collect();
         let largest = along.iter().fold(largest, |m, x| m.max(x.abs()));
-        ((around, along), largest)
+        check_stopped()?;
+        Ok(((around, along), largest))
     }
 }
 

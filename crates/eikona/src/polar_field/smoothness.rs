@@ -7,7 +7,7 @@ use crate::polar_field::responses::{Condition, HalfSolutions, Responses};
 use crate::polar_field::terms::{Row, Term};
 use eikona_mesh::Face;
 use eikona_numeric::{
-    Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, check_step,
+    Cholesky, Graph, NumericError, Ordering, Resources, Symbolic, SymmetricMatrix, check_step, check_stopped,
 };
 use std::collections::HashMap;
 
@@ -74,7 +74,9 @@ fn hessian(
 
 /// Orders the corners face by face, the faces by nested dissection.
 fn corner_order(bevel: &BeveledMesh, threads: usize) -> Result<Vec<u32>, NumericError> {
-    let faces = face_order(bevel, &face_graph(bevel), threads)?;
+    check_stopped()?;
+    let faces = face_order(bevel, &face_graph(bevel)?, threads)?;
+    check_stopped()?;
     Ok(faces.into_iter().flat_map(|f| [0, 1, 2].map(|k| 3 * f + k)).collect())
 }
 
@@ -105,6 +107,7 @@ impl CornerLaplacian {
         targets: &[Target],
     ) -> Result<Rotation, NumericError> {
         let mut rhs = vec![0.0; bevel.mesh.halfedge_count()];
+        check_stopped()?;
         let mut subtract = |row: &Row, weight: f64, values: [f64; 2]| {
             for (i, corner) in row.used() {
                 let [a, b] = row.parts.map(|part| part[i]);

@@ -152,7 +152,7 @@ impl Solver {
         let paths = paths(bevel, &options.guides, problem.degree)?;
         let missing = missing_creases(bevel, &options.guides);
         check_stopped()?;
-        let particular = problem.particular();
+        let particular = problem.particular()?;
         phases.next("rotation")?;
         let near = targets(bevel, &problem.prescribed, |v| problem.around.vertex[v]);
         let smoothest = self.laplacian.smoothest(bevel, particular, &near)?;
@@ -165,7 +165,7 @@ impl Solver {
             phased = following.turned(bevel, &self.laplacian, &near, phased.theta, evaluate)?;
         }
         check_stopped()?;
-        let residual = problem.correct(&mut phased.theta);
+        let residual = problem.correct(&mut phased.theta)?;
         let evaluated = self.evaluated(&problem, &phased, guess, |phase| phases.next(phase))?;
         check_closed(residual, evaluated.values.closure, problem.degree)?;
         let followed = following.followed(&evaluated.values);
@@ -215,7 +215,7 @@ impl Solver {
         let problem = Problem::new(&self.domain, singularities, options)?;
         phases.next("rotation")?;
         let theta = trivial_rotation(&self.domain, &problem, self.resources)?;
-        let residual = problem.residual(&theta);
+        let residual = problem.residual(&theta)?;
         phases.next("integration")?;
         let phased = Phased { theta, start: vec![0.0; bevel.topology.components.len()] };
         let ones = FaceField::constant(bevel.mesh.face_count(), 1);

@@ -20,13 +20,14 @@ impl Surface {
         if mesh.face_count() == 0 {
             return Err(PolarFieldError::NoFaces);
         }
-        let topology = Topology::of(mesh);
+        let topology = Topology::in_steps(mesh, check_stopped)?;
         check_stopped()?;
         check_surface(mesh, &topology)?;
         let mut warnings = Vec::new();
         let mesh = consistently_oriented(mesh, &mut warnings);
+        check_stopped()?;
         // The numbers of boundary halfedges depend on the orientation.
-        let topology = if warnings.is_empty() { topology } else { Topology::of(&mesh) };
+        let topology = if warnings.is_empty() { topology } else { Topology::in_steps(&mesh, check_stopped)? };
         let triangles = lay_out_in(&mesh, unit_of(&mesh))?;
         if let Some(face) = mesh.faces().find(|f| triangles[f.index()].mollified) {
             return Err(PolarFieldError::FlatFace { face });

@@ -260,7 +260,7 @@ fn straightened_and_measured(
 ) -> Result<Winding, WindingError> {
     if options.completion_shape == CompletionShape::Straight {
         let phases = Phases::begin("straightening")?;
-        winding = winding.straightened(surface.consistent, options.completion, surface.unit);
+        winding = winding.straightened(surface.consistent, options.completion, surface.unit)?;
         winding.report.phases.0.extend(phases.finish().0);
     }
     check_stopped()?;

@@ -53,18 +53,18 @@ impl Winding {
             let corners = mesh.vertex_corners(v);
             corners.iter().any(|c| labels[c.face()] != labels[corners[0].face()])
         };
-        let (mesh, provenance) = cut_open(mesh, &mut fans, is_split)?;
-        Ok(Split { mesh, provenance })
+        let (positions, triangles, provenance) = cut_open(mesh, &mut fans, is_split);
+        Ok(Split { mesh: TriangleMesh::new(positions, triangles)?, provenance })
     }
 }
 
-/// Gives each of some vertices a copy for every set of its corners except the first. Faces keep
-/// their order and their corners.
+/// Gives each of some vertices a copy for every set of its corners except the first. Returns
+/// positions, triangles, which keep the order of faces and corners, and the provenance.
 pub(super) fn cut_open(
     mesh: &TriangleMesh,
     corners_of: &mut UnionFind,
     is_split: impl Fn(Vertex) -> bool,
-) -> Result<(TriangleMesh, Provenance), MeshError> {
+) -> (Vec<[f64; 3]>, Vec<[u32; 3]>, Provenance) {
     let mut positions = mesh.positions().to_vec();
     let mut places: Vec<SurfacePoint> = mesh.vertices().map(SurfacePoint::from).collect();
     let mut triangles = mesh.triangles().to_vec();
@@ -91,7 +91,7 @@ pub(super) fn cut_open(
         }
     }
     let provenance = Provenance::identity(mesh.vertex_count(), mesh.face_count()).with_vertex_places(&places);
-    Ok((TriangleMesh::new(positions, triangles)?, provenance))
+    (positions, triangles, provenance)
 }
 
 /// Joins the corners at both ends of an edge, for those of its faces that have the same label.

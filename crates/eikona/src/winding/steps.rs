@@ -78,7 +78,9 @@ pub(super) fn solve_chain(
         phases.next("second jump equation")?;
 
         let rest: Vec<f64> = jump.iter().zip(&nonbounding).map(|(j, t)| j - t).collect();
+        check_stopped()?;
         let corrected = corrected(mesh, &mut coordinates, &mut excluded, curve, &rest, options.completion);
+        check_stopped()?;
         // Jumps that end inside the surface have no derivative 1-form that flips could carry.
         let delaunay = options.intrinsic_delaunay && options.completion == Completion::Full;
         if corrected.leaves_out_more || delaunay != options.intrinsic_delaunay {
@@ -198,9 +200,13 @@ fn jump_function(
     coordinates: &[f64],
 ) -> Result<(Vec<f64>, Vec<f64>, f64), WindingError> {
     let mut differences = differences(coordinates);
+    check_stopped()?;
     on.triangulation.form_from_mesh(&mut differences);
+    check_stopped()?;
     let (base, residual) = solve_jump_equation(&on.triangulation, factor, excluded, &differences)?;
+    check_stopped()?;
     let derivative = darboux_derivative(&on.triangulation, excluded, &base, &differences);
+    check_stopped()?;
     let value = |(&v, c): (&u32, &f64)| if excluded[v as usize] { f64::NAN } else { base[v as usize] + c };
     let values = mesh.triangles().iter().flatten().zip(coordinates).map(value).collect();
     Ok((values, derivative, residual))

@@ -6,6 +6,7 @@ use crate::geometry::face_in;
 use crate::winding::labels::face_mean;
 use crate::winding::solution::Winding;
 use eikona_mesh::{Edge, Face, Halfedge, Neighbour, TriangleMesh};
+use eikona_numeric::{NumericError, check_step};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Threshold of [`Winding::overreaching`]. At 0 regions may change label only if their values are
@@ -42,7 +43,7 @@ impl Winding {
         walls: &[(usize, Vec<Wall>)],
         regions: &Layer,
         labels: &[f64],
-    ) -> bool {
+    ) -> Result<bool, NumericError> {
         let mesh = refined.mesh();
         let uses = uses(mesh, walls);
         let mut ran = vec![false; self.mesh.edge_count()];
@@ -55,7 +56,13 @@ impl Winding {
             let same = labels[h.face().index()] == f64::from(self.labels[parent.face()]);
             self.jump[edge] == 0 || ran[edge.index()] || same
         };
-        mesh.edges().all(|e| uses[e.index()] > 0 || mesh.edge_halfedges(e).iter().all(|&h| keeps(h)))
+        for e in mesh.edges().filter(|e| uses[e.index()] == 0) {
+            check_step(e.index())?;
+            if !mesh.edge_halfedges(e).iter().all(|&h| keeps(h)) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Returns the pieces that take in regions whose label was hardly in doubt: a path around a
@@ -72,7 +79,7 @@ impl Winding {
         labels: &[f64],
         values: &[f64],
         unit: f64,
-    ) -> Vec<usize> {
+    ) -> Result<Vec<usize>, NumericError> {
         let mesh = refined.mesh();
         let mut at_wall: BTreeMap<Edge, Vec<usize>> = BTreeMap::new();
         for (i, walls) in walls {
@@ -94,6 +101,7 @@ impl Winding {
             let mut around: BTreeSet<usize> = BTreeSet::new();
             let mut waiting = vec![first];
             while let Some(f) = waiting.pop() {
+                check_step(f.index())?;
                 let parent = refined.cut.provenance.face_parent(f);
                 let a = face_in(mesh, f, unit).area;
                 area += a;
@@ -121,7 +129,7 @@ impl Winding {
                 found.extend(around);
             }
         }
-        found.into_iter().collect()
+        Ok(found.into_iter().collect())
     }
 }
 

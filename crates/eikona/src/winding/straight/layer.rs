@@ -3,6 +3,7 @@
 use super::pieces::Piece;
 use super::pull::{Pulled, Slit, Stays};
 use eikona_mesh::{Face, TriangleMesh, Vertex};
+use eikona_numeric::{NumericError, check_stopped};
 
 /// How far a piece may move.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -51,7 +52,7 @@ impl Layer {
         certain: impl Fn(Face) -> bool,
         consistent: bool,
         unit: f64,
-    ) {
+    ) -> Result<(), NumericError> {
         let mut closed = closed.to_vec();
         for strand in self.strands.iter().filter(|s| s.freedom == Freedom::OnEdges) {
             strand.piece.steps.iter().for_each(|s| closed[mesh.edge(s.high).index()] = true);
@@ -63,15 +64,17 @@ impl Layer {
             if freedom == Freedom::Banded {
                 self.close_faces(mesh, &certain, &mut closed);
             }
-            let slit = Slit::new(mesh, &closed, &self.junctions, unit);
+            let slit = Slit::new(mesh, &closed, &self.junctions, unit)?;
             for strand in self.strands.iter_mut().filter(|s| s.freedom == freedom) {
-                let pulled = slit.as_ref().map_err(|_| Stays);
+                check_stopped()?;
+                let pulled = slit.as_ref().ok_or(Stays);
                 match pulled.and_then(|slit| slit.pull(mesh, &strand.piece, !consistent)) {
                     Ok(pulled) => strand.pulled = pulled,
                     Err(Stays) => strand.stay(),
                 }
             }
         }
+        Ok(())
     }
 
     /// Closes the sides of certain faces that no piece touches.

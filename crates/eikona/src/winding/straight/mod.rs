@@ -19,13 +19,14 @@ mod refined;
 mod sides;
 
 use crate::Warning;
-use crate::cut::{Embedded, EmbeddedCurve, embed_curves};
+use crate::cut::{EmbedError, Embedded, EmbeddedCurve, embed_curves};
 use crate::winding::decomposition::THRESHOLD;
 use crate::winding::labels::face_mean;
 use crate::winding::loops::loops_of;
 use crate::winding::options::Completion;
 use crate::winding::solution::{CompletionReport, Winding};
 use eikona_mesh::{Curve, Edge, Face, Located, SurfaceCurves, Vertex};
+use eikona_numeric::{NumericError, check_stopped};
 use layer::{Freedom, Layer};
 use pieces::Jumps;
 use refined::{Refined, Wall};
@@ -51,11 +52,21 @@ struct Straight {
 
 impl Winding {
     /// Straightens the completion. `consistent`: whether all faces are consistently oriented.
-    pub(super) fn straightened(mut self, consistent: bool, completion: Completion, unit: f64) -> Winding {
+    ///
+    /// # Errors
+    /// [`NumericError::Stopped`].
+    pub(super) fn straightened(
+        mut self,
+        consistent: bool,
+        completion: Completion,
+        unit: f64,
+    ) -> Result<Winding, NumericError> {
         self.follows_labels = true;
         let mesh = self.mesh.clone();
         let is_curve: Vec<bool> = self.jump.iter().map(|(_, j)| *j != 0).collect();
+        check_stopped()?;
         let label_jump = self.label_jumps();
+        check_stopped()?;
         let jumps = Jumps { mesh: &mesh, jump: &label_jump, is_curve: &is_curve };
         let mut regions = Layer::of(jumps.pieces());
         let pieces = regions.strands.iter_mut().map(|s| &mut s.piece);
@@ -63,29 +74,35 @@ impl Winding {
             let is_bounding = is_curve[e.index()] && self.nonbounding[e].abs() < THRESHOLD;
             is_bounding.then(|| f64::from(self.jump[e]))
         });
+        check_stopped()?;
         let loop_jump = self.loop_jumps();
+        check_stopped()?;
         let mut loops = Layer::of(Jumps { mesh: &mesh, jump: &loop_jump, is_curve: &is_curve }.pieces());
         let pieces = regions.strands.len() + loops.strands.len();
         if pieces == 0 {
-            return self;
+            return Ok(self);
         }
+        check_stopped()?;
         let is_certain = |f: Face| self.margin[f] >= CERTAIN;
-        loops.pull(&mesh, &is_curve, is_certain, consistent, unit);
+        loops.pull(&mesh, &is_curve, is_certain, consistent, unit)?;
         let mut straight = None;
         for round in 0..=ROUNDS {
             if round == ROUNDS {
                 regions.stay_all();
                 loops.stay_all();
             }
-            regions.pull(&mesh, &is_curve, is_certain, consistent, unit);
+            check_stopped()?;
+            regions.pull(&mesh, &is_curve, is_certain, consistent, unit)?;
+            check_stopped()?;
             if regions.moved().chain(loops.moved()).next().is_none() {
                 break;
             }
-            straight = self.try_out(&label_jump, &mut regions, &mut loops, completion, unit);
+            straight = self.try_out(&label_jump, &mut regions, &mut loops, completion, unit)?;
             if straight.is_some() {
                 break;
             }
         }
+        check_stopped()?;
         let mut report = CompletionReport { pieces, ..CompletionReport::default() };
         for layer in [&regions, &loops] {
             report.on_edges += layer.strands.iter().filter(|s| s.freedom == Freedom::OnEdges).count();
@@ -101,7 +118,7 @@ impl Winding {
         self.report.completion = Some(report);
         match straight {
             Some(straight) => self.on_cut(straight),
-            None => self,
+            None => Ok(self),
         }
     }
 
@@ -136,7 +153,7 @@ impl Winding {
         loops: &mut Layer,
         completion: Completion,
         unit: f64,
-    ) -> Option<Straight> {
+    ) -> Result<Option<Straight>, NumericError> {
         let mesh = &self.mesh;
         let walks = self.curves.iter().filter(|c| c.vertices.len() > 1);
         let walks = walks.map(|c| Curve::signed(c.vertices.iter().copied()));
@@ -144,48 +161,64 @@ impl Winding {
         let place = |p: &Located| p.to_surface_point(mesh);
         let new = new.map(|(_, _, p)| Curve::signed(p.path.iter().map(place)));
         let curves: Vec<Curve> = walks.chain(new).collect();
-        let Ok(cut) = embed_curves(mesh, &SurfaceCurves { curves, points: Vec::new() }) else {
-            regions.stay_all();
-            loops.stay_all();
-            return None;
+        let cut = match embed_curves(mesh, &SurfaceCurves { curves, points: Vec::new() }) {
+            Ok(cut) => cut,
+            Err(EmbedError::Stopped(stopped)) => return Err(stopped),
+            Err(_) => {
+                regions.stay_all();
+                loops.stay_all();
+                return Ok(None);
+            }
         };
+        check_stopped()?;
         let refined = Refined { before: mesh, cut: &cut };
         let first = self.curves.iter().filter(|c| c.vertices.len() > 1).count();
         let mut paths = cut.curves[first..].iter().map(|c| c.vertices.as_slice());
         let region_walls = walls_of(&refined, regions, &mut paths);
         let loop_walls = walls_of(&refined, loops, &mut paths);
-        let (Some(region_walls), Some(loop_walls)) = (region_walls, loop_walls) else { return None };
+        let (Some(region_walls), Some(loop_walls)) = (region_walls, loop_walls) else {
+            return Ok(None);
+        };
+        check_stopped()?;
 
         let mut jump = vec![0.0; mesh.edge_count()];
         loops.subtract_moved(mesh, &mut jump);
-        let mut moved_jump = refined.jumps(&jump);
+        let mut moved_jump = refined.jumps(&jump)?;
+        check_stopped()?;
         loop_walls.iter().for_each(|(_, walls)| refined.add(walls, &mut moved_jump));
-        let Some(moved) = refined.function(&moved_jump, |_| 0.0, unit) else {
+        let Some(moved) = refined.function(&moved_jump, |_| 0.0, unit)? else {
             loops.stay_all();
-            return None;
+            return Ok(None);
         };
-        let mut values = refined.values(self.values.as_slice());
+        check_stopped()?;
+        let mut values = refined.values(self.values.as_slice())?;
         // With the nonbounding part subtracted along the curve only, the function is continuous off
         // the curve and does not change.
         if completion == Completion::Full {
             values.iter_mut().enumerate().for_each(|(c, x)| *x -= moved[c / 3]);
         }
 
+        check_stopped()?;
         let mut jump = label_jump.to_vec();
         regions.subtract_moved(mesh, &mut jump);
-        let rest = refined.jumps(&jump);
+        let rest = refined.jumps(&jump)?;
+        check_stopped()?;
         let mut jump = rest.clone();
         region_walls.iter().for_each(|(_, walls)| refined.add(walls, &mut jump));
         let old_label = |f: Face| f64::from(self.labels[cut.provenance.face_parent(f)]);
-        let Some(labels) = refined.function(&jump, old_label, unit) else {
+        let Some(labels) = refined.function(&jump, old_label, unit)? else {
             regions.stay_all();
-            return None;
+            return Ok(None);
         };
+        check_stopped()?;
         let crossing = self.crossing(&refined, &region_walls, regions, &rest, &labels);
-        let overreaching = self.overreaching(&refined, &region_walls, regions, &labels, &values, unit);
+        check_stopped()?;
+        let overreaching = self.overreaching(&refined, &region_walls, regions, &labels, &values, unit)?;
+        check_stopped()?;
         if crossing.is_empty() && overreaching.is_empty() {
-            if self.keeps_labels_beside_the_curve(&refined, &region_walls, regions, &labels) {
-                return Some(Straight { labels, values, moved, moved_jump, cut });
+            if self.keeps_labels_beside_the_curve(&refined, &region_walls, regions, &labels)? {
+                check_stopped()?;
+                return Ok(Some(Straight { labels, values, moved, moved_jump, cut }));
             }
             regions.stay_all();
         }
@@ -197,19 +230,23 @@ impl Winding {
             }
         }
         crossing.into_iter().for_each(|i| regions.strands[i].stay());
-        None
+        Ok(None)
     }
 
     /// Returns the result on the mesh that was cut once more.
-    fn on_cut(self, straight: Straight) -> Winding {
+    fn on_cut(self, straight: Straight) -> Result<Winding, NumericError> {
         let Straight { cut, labels, values, moved, moved_jump } = straight;
         let before = &self.mesh;
         let refined = Refined { before, cut: &cut };
         let mesh = cut.mesh.clone();
+        check_stopped()?;
         let mid_parent = |f: Face| cut.provenance.face_parent(f);
-        let mut residual_function = refined.values(self.residual_function.as_slice());
+        let mut residual_function = refined.values(self.residual_function.as_slice())?;
+        check_stopped()?;
         residual_function.iter_mut().enumerate().for_each(|(c, x)| *x += moved[c / 3]);
-        let mut nonbounding = refined.jumps(self.nonbounding.as_slice());
+        check_stopped()?;
+        let mut nonbounding = refined.jumps(self.nonbounding.as_slice())?;
+        check_stopped()?;
         nonbounding.iter_mut().zip(&moved_jump).for_each(|(t, m)| *t += m);
         let labels: Vec<i32> = labels.iter().map(|l| l.round() as i32).collect();
         let margin = mesh.faces().map(|f| {
@@ -223,14 +260,18 @@ impl Winding {
             (0.5 - (value - f64::from(labels[f.index()])).abs()).max(0.0)
         });
         let margin: Vec<f64> = margin.collect();
+        check_stopped()?;
         let island: Vec<u32> = mesh.faces().map(|f| self.island[mid_parent(f)]).collect();
         let label_jump = |e: Edge| {
             let [a, b] = [0, 1].map(|i| mesh.edge_halfedges(e)[i].face().index());
             f64::from(labels[a] - labels[b])
         };
+        check_stopped()?;
         let bounding_loops = loops_of(&mesh, label_jump);
+        check_stopped()?;
         let nonbounding_loops = loops_of(&mesh, |e| nonbounding[e.index()]);
-        let jump = refined.jumps(self.jump.as_slice());
+        check_stopped()?;
+        let jump = refined.jumps(self.jump.as_slice())?;
 
         let mut walked = cut.curves.iter();
         let mut curves = Vec::with_capacity(self.curves.len());
@@ -246,7 +287,8 @@ impl Winding {
             curves.push(EmbeddedCurve { vertices: walk.vertices.clone(), segments, ..curve.clone() });
         }
         let uncut = self.uncut.or_else(|| Some(before.clone()));
-        Winding {
+        check_stopped()?;
+        Ok(Winding {
             mesh,
             provenance: self.provenance.then(&cut.provenance),
             values: values.into(),
@@ -265,7 +307,7 @@ impl Winding {
             shift: self.shift,
             endpoints: self.endpoints,
             report: self.report,
-        }
+        })
     }
 }
 

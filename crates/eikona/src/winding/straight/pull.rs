@@ -3,7 +3,8 @@
 use super::pieces::Piece;
 use crate::curves::{path_length, straighten_around, straighten_loop};
 use crate::winding::split::cut_open;
-use eikona_mesh::{Located, MeshError, Provenance, TriangleMesh, UnionFind, Vertex};
+use eikona_mesh::{Located, Provenance, TriangleMesh, UnionFind, Vertex};
+use eikona_numeric::{NumericError, check_step, check_stopped};
 
 /// The mesh cut open along edges. Faces and halfedges keep their numbers.
 pub(super) struct Slit {
@@ -23,11 +24,17 @@ pub(super) struct Pulled {
 
 impl Slit {
     /// Cuts along the `closed` edges. Pieces do not pass the `fixed` vertices. Lengths are measured
-    /// in `unit`s.
-    pub fn new(mesh: &TriangleMesh, closed: &[bool], fixed: &[Vertex], unit: f64) -> Result<Slit, MeshError> {
+    /// in `unit`s. `None` if the cut mesh is too large.
+    pub fn new(
+        mesh: &TriangleMesh,
+        closed: &[bool],
+        fixed: &[Vertex],
+        unit: f64,
+    ) -> Result<Option<Slit>, NumericError> {
         let mut fans = UnionFind::new(mesh.halfedge_count());
         let mut at_cut = vec![false; mesh.vertex_count()];
         for e in mesh.edges() {
+            check_step(e.index())?;
             let ends = mesh.edge_vertices(e);
             let is_closed = closed[e.index()];
             if is_closed {
@@ -40,11 +47,15 @@ impl Slit {
                 }
             }
         }
-        let (open, provenance) = cut_open(mesh, &mut fans, |v| at_cut[v.index()])?;
+        let (positions, triangles, provenance) = cut_open(mesh, &mut fans, |v| at_cut[v.index()]);
+        check_stopped()?;
+        let Ok(open) = TriangleMesh::new(positions, triangles) else { return Ok(None) };
+        check_stopped()?;
         let scaled = open.positions().iter().map(|p| p.map(|x| x / unit)).collect();
         let mut is_fixed = vec![false; mesh.vertex_count()];
         fixed.iter().for_each(|v| is_fixed[v.index()] = true);
-        Ok(Slit { mesh: open.with_positions(scaled)?, provenance, is_fixed, unit })
+        let Ok(open) = open.with_positions(scaled) else { return Ok(None) };
+        Ok(Some(Slit { mesh: open, provenance, is_fixed, unit }))
     }
 
     /// Straightens a piece; `None` if it is already straight, `Err` if it cannot be straightened.

@@ -5,6 +5,7 @@ use super::sides::{redirected, transported};
 use crate::cut::Embedded;
 use crate::geometry::face_in;
 use eikona_mesh::{Edge, Face, Halfedge, TriangleMesh, Vertex};
+use eikona_numeric::{NumericError, check_step};
 use std::collections::{BTreeMap, VecDeque};
 
 /// A mesh before and after the cut.
@@ -44,20 +45,27 @@ impl Refined<'_> {
     }
 
     /// Transfers jumps at edges: first face minus second. Edges inside faces have none.
-    pub fn jumps<T: Copy + Default + std::ops::Neg<Output = T>>(&self, jump: &[T]) -> Vec<T> {
-        let of = |e| match self.edge_parent(e) {
-            Some((parent, true)) => jump[parent.index()],
-            Some((parent, false)) => -jump[parent.index()],
-            None => T::default(),
+    pub fn jumps<T: Copy + Default + std::ops::Neg<Output = T>>(
+        &self,
+        jump: &[T],
+    ) -> Result<Vec<T>, NumericError> {
+        let of = |e: Edge| {
+            check_step(e.index())?;
+            Ok(match self.edge_parent(e) {
+                Some((parent, true)) => jump[parent.index()],
+                Some((parent, false)) => -jump[parent.index()],
+                None => T::default(),
+            })
         };
         self.mesh().edges().map(of).collect()
     }
 
     /// Transfers values at corners; corners without a value (NaN) have no weight, as in eq. 4.
-    pub fn values(&self, values: &[f64]) -> Vec<f64> {
+    pub fn values(&self, values: &[f64]) -> Result<Vec<f64>, NumericError> {
         let mesh = self.mesh();
         let mut result = Vec::with_capacity(3 * mesh.face_count());
         for f in mesh.faces() {
+            check_step(f.index())?;
             let parent = self.cut.provenance.face_parent(f).index();
             for v in mesh.face_vertices(f) {
                 let (mut sum, mut total) = (0.0, 0.0);
@@ -70,7 +78,7 @@ impl Refined<'_> {
                 result.push(if total == 0.0 { f64::NAN } else { sum / total });
             }
         }
-        result
+        Ok(result)
     }
 
     /// Returns the edges of a straightened piece with their higher sides, transported from that of
@@ -123,7 +131,12 @@ impl Refined<'_> {
     /// Integrates jumps to a function that is constant on faces. Its constant on each connected
     /// component keeps the value `before` on the largest area. `None` if the jumps are not
     /// integrable.
-    pub fn function(&self, jump: &[f64], before: impl Fn(Face) -> f64, unit: f64) -> Option<Vec<f64>> {
+    pub fn function(
+        &self,
+        jump: &[f64],
+        before: impl Fn(Face) -> f64,
+        unit: f64,
+    ) -> Result<Option<Vec<f64>>, NumericError> {
         let mesh = self.mesh();
         let mut value = vec![f64::NAN; mesh.face_count()];
         for first in mesh.faces() {
@@ -134,6 +147,7 @@ impl Refined<'_> {
             let mut component = Vec::new();
             let mut waiting = VecDeque::from([first]);
             while let Some(f) = waiting.pop_front() {
+                check_step(component.len())?;
                 component.push(f);
                 for e in mesh.face_edges(f) {
                     let &[a, b] = mesh.edge_halfedges(e) else { continue };
@@ -148,12 +162,13 @@ impl Refined<'_> {
                         *there = expected;
                         waiting.push_back(other);
                     } else if (*there - expected).abs() > 1e-6 {
-                        return None;
+                        return Ok(None);
                     }
                 }
             }
             let mut votes: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
-            for &f in &component {
+            for (step, &f) in component.iter().enumerate() {
+                check_step(step)?;
                 let constant = before(f) - value[f.index()];
                 let area = face_in(mesh, f, unit).area;
                 votes.entry((1e6 * constant).round() as i64).or_insert((0.0, constant)).0 += area;
@@ -161,6 +176,6 @@ impl Refined<'_> {
             let most = votes.values().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |most| most.1);
             component.iter().for_each(|f| value[f.index()] += most);
         }
-        Some(value)
+        Ok(Some(value))
     }
 }
