@@ -5,7 +5,7 @@ use crate::input::{MeshArguments, MeshInput};
 use crate::picture::colours;
 use crate::session::{General, Session, check_outputs};
 use clap::Args;
-use eikona::repulsive::{EnergyOptions, Exponents, TangentPointEnergy, tangent_point_energy};
+use eikona::repulsive::{EnergyOptions, Exponents, Pairs, TangentPointEnergy, tangent_point_energy};
 use eikona_mesh::io::{MeshFormat, MeshOut};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -31,17 +31,14 @@ pub struct EnergyArguments {
     /// The exponent of the distance
     #[arg(long, value_name = "B", allow_hyphen_values = true, requires = "alpha", help_heading = "Method")]
     pub beta: Option<f64>,
-    /// Sum over all pairs of faces, however many: the time grows with their square, to half a
-    /// minute per thread at 50,000 faces
+    /// Sum over all pairs of faces, without clusters: the time grows with the square of the faces,
+    /// to half a minute per thread at 50,000 faces
     #[arg(long, help_heading = "Method")]
     pub all_pairs: bool,
     /// Write the mesh with the energy per area of each face (.ply, .vtp)
     #[arg(long, value_name = "D.ply", help_heading = "Outputs")]
     pub density: Option<PathBuf>,
 }
-
-/// Most faces that are summed without being asked to.
-const MOST_FACES: usize = 50_000;
 
 /// Runs the command and returns the exit code.
 pub fn run(arguments: &EnergyArguments, general: &General) -> Result<u8, Failure> {
@@ -57,14 +54,9 @@ pub fn run(arguments: &EnergyArguments, general: &General) -> Result<u8, Failure
     };
     let input = MeshInput::read(&arguments.mesh, &mut session)?;
     input.require_faces()?;
-    let faces = input.mesh.face_count();
-    if faces > MOST_FACES && !arguments.all_pairs {
-        return Err(Failure::Usage(format!(
-            "{}: the sum over all pairs of {faces} faces takes long; add --all-pairs to compute it",
-            input.path.display()
-        )));
-    }
-    let options = EnergyOptions::default().with_exponents(exponents).with_threads(session.threads());
+    let pairs = if arguments.all_pairs { Pairs::All } else { Pairs::Hierarchical };
+    let options =
+        EnergyOptions::default().with_exponents(exponents).with_pairs(pairs).with_threads(session.threads());
     session.report.options.extend(
         [
             ("alpha", json!(exponents.alpha)),

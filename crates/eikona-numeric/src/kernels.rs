@@ -102,18 +102,31 @@ pub(crate) trait Vectorized {
     fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
 
+/// Runs work with vectors of at most four doubles: wider ones gain nothing on fronts of some tens
+/// of rows.
 pub(crate) fn dispatch<W: Vectorized>(work: W) -> W::Output {
-    struct Adapter<W>(W);
-    impl<W: Vectorized> pulp::WithSimd for Adapter<W> {
-        type Output = W::Output;
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, simd: S) -> W::Output {
-            // A complex number takes two doubles. (Processors without vectors, which are rare,
-            // emulate them: slow but correct.)
-            if S::F64_LANES < 2 { self.0.run(pulp::Scalar128b) } else { self.0.run(simd) }
-        }
+    #[cfg(target_arch = "x86_64")]
+    if let Some(four) = pulp::x86::V3::try_new() {
+        return pulp::Simd::vectorize(four, Adapter(work));
     }
+    dispatch_widest(work)
+}
+
+/// Runs work with the widest vectors.
+pub(crate) fn dispatch_widest<W: Vectorized>(work: W) -> W::Output {
     pulp::Arch::new().dispatch(Adapter(work))
+}
+
+struct Adapter<W>(W);
+
+impl<W: Vectorized> pulp::WithSimd for Adapter<W> {
+    type Output = W::Output;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> W::Output {
+        // A complex number takes two doubles. (Processors without vectors, which are rare, emulate
+        // them: slow but correct.)
+        if S::F64_LANES < 2 { self.0.run(pulp::Scalar128b) } else { self.0.run(simd) }
+    }
 }
 
 /// Numbers per vector.

@@ -3,11 +3,13 @@
 
 use eikona::geometry::lay_out;
 use eikona::mesh::{Face, TriangleMesh, damage, shapes};
-use eikona::repulsive::{EnergyOptions, Exponents, RepulsiveError, TangentPointEnergy, tangent_point_energy};
+use eikona::repulsive::{
+    EnergyOptions, Exponents, Pairs, RepulsiveError, TangentPointEnergy, tangent_point_energy,
+};
 use std::collections::BTreeMap;
 
 fn of(mesh: &TriangleMesh) -> TangentPointEnergy {
-    tangent_point_energy(mesh, &EnergyOptions::default()).unwrap()
+    tangent_point_energy(mesh, &EnergyOptions::default().with_pairs(Pairs::All)).unwrap()
 }
 
 fn moved(mesh: &TriangleMesh, map: impl Fn([f64; 3]) -> [f64; 3]) -> TriangleMesh {
@@ -124,7 +126,7 @@ fn energy_scales_and_does_not_depend_on_place_or_orientation() {
     let mesh = damage::jitter(&torus(12, 7), 0.2, 5).unwrap();
     for (alpha, beta) in [(6.0, 12.0), (3.0, 6.0), (4.0, 9.0), (5.5, 10.3), (2.1, 4.2)] {
         let exponents = Exponents::new(alpha, beta).unwrap();
-        let options = EnergyOptions::default().with_exponents(exponents);
+        let options = EnergyOptions::default().with_exponents(exponents).with_pairs(Pairs::All);
         let energy = |mesh: &TriangleMesh| tangent_point_energy(mesh, &options).unwrap();
         let given = energy(&mesh);
         // Euler's identity: the derivative along the position is the degree times the energy.
@@ -161,6 +163,43 @@ fn energy_scales_and_does_not_depend_on_place_or_orientation() {
         let on_threads = tangent_point_energy(&mesh, &options.with_threads(3)).unwrap();
         assert!(on_threads == given);
     }
+}
+
+#[test]
+fn clusters_cost_less_than_half_a_percent() {
+    let tori = |n: usize| {
+        let one = shapes::torus(1.0, 0.3, 28 * n, 11 * n).unwrap();
+        let other = moved(&one, |[x, y, z]| [x + 1.0, z, -y]);
+        together(&one, &other)
+    };
+    let sphere = |levels| shapes::icosphere(levels).unwrap();
+    for (what, mesh) in [
+        ("sphere 2", sphere(2)),
+        ("sphere 3", sphere(3)),
+        ("sphere 4", sphere(4)),
+        ("tori 1", tori(1)),
+        ("tori 2", tori(2)),
+        ("two spheres", two_spheres(3, 0.1)),
+    ] {
+        let given = of(&mesh);
+        let options = EnergyOptions::default();
+        let found = tangent_point_energy(&mesh, &options).unwrap();
+        let off = |found: f64, given: f64| (found / given - 1.0).abs();
+        assert!(off(found.value, given.value) < 1e-3, "{what}: {} {}", found.value, given.value);
+        let norms = [&found, &given].map(TangentPointEnergy::gradient_norm);
+        assert!(off(norms[0], norms[1]) < 5e-3, "{what}: {norms:?}");
+        // Forces add up to zero, and each changes little.
+        for k in 0..3 {
+            let sum: f64 = found.differential.as_slice().iter().map(|d| d[k]).sum();
+            assert!(sum.abs() < 1e-11 * norms[0], "{what}: {sum}");
+        }
+        assert!(found == tangent_point_energy(&mesh, &options.with_threads(3)).unwrap(), "{what}");
+    }
+    // Exponents below 3, where the kernel is not smooth across the tangent plane.
+    let options = EnergyOptions::default().with_exponents(Exponents::of_power(2.5).unwrap());
+    let [found, given] = [Pairs::Hierarchical, Pairs::All]
+        .map(|pairs| tangent_point_energy(&tori(2), &options.with_pairs(pairs)).unwrap());
+    assert!((found.value / given.value - 1.0).abs() < 0.02, "{} {}", found.value, given.value);
 }
 
 #[test]

@@ -14,6 +14,13 @@ pub(crate) struct Row {
     pub force: FaceForce,
 }
 
+impl Row {
+    pub fn add(&mut self, other: &Row) {
+        self.density += other.density;
+        self.force.add(&other.force);
+    }
+}
+
 /// Faces per piece of work.
 const ROWS: usize = 64;
 

@@ -20,6 +20,16 @@ pub(crate) struct FaceForce {
     pub area: f64,
 }
 
+impl FaceForce {
+    pub fn add(&mut self, other: &FaceForce) {
+        for k in 0..3 {
+            self.centroid[k] += other.centroid[k];
+            self.normal[k] += other.normal[k];
+        }
+        self.area += other.area;
+    }
+}
+
 /// Returns all faces, with lengths divided by `unit`.
 ///
 /// # Errors

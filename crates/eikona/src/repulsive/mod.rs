@@ -9,7 +9,8 @@
 //! | paper | here | shape | equation |
 //! |---|---|---|---|
 //! | `X_S`, `n_S`, `a_S` | `faces.rs` | F centroids, normals, areas | sec 3.1 |
-//! | `K_p(S, T)` | `all_pairs.rs` | pairs of faces | 2, 3 |
+//! | `K_p(S, T)` | `kernel.rs`, `all_pairs.rs` | pairs of faces | 9 |
+//! | `adm(S)` | `hierarchical.rs`, `leaf_sums.rs` | near faces and far clusters | 17 |
 //! | `E` | [`TangentPointEnergy::value`] | number | 3 |
 //! | `dE` | [`TangentPointEnergy::differential`] | V vectors | sec 5.3 |
 //!
@@ -26,8 +27,12 @@ mod all_pairs;
 mod energy;
 mod error;
 mod faces;
+mod hierarchical;
+mod kernel;
+mod leaf_sums;
+mod moments;
 mod options;
 
 pub use energy::{TangentPointEnergy, tangent_point_energy};
 pub use error::RepulsiveError;
-pub use options::{EnergyOptions, Exponents};
+pub use options::{EnergyOptions, Exponents, Pairs};
