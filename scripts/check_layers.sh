@@ -43,7 +43,7 @@ for layer in spatial curves cut contour; do
     others=$(echo "$curves" | tr '|' '\n' | grep -v "^$layer\$" | paste -sd '|' -)
     forbid $layer "crate::($others)" "$layer must not use $others"
 done
-forbid spatial "eikona_numeric::[^C]" "spatial knows no matrices"
+forbid spatial "\\b(Graph|Symbolic|Cholesky|SymmetricMatrix|HalfSolution|ConjugateGradient)\\b" "spatial knows no matrices"
 for method in signed_heat winding polar_field repulsive; do
     others=$(echo "$methods" | tr '|' '\n' | grep -v "^$method\$" | paste -sd '|' -)
     forbid $method "crate::($others)" "a method must not use another method"

@@ -8,6 +8,7 @@ use crate::session::{General, Session, check_outputs, print_bytes};
 use crate::source::{SourceArguments, files_read, read_source_if_any, warn_of_sides};
 use clap::Args;
 use eikona::curves::{CurveReport, MeetingKind};
+use eikona::spatial::self_intersections;
 use eikona_mesh::{
     Face, Fault, Orientation, PolygonQuality, Quality, Seams, SurfaceCurves, Topology, TriangleMesh, counted,
     slivers, validate,
@@ -25,6 +26,9 @@ pub struct InspectArguments {
     pub mesh: MeshArguments,
     #[command(flatten)]
     pub source: SourceArguments,
+    /// Find all pairs of faces that intersect (exact, about 2 us per face)
+    #[arg(long)]
+    pub self_intersections: bool,
     /// Print JSON to standard output
     #[arg(long)]
     pub json: bool,
@@ -68,6 +72,14 @@ pub fn run(arguments: &InspectArguments, general: &General) -> Result<u8, Failur
         facts.insert("polygons".into(), polygons_json(polygons));
     }
     facts.insert("faults".into(), faults_json(&kinds, arguments.all));
+    if arguments.self_intersections {
+        let threads = session.threads();
+        let found = session.solver("self-intersections", || self_intersections(mesh, threads));
+        let found = found.map_err(|fault| Failure::Failed(fault.to_string()))?;
+        text += &intersections_text(&found, arguments.all);
+        let pairs: Vec<[u32; 2]> = found.iter().map(|pair| pair.map(|f| f.0)).collect();
+        facts.insert("self_intersections".into(), json!({"count": pairs.len(), "pairs": pairs}));
+    }
     if let Some((curves, report)) = read_source_if_any(&arguments.source, &input, &mut session)? {
         text += &curves_text(&curves, &report, arguments.all);
         facts.insert("curves".into(), curves_json(&curves, &report, arguments.all));
@@ -333,6 +345,22 @@ fn faults_text(kinds: &[Kind], all: bool) -> String {
         if kind.faults.len() > shown {
             let _ = writeln!(text, "      and {} more (--all lists them)", kind.faults.len() - shown);
         }
+    }
+    text
+}
+
+fn intersections_text(pairs: &[[Face; 2]], all: bool) -> String {
+    if pairs.is_empty() {
+        return "  crossings    no two faces intersect\n".into();
+    }
+    let mut text =
+        format!("  crossings    {} intersect\n", counted(pairs.len(), "pair of faces", "pairs of faces"));
+    let shown = if all { pairs.len() } else { SHOWN };
+    for [f, g] in pairs.iter().take(shown) {
+        let _ = writeln!(text, "      {f} and {g}");
+    }
+    if pairs.len() > shown {
+        let _ = writeln!(text, "      and {} more (--all lists them)", pairs.len() - shown);
     }
     text
 }

@@ -19,6 +19,7 @@ mod picture;
 mod progress;
 mod render;
 mod report;
+mod repulse;
 mod sdf;
 mod seams;
 mod session;
@@ -67,6 +68,8 @@ enum Verb {
     FieldInspect(Box<field_inspect::FieldInspectArguments>),
     /// Compute the tangent-point energy of a surface, which grows as it comes close to itself
     Energy(Box<energy::EnergyArguments>),
+    /// Move a surface so that it never touches itself, down its tangent-point energy
+    Repulse(Box<repulse::RepulseArguments>),
     /// Report the topology, quality and faults of a mesh and its curves
     Inspect(Box<inspect::InspectArguments>),
     /// Generate shapes and curves, optionally damaged
@@ -123,6 +126,7 @@ fn run(arguments: Vec<OsString>) -> u8 {
         Verb::Field(arguments) => field::run(arguments, general),
         Verb::FieldInspect(arguments) => field_inspect::run(arguments, general),
         Verb::Energy(arguments) => energy::run(arguments, general),
+        Verb::Repulse(arguments) => repulse::run(arguments, general),
         Verb::Inspect(arguments) => inspect::run(arguments, general),
         Verb::Make(arguments) => make::run(arguments, general),
         Verb::Render(arguments) => render::run(arguments, general),

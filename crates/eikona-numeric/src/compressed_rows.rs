@@ -36,7 +36,7 @@ impl<I: Copy + Default> CompressedRows<I> {
     ///
     /// # Errors
     /// [`NumericError::Stopped`].
-    pub(crate) fn unless_stopped(
+    pub fn unless_stopped(
         rows: usize,
         items: impl Iterator<Item = (u32, I)> + Clone,
     ) -> Result<Self, NumericError> {

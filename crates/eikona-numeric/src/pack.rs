@@ -82,6 +82,23 @@ impl<S: Instructions> Pack<S> {
         Pack { simd, lanes: S::as_simd_f64s(array).0[index] }
     }
 
+    /// Returns the pack at an index, in packs, of an array of single precision.
+    #[inline(always)]
+    pub fn load_single(simd: S, array: &[f32], index: usize) -> Self {
+        let mut lanes = simd.splat_f64s(0.0);
+        let numbers: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut lanes));
+        let singles = &array[index * Self::LANES..][..Self::LANES];
+        numbers.iter_mut().zip(singles).for_each(|(x, single)| *x = f64::from(*single));
+        Pack { simd, lanes }
+    }
+
+    /// Writes the pack to the start of an array of single precision.
+    #[inline(always)]
+    pub fn store_single(self, array: &mut [f32]) {
+        let numbers: &[f64] = bytemuck::cast_slice(std::slice::from_ref(&self.lanes));
+        array[..Self::LANES].iter_mut().zip(numbers).for_each(|(single, x)| *single = *x as f32);
+    }
+
     /// Adds to the pack at an index, in packs.
     #[inline(always)]
     pub fn add_to(self, array: &mut [f64], index: usize) {
@@ -101,6 +118,18 @@ impl<S: Instructions> Pack<S> {
         let (simd, zero) = (self.simd, self.simd.splat_f64s(0.0));
         let inverse = simd.div_f64s(simd.splat_f64s(1.0), self.lanes);
         Pack { simd, lanes: simd.select_f64s(simd.equal_f64s(self.lanes, zero), zero, inverse) }
+    }
+
+    /// Returns `x^(-1/3)` of positive numbers of single range, to about 1e-9.
+    #[inline(always)]
+    pub fn inverse_cube_root(self, simd: S) -> Self {
+        // A third of the exponent, and of the mantissa as an approximation of its logarithm.
+        let guess = self.map(|x| f64::from(f32::from_bits(0x548c_2b4b - (x as f32).to_bits() / 3)));
+        let (third, four) = (Pack::splat(simd, 1.0 / 3.0), Pack::splat(simd, 4.0));
+        let scaled = self * third;
+        let four_thirds = four * third;
+        // Newton's method: each step squares the relative error, 0.034 at first, and doubles it.
+        (0..3).fold(guess, |y, _| y * (four_thirds - scaled * (y * y * y)))
     }
 
     /// Returns 1 for each 0, and 0 for other numbers.

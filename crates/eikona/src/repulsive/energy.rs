@@ -72,30 +72,22 @@ pub fn tangent_point_energy(
     }
     let Exponents { alpha, beta } = options.exponents;
     let exponents = Exponents::new(alpha, beta)?;
-    // High powers of lengths would leave the range of numbers. A power of two changes no digits.
-    let unit = power_of_two_near(mesh.positions().iter().flatten().fold(0.0f64, |m, x| m.max(x.abs())));
+    let unit = unit_of_length(mesh);
     let faces = face_data(mesh, unit)?;
     let rows = match options.pairs {
         Pairs::All => all_pairs(&faces, exponents, options.threads)?,
         Pairs::Hierarchical => {
+            check_separation(options.separation)?;
             let interactions = Interactions::new(&faces, options.separation)?;
             hierarchical(&interactions, &faces, exponents, true, options.threads)?
         }
     };
-    check_finite(&faces, &rows)?;
-    let value: f64 = faces.iter().zip(&rows).map(|(face, row)| face.area * row.density).sum();
-    let forces: Vec<FaceForce> = rows.iter().map(|row| row.force).collect();
-    let differential = pulled_back(mesh, unit, &faces, &forces);
     let degree = exponents.degree();
     let scaled = |x: f64, power: f64| x * unit.powf(power);
+    let value = scaled(sum(&faces, &rows)?, degree);
     let energy = TangentPointEnergy {
-        value: scaled(value, degree),
-        differential: differential
-            .into_vec()
-            .into_iter()
-            .map(|v| v.map(|x| scaled(x, degree - 1.0)))
-            .collect::<Vec<_>>()
-            .into(),
+        value,
+        differential: differential(mesh, unit, &faces, &rows, scaled(1.0, degree - 1.0)),
         density: rows.iter().map(|row| scaled(row.density, degree - 2.0)).collect::<Vec<_>>().into(),
     };
     let out_of_range = energy.density.as_slice().iter().position(|x| !x.is_finite());
@@ -103,6 +95,41 @@ pub fn tangent_point_energy(
         Some(f) => Err(RepulsiveError::Range { face: Face::from_index(f) }),
         None => Ok(energy),
     }
+}
+
+/// Returns the unit of length in which energies are summed: high powers of lengths would leave the
+/// range of numbers. A power of two changes no digits.
+pub(super) fn unit_of_length(mesh: &TriangleMesh) -> f64 {
+    power_of_two_near(mesh.positions().iter().flatten().fold(0.0f64, |m, x| m.max(x.abs())))
+}
+
+/// # Errors
+/// [`RepulsiveError::Separation`].
+pub(super) fn check_separation(separation: f64) -> Result<(), RepulsiveError> {
+    let fine = separation > 0.0 && separation <= 1.0;
+    if fine { Ok(()) } else { Err(RepulsiveError::Separation { separation }) }
+}
+
+/// Returns the energy in the unit of length.
+///
+/// # Errors
+/// Those of [`check_finite`].
+pub(super) fn sum(faces: &[FaceDatum], rows: &[Row]) -> Result<f64, RepulsiveError> {
+    check_finite(faces, rows)?;
+    Ok(faces.iter().zip(rows).map(|(face, row)| face.area * row.density).sum())
+}
+
+/// Returns the derivative by each vertex, times `factor`.
+pub(super) fn differential(
+    mesh: &TriangleMesh,
+    unit: f64,
+    faces: &[FaceDatum],
+    rows: &[Row],
+    factor: f64,
+) -> VertexField<[f64; 3]> {
+    let forces: Vec<FaceForce> = rows.iter().map(|row| row.force).collect();
+    let differential = pulled_back(mesh, unit, faces, &forces).into_vec();
+    differential.into_iter().map(|v| v.map(|x| factor * x)).collect::<Vec<_>>().into()
 }
 
 fn check_finite(faces: &[FaceDatum], rows: &[Row]) -> Result<(), RepulsiveError> {

@@ -1,6 +1,6 @@
 //! Errors of repulsive energies.
 
-use eikona_mesh::Face;
+use eikona_mesh::{Edge, Face, Vertex};
 use eikona_numeric::NumericError;
 use thiserror::Error;
 
@@ -22,6 +22,12 @@ pub enum RepulsiveError {
         /// The exponent of the distance.
         beta: f64,
     },
+    /// The separation of clusters is out of range.
+    #[error("the separation {separation} is out of range; give a number above 0 and up to 1, such as 0.2")]
+    Separation {
+        /// The separation.
+        separation: f64,
+    },
     /// A face has no area, so it has no normal.
     #[error("{face} has no area, so it has no normal; repair the mesh, or drop the face")]
     FlatFace {
@@ -39,6 +45,44 @@ pub enum RepulsiveError {
     Range {
         /// The first such face.
         face: Face,
+    },
+    /// Three or more faces meet at an edge.
+    #[error("{edge} has {faces} faces, where the surface cannot move apart; split the mesh there")]
+    NonmanifoldEdge {
+        /// The first such edge.
+        edge: Edge,
+        /// Its number of faces.
+        faces: usize,
+    },
+    /// The faces at a vertex form several fans.
+    #[error("the faces at {vertex} form several fans, which cannot move apart; split the mesh there")]
+    NonmanifoldVertex {
+        /// The first such vertex.
+        vertex: Vertex,
+    },
+    /// The surface intersects itself, where the energy of these exponents is infinite.
+    #[error(
+        "{} pairs of faces intersect (first: {} and {}), where the energy of alpha >= 4 is infinite on finer meshes; \
+         repair the mesh, or choose p below 4",
+        pairs.len(), pairs[0][0], pairs[0][1]
+    )]
+    Intersecting {
+        /// All pairs, at least one.
+        pairs: Vec<[Face; 2]>,
+    },
+    /// There is no volume, since faces are not oriented consistently.
+    #[error(
+        "the faces at {edge} are not oriented consistently, so the surface encloses no volume; orient the mesh"
+    )]
+    Inconsistent {
+        /// The first such edge.
+        edge: Edge,
+    },
+    /// The state is none of a flow with these options.
+    #[error("the flow cannot continue: {fault}; start it again, or give the options it had")]
+    State {
+        /// What is wrong.
+        fault: String,
     },
     /// The observer stopped the computation.
     #[error(transparent)]

@@ -3,8 +3,8 @@
 //! **Problem.** Move a surface, to untangle, shrink or grow it, so that it never passes through
 //! itself. **Idea.** The tangent-point energy compares each point with the spheres that touch the
 //! surface there and pass through another point: their radius is small for points that are close in
-//! space but not along the surface. This module computes the energy, its differential, and where it
-//! is concentrated; the flow is to come.
+//! space but not along the surface. [`Flow`] steps down the energy, steepest in a fractional inner
+//! product ([`Metric`]), in which steps do not get shorter on finer meshes.
 //!
 //! | paper | here | shape | equation |
 //! |---|---|---|---|
@@ -12,7 +12,11 @@
 //! | `K_p(S, T)` | `kernel.rs`, `all_pairs.rs` | pairs of faces | 9 |
 //! | `adm(S)` | `hierarchical.rs`, `leaf_sums.rs` | near faces and far clusters | 17 |
 //! | `E` | [`TangentPointEnergy::value`] | number | 3 |
-//! | `dE` | [`TangentPointEnergy::differential`] | V vectors | sec 5.3 |
+//! | `dE` | [`TangentPointEnergy::differential`] | V vectors | sec 4.2 |
+//! | `A = B + B0` | [`Metric::product`] | V x V on vectors | 7, 8, 12, 13 |
+//! | `L^(2-s)` | [`Metric::fractional_product`] | V x V on vectors | 11, sec 5.2 |
+//! | `x` | `flow/mod.rs`, `Direction` | V vectors | 14, 20 |
+//! | `h` | `flow/mod.rs`, `corrected` | V vectors | 15, 21 |
 //!
 //! The sum runs over ordered pairs of different faces:
 //! `E = sum over S != T of |n_S . (X_S - X_T)|^alpha / |X_S - X_T|^beta a_S a_T`.
@@ -27,12 +31,16 @@ mod all_pairs;
 mod energy;
 mod error;
 mod faces;
+mod flow;
 mod hierarchical;
 mod kernel;
 mod leaf_sums;
+mod metric;
 mod moments;
 mod options;
 
 pub use energy::{TangentPointEnergy, tangent_point_energy};
 pub use error::RepulsiveError;
+pub use flow::{Flow, FlowOptions, FlowState, FlowStep, Quantity};
+pub use metric::{Metric, MetricOptions, MetricSolution};
 pub use options::{EnergyOptions, Exponents, Pairs};

@@ -32,6 +32,11 @@ impl Exponents {
         fine.then_some(Exponents { alpha, beta }).ok_or(RepulsiveError::Exponents { alpha, beta })
     }
 
+    /// Returns the order `s = (beta - 2) / alpha` of the inner product: `2 - 2 / p`.
+    pub fn order(&self) -> f64 {
+        (self.beta - 2.0) / self.alpha
+    }
+
     /// Returns the power of the scale with which the energy grows: `4 + alpha - beta`.
     pub fn degree(&self) -> f64 {
         4.0 + self.alpha - self.beta

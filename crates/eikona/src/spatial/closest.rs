@@ -65,6 +65,33 @@ pub fn closest_point_of_triangle(p: [f64; 3], triangle: [[f64; 3]; 3]) -> ([f64;
     best.unwrap_or_else(|| candidate(p, triangle, [1.0, 0.0, 0.0]))
 }
 
+/// Returns the distance of two segments, of any length, zero included.
+pub fn segment_distance([a, b]: [[f64; 3]; 2], [c, d]: [[f64; 3]; 2]) -> f64 {
+    let (along, other, between) = (sub(b, a), sub(d, c), sub(a, c));
+    let (aa, ab, bb) = (dot(along, along), dot(along, other), dot(other, other));
+    let (ra, rb) = (dot(along, between), dot(other, between));
+    // The closest points of the lines, if they lie within both segments and are well defined.
+    let determinant = aa * bb - ab * ab;
+    let mut least = f64::INFINITY;
+    if determinant > 0.0 {
+        let s = (ab * rb - bb * ra) / determinant;
+        let t = (aa * rb - ab * ra) / determinant;
+        if (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t) {
+            let apart = [0, 1, 2].map(|k| between[k] + s * along[k] - t * other[k]);
+            least = dot(apart, apart).sqrt();
+        }
+    }
+    // Otherwise one of them is an end.
+    let from_end = |p: [f64; 3], [u, v]: [[f64; 3]; 2]| {
+        let side = sub(v, u);
+        let side_sq = dot(side, side);
+        let t = if side_sq > 0.0 { (dot(sub(p, u), side) / side_sq).clamp(0.0, 1.0) } else { 0.0 };
+        distance(p, [0, 1, 2].map(|k| u[k] + t * side[k]))
+    };
+    let ends = [from_end(a, [c, d]), from_end(b, [c, d]), from_end(c, [a, b]), from_end(d, [a, b])];
+    ends.into_iter().fold(least, f64::min)
+}
+
 fn candidate(p: [f64; 3], [a, b, c]: [[f64; 3]; 3], w: [f64; 3]) -> ([f64; 3], [f64; 3], f64) {
     let foot = [0, 1, 2].map(|k| w[0] * a[k] + w[1] * b[k] + w[2] * c[k]);
     (w, foot, distance(p, foot).powi(2))

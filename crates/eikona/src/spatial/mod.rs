@@ -1,10 +1,14 @@
-//! Spatial queries: a bounding volume hierarchy over the triangles of a mesh, closest points, and
-//! clusters of points.
+//! Spatial queries: a bounding volume hierarchy over the triangles of a mesh, closest points,
+//! clusters of points, and continuous collision detection.
 
 mod bvh;
 mod closest;
 mod cluster_tree;
+mod collision;
+mod intersections;
 
 pub use bvh::Bvh;
-pub use closest::{ClosestPoint, closest_point_of_triangle};
+pub use closest::{ClosestPoint, closest_point_of_triangle, segment_distance};
 pub use cluster_tree::{Cluster, ClusterTree, LEAF_POINTS};
+pub use collision::{Contact, SafeMotion, safe_motion, self_distance};
+pub use intersections::self_intersections;

@@ -1,0 +1,444 @@
+//! Kernel matrices on a partition of all pairs of faces, and their products.
+
+use super::partition::Partition;
+use crate::geometry::vector::{dot, sub};
+use crate::repulsive::faces::FaceDatum;
+use crate::repulsive::moments::{Moments, Symmetric};
+use crate::repulsive::options::Exponents;
+use crate::spatial::{ClusterTree, LEAF_POINTS};
+use eikona_numeric::{Instructions, NumericError, Pack, Vectorized, check_stopped, together, vectorized};
+
+/// Entries of a near block: column by column, so that the faces of a leaf fill vectors.
+const BLOCK: usize = LEAF_POINTS * LEAF_POINTS;
+
+/// One of the kernels.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Which {
+    High,
+    Low,
+    Fractional,
+}
+
+/// The kernels of the inner product, as powers of the squared distance `q`: `q^-s` for the term of
+/// high order; the same times `((n_S . v)^2 + (n_T . v)^2) / 2 q^2` for that of low order; and
+/// `q^-(3 - s)` for the fractional Laplacian of the preconditioner.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kernels {
+    order: f64,
+    /// `3 s`, if that is a whole number: then powers of a cube root suffice.
+    thirds: Option<i32>,
+}
+
+impl Kernels {
+    /// Returns the kernels of `s = (beta - 2) / alpha`.
+    pub fn new(exponents: Exponents) -> Kernels {
+        let order = exponents.order();
+        let thirds = (3.0 * order).round();
+        let is_whole = (3.0 * order - thirds).abs() < 1e-12 && (0.0..9.0).contains(&thirds);
+        Kernels { order, thirds: is_whole.then_some(thirds as i32) }
+    }
+
+    /// Returns the high and the fractional kernel at a squared distance; zero at zero.
+    pub fn at(&self, squared: f64) -> [f64; 2] {
+        if squared == 0.0 {
+            return [0.0; 2];
+        }
+        match self.thirds {
+            Some(thirds) => {
+                let root = squared.cbrt().recip();
+                [root.powi(thirds), root.powi(9 - thirds)]
+            }
+            None => [squared.powf(-self.order), squared.powf(self.order - 3.0)],
+        }
+    }
+
+    /// Returns the entry of two faces.
+    pub fn entry(&self, which: Which, s: &FaceDatum, t: &FaceDatum) -> f64 {
+        let v = sub(s.centroid, t.centroid);
+        let squared = dot(v, v);
+        let [high, fractional] = self.at(squared);
+        match which {
+            Which::High => high,
+            Which::Low => {
+                let (p, q) = (dot(s.normal, v), dot(t.normal, v));
+                0.5 * (p * p + q * q) / (squared * squared) * high
+            }
+            Which::Fractional => fractional,
+        }
+    }
+
+    /// Like [`at`](Self::at), to single precision.
+    #[inline(always)]
+    fn at_pack<S: Instructions>(&self, simd: S, squared: Pack<S>) -> [Pack<S>; 2] {
+        match self.thirds {
+            Some(thirds) => {
+                let root = squared.inverse_cube_root(simd);
+                // Zero at the face itself.
+                let root = root - root * squared.is_zero();
+                [root.power(thirds as u32), root.power(9 - thirds as u32)]
+            }
+            None => {
+                let power = |exponent: f64| move |x: f64| if x == 0.0 { 0.0 } else { x.powf(exponent) };
+                [squared.map(power(-self.order)), squared.map(power(self.order - 3.0))]
+            }
+        }
+    }
+}
+
+/// One kernel matrix `H`, with a zero diagonal, on the leaves of a block cluster tree.
+#[derive(Default)]
+pub(super) struct KernelMatrix {
+    /// Near blocks in the order of the partition.
+    near: Vec<f32>,
+    /// Far blocks, each one number.
+    far: Vec<f64>,
+    /// `(H a) / a` at each face.
+    row_sums: Vec<f64>,
+}
+
+/// The three kernel matrices.
+pub(super) struct KernelMatrices {
+    high: KernelMatrix,
+    low: KernelMatrix,
+    fractional: KernelMatrix,
+}
+
+impl KernelMatrices {
+    pub fn get(&self, which: Which) -> &KernelMatrix {
+        match which {
+            Which::High => &self.high,
+            Which::Low => &self.low,
+            Which::Fractional => &self.fractional,
+        }
+    }
+
+    /// Computes the entries for faces in the order of the tree.
+    pub fn new(
+        tree: &ClusterTree,
+        partition: &Partition,
+        faces: &[FaceDatum],
+        moments: &[Moments],
+        kernels: Kernels,
+        threads: usize,
+    ) -> Result<KernelMatrices, NumericError> {
+        let near = partition.near.items().len() * BLOCK;
+        let [mut high, mut low, mut fractional] = [(); 3].map(|()| vec![0f32; near]);
+        check_stopped()?;
+        let leaves = partition.leaves.len();
+        let share = leaves.div_ceil(threads.max(1)).max(1);
+        let mut tasks = Vec::new();
+        let (mut rest_high, mut rest_low, mut rest_fractional) =
+            (high.as_mut_slice(), low.as_mut_slice(), fractional.as_mut_slice());
+        for start in (0..leaves).step_by(share) {
+            let leaves = start..leaves.min(start + share);
+            let starts = partition.near.starts();
+            let length = (starts[leaves.end] - starts[leaves.start]) as usize * BLOCK;
+            let (high, rest) = std::mem::take(&mut rest_high).split_at_mut(length);
+            rest_high = rest;
+            let (low, rest) = std::mem::take(&mut rest_low).split_at_mut(length);
+            rest_low = rest;
+            let (fractional, rest) = std::mem::take(&mut rest_fractional).split_at_mut(length);
+            rest_fractional = rest;
+            tasks.push(move || near_blocks(partition, faces, kernels, leaves, [high, low, fractional]));
+        }
+        together(tasks).into_iter().collect::<Result<(), NumericError>>()?;
+        let projectors = mean_projectors(tree, faces, moments);
+        let mut far = [(); 3].map(|()| Vec::with_capacity(partition.far.items().len()));
+        for node in 0..tree.nodes().len() {
+            for &other in partition.far.row(node) {
+                let other = other as usize;
+                let v = sub(moments[node].centre, moments[other].centre);
+                let squared = dot(v, v);
+                let [own_high, own_fractional] = kernels.at(squared);
+                let out = in_plane(&projectors[node], v) + in_plane(&projectors[other], v);
+                far[0].push(own_high);
+                far[1].push(0.5 * out / (squared * squared) * own_high);
+                far[2].push(own_fractional);
+            }
+        }
+        check_stopped()?;
+        let areas: Vec<[f64; 1]> = faces.iter().map(|face| [face.area]).collect();
+        let matrix = |near: Vec<f32>, far: Vec<f64>| -> Result<KernelMatrix, NumericError> {
+            let mut matrix = KernelMatrix { near, far, row_sums: vec![0.0; faces.len()] };
+            let sums = matrix.times(tree, partition, &areas, 1, threads)?;
+            matrix.row_sums = sums.iter().zip(faces).map(|([sum], face)| -sum / face.area).collect();
+            Ok(matrix)
+        };
+        let [far_high, far_low, far_fractional] = far;
+        Ok(KernelMatrices {
+            high: matrix(high, far_high)?,
+            low: matrix(low, far_low)?,
+            fractional: matrix(fractional, far_fractional)?,
+        })
+    }
+}
+
+/// `v^T P v`
+fn in_plane([xx, yy, zz, xy, xz, yz]: &Symmetric, [x, y, z]: [f64; 3]) -> f64 {
+    xx * x * x + yy * y * y + zz * z * z + 2.0 * (xy * x * y + xz * x * z + yz * y * z)
+}
+
+/// The mean of `n n^T` over each cluster.
+fn mean_projectors(tree: &ClusterTree, faces: &[FaceDatum], moments: &[Moments]) -> Vec<Symmetric> {
+    let mut sums = vec![[0.0; 6]; moments.len()];
+    for node in (0..sums.len()).rev() {
+        let mut sum = [0.0; 6];
+        match tree.children(node) {
+            Some(children) => {
+                for child in children {
+                    (0..6).for_each(|k| sum[k] += sums[child][k]);
+                }
+            }
+            None => {
+                for face in &faces[tree.nodes()[node].places()] {
+                    let [x, y, z] = face.normal;
+                    let own = [x * x, y * y, z * z, x * y, x * z, y * z];
+                    (0..6).for_each(|k| sum[k] += face.area * own[k]);
+                }
+            }
+        }
+        sums[node] = sum;
+    }
+    sums.iter_mut().zip(moments).for_each(|(sum, own)| sum.iter_mut().for_each(|x| *x /= own.area));
+    sums
+}
+
+/// Fills the near blocks of some leaves.
+fn near_blocks(
+    partition: &Partition,
+    faces: &[FaceDatum],
+    kernels: Kernels,
+    leaves: std::ops::Range<usize>,
+    mut entries: [&mut [f32]; 3],
+) -> Result<(), NumericError> {
+    for (step, leaf) in leaves.enumerate() {
+        if step % 16 == 0 {
+            check_stopped()?;
+        }
+        let near = partition.near.row(leaf);
+        let length = near.len() * BLOCK;
+        let own = entries.each_mut().map(|entries| {
+            let (own, rest) = std::mem::take(entries).split_at_mut(length);
+            *entries = rest;
+            own
+        });
+        vectorized(Blocks { faces, kernels, leaf, near, entries: own });
+    }
+    Ok(())
+}
+
+/// The near blocks of a leaf.
+struct Blocks<'a> {
+    faces: &'a [FaceDatum],
+    kernels: Kernels,
+    leaf: usize,
+    near: &'a [u32],
+    entries: [&'a mut [f32]; 3],
+}
+
+/// The places of the faces of a leaf.
+fn places(faces: usize, leaf: usize) -> std::ops::Range<usize> {
+    LEAF_POINTS * leaf..faces.min(LEAF_POINTS * (leaf + 1))
+}
+
+impl Vectorized for Blocks<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Instructions>(self, simd: S) {
+        let Blocks { faces, kernels, leaf, near, entries: [high, low, fractional] } = self;
+        let mut own = [[0.0; LEAF_POINTS]; 6];
+        for (lane, face) in faces[places(faces.len(), leaf)].iter().enumerate() {
+            for k in 0..3 {
+                own[k][lane] = face.centroid[k];
+                own[3 + k][lane] = face.normal[k];
+            }
+        }
+        let half = Pack::splat(simd, 0.5);
+        for (block, &other) in near.iter().enumerate() {
+            for (column, face) in faces[places(faces.len(), other as usize)].iter().enumerate() {
+                let start = block * BLOCK + column * LEAF_POINTS;
+                for part in 0..LEAF_POINTS / Pack::<S>::LANES {
+                    let [x, y, z, nx, ny, nz] = std::array::from_fn(
+                        #[inline(always)]
+                        |k| Pack::load(simd, &own[k], part),
+                    );
+                    let [cx, cy, cz] = face.centroid.map(
+                        #[inline(always)]
+                        |x| Pack::splat(simd, x),
+                    );
+                    let [mx, my, mz] = face.normal.map(
+                        #[inline(always)]
+                        |x| Pack::splat(simd, x),
+                    );
+                    let v = [x - cx, y - cy, z - cz];
+                    let squared = v[0].mul_add(v[0], v[1].mul_add(v[1], v[2] * v[2]));
+                    let p = nx.mul_add(v[0], ny.mul_add(v[1], nz * v[2]));
+                    let q = mx.mul_add(v[0], my.mul_add(v[1], mz * v[2]));
+                    let [own_high, own_fractional] = kernels.at_pack(simd, squared);
+                    let inverse = squared.inverse_or_zero();
+                    // The same in both directions to the last bit.
+                    let out = half * (p * p + q * q) * inverse * inverse;
+                    let range = start + part * Pack::<S>::LANES..;
+                    own_high.store_single(&mut high[range.clone()]);
+                    (out * own_high).store_single(&mut low[range.clone()]);
+                    own_fractional.store_single(&mut fractional[range]);
+                }
+            }
+        }
+    }
+}
+
+impl KernelMatrix {
+    /// Returns `diag((H a) / a) u - H u` for `many` times N columns `u` with one entry per face, in
+    /// the order of the tree: the entries of a face lie together.
+    ///
+    /// # Cost
+    /// One pass over the entries of the matrix.
+    pub fn times<const N: usize>(
+        &self,
+        tree: &ClusterTree,
+        partition: &Partition,
+        columns: &[[f64; N]],
+        many: usize,
+        threads: usize,
+    ) -> Result<Vec<[f64; N]>, NumericError> {
+        let far = self.far_parts(tree, partition, columns, many, threads)?;
+        let mut result = vec![[0.0; N]; columns.len()];
+        let leaves = partition.leaves.len();
+        let share = leaves.div_ceil(threads.max(1)).max(1);
+        let tasks = result.chunks_mut(share * LEAF_POINTS * many).enumerate().map(|(i, result)| {
+            let far = &far;
+            move || -> Result<(), NumericError> {
+                for (k, result) in result.chunks_mut(LEAF_POINTS * many).enumerate() {
+                    if k % 64 == 0 {
+                        check_stopped()?;
+                    }
+                    let leaf = i * share + k;
+                    let node = partition.leaves[leaf] as usize;
+                    let far = &far[node * many..(node + 1) * many];
+                    vectorized(Product { matrix: self, partition, columns, many, leaf, far, result });
+                }
+                Ok(())
+            }
+        });
+        together(tasks.collect::<Vec<_>>()).into_iter().collect::<Result<(), NumericError>>()?;
+        Ok(result)
+    }
+
+    /// The far part of `H u` at the faces of each cluster.
+    fn far_parts<const N: usize>(
+        &self,
+        tree: &ClusterTree,
+        partition: &Partition,
+        columns: &[[f64; N]],
+        many: usize,
+        threads: usize,
+    ) -> Result<Vec<[f64; N]>, NumericError> {
+        let nodes = tree.nodes().len();
+        let add = |sum: &mut [f64; N], own: &[f64; N]| (0..N).for_each(|c| sum[c] += own[c]);
+        let mut sums = vec![[0.0; N]; nodes * many];
+        for node in (0..nodes).rev() {
+            match tree.children(node) {
+                Some(children) => {
+                    let (before, after) = sums.split_at_mut((node + 1) * many);
+                    for child in children {
+                        let offset = (child - node - 1) * many;
+                        for k in 0..many {
+                            add(&mut before[node * many + k], &after[offset + k]);
+                        }
+                    }
+                }
+                None => {
+                    for place in tree.nodes()[node].places() {
+                        for k in 0..many {
+                            add(&mut sums[node * many + k], &columns[place * many + k]);
+                        }
+                    }
+                }
+            }
+        }
+        check_stopped()?;
+        let mut result = vec![[0.0; N]; nodes * many];
+        let share = nodes.div_ceil(threads.max(1)).max(1);
+        let tasks = result.chunks_mut(share * many).enumerate().map(|(i, result)| {
+            let sums = &sums;
+            move || -> Result<(), NumericError> {
+                for (k, result) in result.chunks_mut(many).enumerate() {
+                    if k % 1024 == 0 {
+                        check_stopped()?;
+                    }
+                    let node = i * share + k;
+                    let first = partition.far.starts()[node] as usize;
+                    for (entry, &other) in self.far[first..].iter().zip(partition.far.row(node)) {
+                        let sums = &sums[other as usize * many..];
+                        for (result, sum) in result.iter_mut().zip(sums) {
+                            (0..N).for_each(|c| result[c] += entry * sum[c]);
+                        }
+                    }
+                }
+                Ok(())
+            }
+        });
+        together(tasks.collect::<Vec<_>>()).into_iter().collect::<Result<(), NumericError>>()?;
+        for node in 0..nodes {
+            if let Some(children) = tree.children(node) {
+                for child in children {
+                    for k in 0..many {
+                        let own = result[node * many + k];
+                        add(&mut result[child * many + k], &own);
+                    }
+                }
+            }
+        }
+        Ok(result)
+    }
+}
+
+/// The rows of a product at the faces of a leaf.
+struct Product<'a, const N: usize> {
+    matrix: &'a KernelMatrix,
+    partition: &'a Partition,
+    columns: &'a [[f64; N]],
+    many: usize,
+    leaf: usize,
+    far: &'a [[f64; N]],
+    result: &'a mut [[f64; N]],
+}
+
+impl<const N: usize> Vectorized for Product<'_, N> {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Instructions>(self, simd: S) {
+        let Product { matrix, partition, columns, many, leaf, far, result } = self;
+        let faces = columns.len() / many;
+        let first = partition.near.starts()[leaf] as usize * BLOCK;
+        let lanes = Pack::<S>::LANES;
+        for k in 0..many {
+            for part in 0..LEAF_POINTS / lanes {
+                let mut sums = [Pack::splat(simd, 0.0); N];
+                for (block, &other) in partition.near.row(leaf).iter().enumerate() {
+                    let entries = &matrix.near[first + block * BLOCK..][..BLOCK];
+                    for (column, place) in places(faces, other as usize).enumerate() {
+                        let entry = Pack::load_single(simd, entries, column * (LEAF_POINTS / lanes) + part);
+                        let partner = &columns[place * many + k];
+                        for c in 0..N {
+                            sums[c] = entry.mul_add(Pack::splat(simd, partner[c]), sums[c]);
+                        }
+                    }
+                }
+                let mut near = [[0.0; LEAF_POINTS]; N];
+                for c in 0..N {
+                    sums[c].add_to(&mut near[c], 0);
+                }
+                for (lane, place) in places(faces, leaf).skip(part * lanes).take(lanes).enumerate() {
+                    let own = &columns[place * many + k];
+                    let result = &mut result[(part * lanes + lane) * many + k];
+                    let row_sum = matrix.row_sums[place];
+                    for c in 0..N {
+                        result[c] = row_sum * own[c] - near[c][lane] - far[k][c];
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! The flow of a surface of the data folder, if it exists.
+
+use eikona::mesh::io;
+use eikona::repulsive::{Flow, FlowOptions, Quantity};
+use eikona::spatial::self_intersections;
+use std::path::Path;
+
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/repulsive");
+
+#[test]
+#[cfg_attr(not(data_folder), ignore = "needs the data folder")]
+fn linked_handcuffs_open_faster_than_in_the_published_program() {
+    let path = Path::new(DATA).join("EntangledDoubleTorus/doubletorus10k.obj");
+    let mesh = io::read_mesh(&path).unwrap().mesh.triangulate().unwrap().0;
+    let mut flow = Flow::new(&mesh, &FlowOptions::default()).unwrap();
+    // By all pairs: 376.2395225971.
+    assert!((flow.energy() / 376.2395225971 - 1.0).abs() < 1e-3, "{}", flow.energy());
+    for _ in 0..10 {
+        flow.step().unwrap().unwrap();
+        assert!(self_intersections(flow.mesh(), 2).unwrap().is_empty());
+    }
+    let [kept, given] = [flow.mesh(), &mesh].map(|mesh| Quantity::Area.of(mesh));
+    println!("1 file: energy {} after ten steps, area {:e} off", flow.energy(), kept / given - 1.0);
+    assert!(flow.energy() < 200.0, "{}", flow.energy());
+    assert!((kept / given - 1.0).abs() < 1e-8);
+}
