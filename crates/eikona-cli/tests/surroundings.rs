@@ -79,6 +79,7 @@ fn every_command_writes_a_report() {
         ("bench", "bench sdf --faces 300 --repeats 1"),
         ("bench", "bench winding --faces 300"),
         ("bench", "bench field --faces 300"),
+        ("bench", "bench repulse --faces 300"),
     ] {
         folder.done(&format!("{command} --report r.json"));
         let report = folder.json("r.json");
@@ -249,6 +250,27 @@ fn the_benchmark_measures_fields() {
     let table = folder.done("bench field --faces 300").text();
     assert!(table.contains("one singularity moved: vertex"), "{table}");
     folder.refused("bench field --faces 300 --peer libigl --python no-such-python", 1, &["--python PATH"]);
+}
+
+#[test]
+fn the_benchmark_measures_repulsion() {
+    let folder = Folder::new();
+    let text = folder.done("bench repulse --faces 1500 --threads 2 --json").text();
+    let bench: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let [run] = bench["runs"].as_array().unwrap().as_slice() else { panic!("one size") };
+    assert_eq!(run["threads"], 2);
+    for energy in run["energies"].as_array().unwrap() {
+        assert!(energy["off"][0].as_f64().unwrap().abs() < 0.01, "{energy}");
+    }
+    let steps = run["steps"].as_array().unwrap();
+    assert_eq!(steps.len(), 2);
+    for step in steps {
+        let phases: Vec<&str> =
+            step["phases"].as_array().unwrap().iter().map(|phase| phase[0].as_str().unwrap()).collect();
+        assert_eq!(phases, ["direction", "line search", "energy"], "{step}");
+    }
+    let table = folder.done("bench repulse --faces 300").text();
+    assert!(table.contains("step with collision detection"), "{table}");
 }
 
 #[test]

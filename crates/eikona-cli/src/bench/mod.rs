@@ -3,6 +3,7 @@
 mod case;
 mod field;
 mod peer;
+mod repulse;
 mod sdf;
 mod winding;
 
@@ -33,6 +34,8 @@ pub enum Method {
     Winding(winding::WindingBench),
     /// Power-linear polar fields
     Field(field::FieldBench),
+    /// Repulsive surfaces
+    Repulse(repulse::RepulseBench),
 }
 
 /// Runs the command and returns the exit code.
@@ -41,6 +44,7 @@ pub fn run(arguments: &BenchArguments, general: &General) -> Result<u8, Failure>
         Method::Sdf(arguments) => sdf::run(arguments, general),
         Method::Winding(arguments) => winding::run(arguments, general),
         Method::Field(arguments) => field::run(arguments, general),
+        Method::Repulse(arguments) => repulse::run(arguments, general),
     }
 }
 
