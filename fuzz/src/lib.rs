@@ -5,5 +5,6 @@ pub mod choices;
 pub mod curves;
 pub mod polar_field;
 pub mod readers;
+pub mod repulsive;
 pub mod solve;
 pub mod winding;

@@ -121,7 +121,7 @@ fn is_ordinary(mesh: &TriangleMesh) -> bool {
         })
 }
 
-fn mesh(choices: &mut Choices) -> Result<TriangleMesh, MeshError> {
+pub(crate) fn mesh(choices: &mut Choices) -> Result<TriangleMesh, MeshError> {
     match choices.below(4) {
         0 => closed(choices),
         1 => {

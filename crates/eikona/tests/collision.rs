@@ -38,6 +38,27 @@ fn known_contacts_are_found_at_their_times() {
     assert!(share > 0.4 && share < 2.0 / 3.0, "{share}");
 }
 
+/// Found by fuzzing: elements that slide along each other at a tiny distance took steps without
+/// end.
+#[test]
+fn sliding_at_a_tiny_distance_ends() {
+    let slope = [[-9., -9., -9.], [9., -9., 9.], [0., 9., 0.]];
+    for gap in [1e-16, 1e-200, 0.0] {
+        let mesh = pair(slope, [[0., 0., gap], [1., 0., 3.], [0., 1., 3.]]);
+        let slide = [[[0.0; 3]; 3], [[1.0, 1.0, 1.0]; 3]].concat();
+        let safe = safe_motion(&mesh, &slide, 1).unwrap();
+        assert!(safe.share < 1e-10 && safe.contact.is_some(), "{gap}: {safe:?}");
+    }
+    let base = [[-9., -9., 0.], [9., -9., 0.], [0., 9., 0.]];
+    let mesh = pair(base, [[0., 0., 1.], [1., 0., 3.], [0., 1., 3.]]);
+    let far = [[[0.0; 3]; 3], [[1e300, 0.0, 1e300]; 3]].concat();
+    assert!((0.0..=1.0).contains(&safe_motion(&mesh, &far, 1).unwrap().share));
+    let wide =
+        pair(base.map(|p| p.map(|x| 1e200 * x)), [[0., 0., 1e190], [1e200, 0., 3e200], [0., 1e200, 3e200]]);
+    let fall = [[[0.0; 3]; 3], [[0.0, 0.0, -2e200]; 3]].concat();
+    assert!(safe_motion(&wide, &fall, 1).unwrap().share < 1e-9);
+}
+
 #[test]
 fn random_motions_are_safe_as_far_as_they_are_said_to_be() {
     let mut random = Random::from_seed(4);

@@ -20,6 +20,10 @@ type Vec3 = [f64; 3];
 /// The share of its distance that a pair keeps.
 const KEPT: f64 = 0.1;
 
+/// Advances of one pair: those of elements that slide along each other at a tiny distance have no
+/// end. As far as they have come is safe.
+const MOST_ADVANCES: usize = 1000;
+
 /// The pair that limits a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contact {
@@ -70,7 +74,9 @@ pub fn safe_motion(mesh: &TriangleMesh, motion: &[Vec3], threads: usize) -> Resu
     assert_eq!(motion.len(), mesh.vertex_count(), "one displacement per vertex");
     // Swept boxes of long motions meet many others, so shorter ones are tried first: at first about
     // the length of two edges.
-    let mut tried = 2.0 * mean_edge(mesh) / longest_relative(motion);
+    let short = 2.0 * mean_edge(mesh) / longest_relative(motion);
+    // Lengths beyond the range of numbers give 0 or NaN.
+    let mut tried = if short >= SHORTEST { short } else { SHORTEST };
     loop {
         tried = if tried < 1.0 { tried } else { 1.0 };
         let scaled: Vec<Vec3> = motion.iter().map(|&m| scale(m, tried)).collect();
@@ -85,6 +91,8 @@ pub fn safe_motion(mesh: &TriangleMesh, motion: &[Vec3], threads: usize) -> Resu
     }
 }
 
+/// The shortest share of a motion that is tried first.
+const SHORTEST: f64 = 1e-6;
 /// By how much the motion that is tried grows.
 const GROWTH: f64 = 4.0;
 
@@ -389,16 +397,23 @@ impl<'a> Sweep<'a> {
             }
         };
         let mut at = distance_at(0.0);
+        // Beyond the range of numbers, nothing is proven.
+        if !(at.is_finite() && speed.is_finite()) {
+            return 0.0;
+        }
         let kept = KEPT * at;
         let mut share = (1.0 - KEPT) * at / speed;
-        while share < most {
+        for _ in 0..MOST_ADVANCES {
+            if share >= most {
+                return most;
+            }
             at = distance_at(share);
-            if at <= 1.5 * kept {
-                return share;
+            if at.is_nan() || at <= 1.5 * kept {
+                break;
             }
             share += 0.9 * (at - kept) / speed;
         }
-        most
+        share.min(most)
     }
 }
 

@@ -361,7 +361,13 @@ impl Flow {
         let sizes = self.sizes();
         for _ in 0..=CORRECTIONS {
             check_stopped()?;
-            let Ok(mut mesh) = self.mesh.with_positions(positions.clone()) else { return Ok(None) };
+            let Ok(moved) = self.mesh.with_positions(positions.clone()) else { return Ok(None) };
+            let shift = barycentre(&moved);
+            for p in &mut positions {
+                (0..3).for_each(|k| p[k] += self.barycentre[k] - shift[k]);
+            }
+            // Measured after the shift, which changes the volume of an open surface.
+            let Ok(mesh) = self.mesh.with_positions(positions.clone()) else { return Ok(None) };
             let off: Vec<f64> = self
                 .options
                 .keep
@@ -371,13 +377,6 @@ impl Flow {
                 .collect();
             let deviation = off.iter().zip(&sizes).map(|(off, size)| off.abs() / size).fold(0.0, f64::max);
             if deviation <= DEVIATION {
-                // Translations change neither the energy nor the quantities of closed surfaces.
-                let shift = barycentre(&mesh);
-                for p in &mut positions {
-                    (0..3).for_each(|k| p[k] += self.barycentre[k] - shift[k]);
-                }
-                let Ok(centred) = self.mesh.with_positions(positions) else { return Ok(None) };
-                mesh = centred;
                 return Ok(Some((mesh, deviation)));
             }
             if !deviation.is_finite() {
