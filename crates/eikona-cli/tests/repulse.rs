@@ -77,13 +77,14 @@ fn a_killed_run_is_resumed_bit_for_bit() {
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    // Killed as soon as it is under way; if it is faster, there is nothing to resume.
+    // Killed as soon as it is under way.
     let start = Instant::now();
     while !folder.0.join("part/frames/000003.ply").exists() && start.elapsed() < Duration::from_secs(60) {
         std::thread::sleep(Duration::from_millis(1));
     }
     child.kill().unwrap();
     child.wait().unwrap();
+    assert!(folder.json("part/checkpoint")["step"].as_u64().unwrap() < 12, "it was not killed in mid-run");
     folder.done("repulse t.ply -o part --until steps=12 --checkpoint-every 2 --resume");
     assert_eq!(folder.bytes("part/frames/000012.ply"), folder.bytes("whole/frames/000012.ply"));
     for column in ["step", "energy", "step_size", "self_distance"] {
@@ -128,6 +129,8 @@ fn faults_name_what_to_do_and_leave_no_folder() {
     folder.refused("repulse t.ply -o run --until steps=2", 2, &["holds a run", "--resume"]);
     folder.refused("repulse t.ply -o run --until steps=2 --keep none --resume", 2, &["settings"]);
     folder.refused("repulse t.ply -o . --until steps=2", 2, &["not empty"]);
+    folder.done("make torus nu=12 nv=6 minor=0.3 -o other.ply");
+    folder.refused("repulse other.ply -o run --until steps=2 --resume", 2, &["settings"]);
     let checkpoint = folder.read("run/checkpoint");
     folder.write("run/checkpoint", &checkpoint[..checkpoint.len() / 2]);
     folder.refused("repulse t.ply -o run --resume", 3, &["no checkpoint"]);

@@ -124,11 +124,11 @@ impl<S: Instructions> Pack<S> {
     #[inline(always)]
     pub fn inverse_cube_root(self, simd: S) -> Self {
         // A third of the exponent, and of the mantissa as an approximation of its logarithm.
-        let guess = self.map(|x| f64::from(f32::from_bits(0x548c_2b4b - (x as f32).to_bits() / 3)));
+        let guess = self.map(|x| f64::from(f32::from_bits(0x54a2_2000 - (x as f32).to_bits() / 3)));
         let (third, four) = (Pack::splat(simd, 1.0 / 3.0), Pack::splat(simd, 4.0));
         let scaled = self * third;
         let four_thirds = four * third;
-        // Newton's method: each step squares the relative error, 0.034 at first, and doubles it.
+        // Newton's method: each step squares the relative error, 0.035 at first, and doubles it.
         (0..3).fold(guess, |y, _| y * (four_thirds - scaled * (y * y * y)))
     }
 
@@ -193,5 +193,35 @@ impl<S: Instructions> Mul for Pack<S> {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Pack { lanes: self.simd.mul_f64s(self.lanes, other.lanes), ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The largest relative error of the inverse cube root.
+    struct CubeRoots<'a>(&'a [f64]);
+
+    impl Vectorized for CubeRoots<'_> {
+        type Output = f64;
+        #[inline(always)]
+        fn run<S: Instructions>(self, simd: S) -> f64 {
+            let mut worst = 0.0f64;
+            for x in self.0 {
+                let root = Pack::splat(simd, *x).inverse_cube_root(simd).sum() / Pack::<S>::LANES as f64;
+                worst = worst.max((root * x.cbrt() - 1.0).abs());
+            }
+            worst
+        }
+    }
+
+    #[test]
+    fn inverse_cube_roots_are_as_exact_as_they_say() {
+        let numbers: Vec<f64> = (-120..120)
+            .flat_map(|e| (0..50).map(move |k| 2f64.powf(f64::from(e) + f64::from(k) / 50.0)))
+            .collect();
+        let worst = vectorized(CubeRoots(&numbers));
+        assert!(worst < 1e-9, "{worst:e}");
     }
 }

@@ -23,6 +23,37 @@ pub fn together<R: Send, F: FnOnce() -> R + Send>(tasks: impl IntoIterator<Item 
     })
 }
 
+/// Calls `work` for each chunk of this length (the last may be shorter) of an array, with the
+/// number of the chunk. Each thread takes consecutive chunks.
+///
+/// # Errors
+/// The first error of the work, by number of the chunk at which its thread began.
+///
+/// ```
+/// use eikona_numeric::for_chunks;
+/// let mut numbers = [0; 7];
+/// let fill = |chunk: usize, numbers: &mut [usize]| {
+///     numbers.fill(chunk);
+///     Ok::<(), ()>(())
+/// };
+/// for_chunks(2, &mut numbers, 3, fill).unwrap();
+/// assert_eq!(numbers, [0, 0, 0, 1, 1, 1, 2]);
+/// ```
+pub fn for_chunks<T: Send, E: Send>(
+    threads: usize,
+    items: &mut [T],
+    length: usize,
+    work: impl Fn(usize, &mut [T]) -> Result<(), E> + Sync,
+) -> Result<(), E> {
+    let length = length.max(1);
+    let share = items.len().div_ceil(length).div_ceil(threads.max(1)).max(1);
+    let work = &work;
+    let tasks = items.chunks_mut(share * length).enumerate().map(|(i, items)| {
+        move || items.chunks_mut(length).enumerate().try_for_each(|(k, chunk)| work(i * share + k, chunk))
+    });
+    together(tasks).into_iter().collect()
+}
+
 /// Runs two tasks, at the same time if there are at least two threads.
 ///
 /// ```

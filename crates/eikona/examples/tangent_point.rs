@@ -19,7 +19,8 @@ fn main() {
         meshes.push((format!("sphere {level}"), shapes::icosphere(level).expect("the size is valid")));
     }
     for times in [1, 2, 4, 8] {
-        meshes.push((format!("linked tori {times}"), linked_tori(28 * times, 11 * times)));
+        let rings = shapes::linked_rings(2, 0.3, 28 * times, 11 * times).expect("the sizes are valid");
+        meshes.push((format!("linked rings {times}"), rings));
     }
     for (name, mesh) in meshes.into_iter().filter(|(_, mesh)| mesh.face_count() <= most) {
         let options = EnergyOptions::default();
@@ -55,17 +56,4 @@ fn main() {
             println!();
         }
     }
-}
-
-/// A torus, and itself turned through its hole.
-fn linked_tori(nu: usize, nv: usize) -> TriangleMesh {
-    let one = shapes::torus(1.0, 0.3, nu, nv).expect("the sizes are valid");
-    let count = one.vertex_count() as u32;
-    let turned = one.positions().iter().map(|&[x, y, z]| [x + 1.0, z, -y]);
-    let faces = one.triangles().iter().map(|t| t.map(|v| v + count));
-    TriangleMesh::new(
-        one.positions().iter().copied().chain(turned).collect(),
-        one.triangles().iter().copied().chain(faces).collect(),
-    )
-    .expect("the indices are valid")
 }

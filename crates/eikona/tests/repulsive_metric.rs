@@ -99,6 +99,22 @@ fn far_clusters_cost_less_the_smaller_the_separation() {
 }
 
 #[test]
+fn near_blocks_alone_are_all_pairs_to_single_precision() {
+    for exponents in [Exponents::default(), Exponents::of_power(4.5).unwrap()] {
+        for mesh in [torus(24, 8), moved(&torus(24, 8), |p| p.map(|x| 1e-7 * x))] {
+            let options = MetricOptions::default().with_exponents(exponents).with_separation(1e-9);
+            let metrics =
+                [Pairs::All, Pairs::Hierarchical].map(|pairs| metric(&mesh, &options.with_pairs(pairs)));
+            let x = noise(&mesh, 3);
+            for product in [Metric::product, Metric::fractional_product] {
+                let [all, near] = metrics.each_ref().map(|metric| dot(&x, &product(metric, &x).unwrap()));
+                assert!((near / all - 1.0).abs() < 1e-7, "{near} {all}");
+            }
+        }
+    }
+}
+
+#[test]
 fn solutions_have_the_forces_as_products() {
     for (what, mesh) in [
         ("torus", shapes::torus(1.0, 0.4, 40, 17).unwrap()),

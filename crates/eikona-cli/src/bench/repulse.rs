@@ -1,5 +1,5 @@
 //! `eikona bench repulse`: times energies, the inner product and steps of the flow on two linked
-//! tori.
+//! rings.
 
 use crate::bench::{megabytes, output_json, parse_faces, print_json, printed, this_program};
 use crate::exit::Failure;
@@ -100,21 +100,14 @@ pub fn run(arguments: &RepulseBench, general: &General) -> Result<u8, Failure> {
     session.finish()
 }
 
-/// A torus, and itself turned through its hole.
-fn linked_tori(faces: usize) -> Result<TriangleMesh, Failure> {
+/// Two rings, each through the hole of the other.
+fn linked_rings(faces: usize) -> Result<TriangleMesh, Failure> {
     let around = ((faces as f64 / 10.0).sqrt().round() as usize).max(6);
-    let one = shapes::torus(1.0, 0.3, 5 * around / 2, around)?;
-    let count = one.vertex_count() as u32;
-    let turned = one.positions().iter().map(|&[x, y, z]| [x + 1.0, z, -y]);
-    let faces = one.triangles().iter().map(|t| t.map(|v| v + count));
-    Ok(TriangleMesh::new(
-        one.positions().iter().copied().chain(turned).collect(),
-        one.triangles().iter().copied().chain(faces).collect(),
-    )?)
+    Ok(shapes::linked_rings(2, 0.3, 5 * around / 2, around)?)
 }
 
 fn measure(faces: usize, threads: usize) -> Result<Run, Failure> {
-    let mesh = linked_tori(faces)?;
+    let mesh = linked_rings(faces)?;
     let seconds = |start: Instant| start.elapsed().as_secs_f64();
     let options = EnergyOptions::default().with_threads(threads);
     let mut exact = None;
@@ -206,7 +199,7 @@ fn timed<R>(work: impl FnOnce() -> R) -> (R, Vec<(String, f64)>) {
 
 fn table(run: &Run) -> String {
     let mut text = String::new();
-    let _ = writeln!(text, "linked tori with {} faces, p = 6, {} thread(s)", run.faces, run.threads);
+    let _ = writeln!(text, "linked rings with {} faces, p = 6, {} thread(s)", run.faces, run.threads);
     for energy in &run.energies {
         let off = energy.off.map_or(String::new(), |[value, norm]| {
             format!(" ({:+.3} % off all pairs, its norm {:+.3} %)", 100.0 * value, 100.0 * norm)

@@ -117,14 +117,18 @@ pub fn run(arguments: &RepulseArguments, general: &General) -> Result<u8, Failur
         .with_keep(arguments.keep.0.clone())
         .with_collisions(!arguments.no_collisions)
         .with_threads(session.threads());
+    let input = MeshInput::read(&arguments.mesh, &mut session)?;
+    input.require_faces()?;
+    // A checkpoint continues only with the same.
     let settings = json!({
         "alpha": exponents.alpha,
         "beta": exponents.beta,
         "keep": options.keep,
         "collisions": options.collisions,
+        "vertices": input.mesh.vertex_count(),
+        "faces": input.mesh.face_count(),
+        "area": Quantity::Area.of(&input.mesh),
     });
-    let input = MeshInput::read(&arguments.mesh, &mut session)?;
-    input.require_faces()?;
     session.report.options.extend(
         [("flow", settings.clone()), ("threads", json!(options.threads))]
             .map(|(key, value)| (key.to_string(), value)),

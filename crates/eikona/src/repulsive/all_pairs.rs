@@ -3,7 +3,7 @@
 use crate::geometry::vector::{add, dot, scale, sub};
 use crate::repulsive::faces::{FaceDatum, FaceForce};
 use crate::repulsive::options::Exponents;
-use eikona_numeric::{NumericError, check_stopped, together};
+use eikona_numeric::{NumericError, check_stopped, for_chunks};
 
 /// What one face contributes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,19 +56,13 @@ fn rows(
     inverse: impl Fn(f64) -> f64 + Copy + Send + Sync,
 ) -> Result<Vec<Row>, NumericError> {
     let mut result = vec![Row::default(); faces.len()];
-    let share = faces.len().div_ceil(threads.max(1)).next_multiple_of(ROWS);
-    let shares = result.chunks_mut(share).enumerate().map(|(i, rows)| {
-        move || -> Result<(), NumericError> {
-            for (k, piece) in rows.chunks_mut(ROWS).enumerate() {
-                check_stopped()?;
-                for (j, row) in piece.iter_mut().enumerate() {
-                    *row = one_row(faces, i * share + k * ROWS + j, exponents, plane, inverse);
-                }
-            }
-            Ok(())
+    for_chunks(threads, &mut result, ROWS, |piece, rows| {
+        check_stopped()?;
+        for (j, row) in rows.iter_mut().enumerate() {
+            *row = one_row(faces, piece * ROWS + j, exponents, plane, inverse);
         }
-    });
-    together(shares).into_iter().collect::<Result<(), NumericError>>()?;
+        Ok::<(), NumericError>(())
+    })?;
     Ok(result)
 }
 

@@ -42,7 +42,8 @@ impl TangentPointEnergy {
 ///
 /// # Errors
 /// [`RepulsiveError::NoFaces`], [`RepulsiveError::FlatFace`], [`RepulsiveError::Coincident`],
-/// [`RepulsiveError::Range`]; [`RepulsiveError::Numeric`] if an observer stops it.
+/// [`RepulsiveError::Range`], [`RepulsiveError::Separation`]; [`RepulsiveError::Numeric`] if an
+/// observer stops it.
 ///
 /// # Cost
 /// O(F log F): about 5 s per million faces and thread with `p = 6`. With [`Pairs::All`], O(F^2):

@@ -46,7 +46,7 @@ impl Interactions {
         let centroids: Vec<[f64; 3]> = faces.iter().map(|face| face.centroid).collect();
         let tree = ClusterTree::new(&centroids);
         check_stopped()?;
-        let ordered: Vec<FaceDatum> = tree.order().iter().map(|&f| faces[f as usize]).collect();
+        let ordered = tree.in_order(faces);
         let moments = moments_of(&tree, &ordered);
         let reach: Vec<f64> =
             radii(&tree, &ordered, &moments).into_iter().map(|r| (r / separation).powi(2)).collect();
@@ -95,7 +95,7 @@ pub(crate) fn hierarchical(
     threads: usize,
 ) -> Result<Vec<Row>, NumericError> {
     let tree = &interactions.tree;
-    let ordered: Vec<FaceDatum> = tree.order().iter().map(|&f| faces[f as usize]).collect();
+    let ordered = tree.in_order(faces);
     let moments = moments_of(tree, &ordered);
     check_stopped()?;
     let work = Work { interactions, faces: &ordered, moments: &moments, differential };

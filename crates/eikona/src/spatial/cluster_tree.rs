@@ -70,6 +70,11 @@ impl ClusterTree {
         (!self.nodes[node].is_leaf()).then(|| [first, first + self.nodes[first].nodes as usize])
     }
 
+    /// Returns what belongs to the points, in the order of the places.
+    pub fn in_order<T: Copy>(&self, of_points: &[T]) -> Vec<T> {
+        self.order.iter().map(|&point| of_points[point as usize]).collect()
+    }
+
     /// Returns the point at each place.
     pub fn order(&self) -> &[u32] {
         &self.order

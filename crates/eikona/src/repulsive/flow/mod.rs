@@ -276,12 +276,15 @@ impl Flow {
                 }
             }
             begin_phase("energy")?;
-            let current = Current::at(&moved, &self.options)?;
-            if current.energy > (1.0 + RISE) * self.current.energy {
+            let current = match Current::at(&moved, &self.options) {
+                Ok(current) if current.energy <= (1.0 + RISE) * self.current.energy => current,
+                Err(RepulsiveError::Numeric(stopped)) => return Err(stopped.into()),
                 // Clusters that were far no longer are.
-                (size, backtracks) = (0.25 * size, backtracks + 1);
-                continue;
-            }
+                _ => {
+                    (size, backtracks) = (0.25 * size, backtracks + 1);
+                    continue;
+                }
+            };
             (self.mesh, self.current, self.step_size) = (moved, current, Some(size));
             return Ok(Some(FlowStep {
                 energy: self.current.energy,

@@ -26,8 +26,7 @@ pub(super) type Mean = [f64; 3];
 impl Elements {
     /// `faces` are in the order of the tree, with lengths divided by `unit`.
     pub fn new(mesh: &TriangleMesh, unit: f64, tree: &ClusterTree, faces: &[FaceDatum]) -> Elements {
-        let triangles = mesh.triangles();
-        let corners: Vec<[u32; 3]> = tree.order().iter().map(|&f| triangles[f as usize]).collect();
+        let corners = tree.in_order(mesh.triangles());
         let hat = |(corners, face): (&[u32; 3], &FaceDatum)| {
             let [a, b, c] = corners.map(|v| mesh.positions()[v as usize].map(|x| x / unit));
             // The normal times the opposite side, turned by a quarter, over twice the area.

@@ -6,14 +6,16 @@ use crate::repulsive::faces::FaceDatum;
 use crate::repulsive::moments::{Moments, Symmetric};
 use crate::repulsive::options::Exponents;
 use crate::spatial::{ClusterTree, LEAF_POINTS};
-use eikona_numeric::{Instructions, NumericError, Pack, Vectorized, check_stopped, together, vectorized};
+use eikona_numeric::{
+    Instructions, NumericError, Pack, Vectorized, check_step, check_stopped, for_chunks, together, vectorized,
+};
 
 /// Entries of a near block: column by column, so that the faces of a leaf fill vectors.
 const BLOCK: usize = LEAF_POINTS * LEAF_POINTS;
 
 /// One of the kernels.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Which {
+pub(super) enum KernelKind {
     High,
     Low,
     Fractional,
@@ -53,17 +55,17 @@ impl Kernels {
     }
 
     /// Returns the entry of two faces.
-    pub fn entry(&self, which: Which, s: &FaceDatum, t: &FaceDatum) -> f64 {
+    pub fn entry(&self, kind: KernelKind, s: &FaceDatum, t: &FaceDatum) -> f64 {
         let v = sub(s.centroid, t.centroid);
         let squared = dot(v, v);
         let [high, fractional] = self.at(squared);
-        match which {
-            Which::High => high,
-            Which::Low => {
+        match kind {
+            KernelKind::High => high,
+            KernelKind::Low => {
                 let (p, q) = (dot(s.normal, v), dot(t.normal, v));
                 0.5 * (p * p + q * q) / (squared * squared) * high
             }
-            Which::Fractional => fractional,
+            KernelKind::Fractional => fractional,
         }
     }
 
@@ -104,11 +106,11 @@ pub(super) struct KernelMatrices {
 }
 
 impl KernelMatrices {
-    pub fn get(&self, which: Which) -> &KernelMatrix {
-        match which {
-            Which::High => &self.high,
-            Which::Low => &self.low,
-            Which::Fractional => &self.fractional,
+    pub fn get(&self, kind: KernelKind) -> &KernelMatrix {
+        match kind {
+            KernelKind::High => &self.high,
+            KernelKind::Low => &self.low,
+            KernelKind::Fractional => &self.fractional,
         }
     }
 
@@ -304,24 +306,15 @@ impl KernelMatrix {
     ) -> Result<Vec<[f64; N]>, NumericError> {
         let far = self.far_parts(tree, partition, columns, many, threads)?;
         let mut result = vec![[0.0; N]; columns.len()];
-        let leaves = partition.leaves.len();
-        let share = leaves.div_ceil(threads.max(1)).max(1);
-        let tasks = result.chunks_mut(share * LEAF_POINTS * many).enumerate().map(|(i, result)| {
-            let far = &far;
-            move || -> Result<(), NumericError> {
-                for (k, result) in result.chunks_mut(LEAF_POINTS * many).enumerate() {
-                    if k % 64 == 0 {
-                        check_stopped()?;
-                    }
-                    let leaf = i * share + k;
-                    let node = partition.leaves[leaf] as usize;
-                    let far = &far[node * many..(node + 1) * many];
-                    vectorized(Product { matrix: self, partition, columns, many, leaf, far, result });
-                }
-                Ok(())
+        for_chunks(threads, &mut result, LEAF_POINTS * many, |leaf, result| {
+            if leaf % 64 == 0 {
+                check_stopped()?;
             }
-        });
-        together(tasks.collect::<Vec<_>>()).into_iter().collect::<Result<(), NumericError>>()?;
+            let node = partition.leaves[leaf] as usize;
+            let far = &far[node * many..(node + 1) * many];
+            vectorized(Product { matrix: self, partition, columns, many, leaf, far, result });
+            Ok::<(), NumericError>(())
+        })?;
         Ok(result)
     }
 
@@ -359,27 +352,16 @@ impl KernelMatrix {
         }
         check_stopped()?;
         let mut result = vec![[0.0; N]; nodes * many];
-        let share = nodes.div_ceil(threads.max(1)).max(1);
-        let tasks = result.chunks_mut(share * many).enumerate().map(|(i, result)| {
-            let sums = &sums;
-            move || -> Result<(), NumericError> {
-                for (k, result) in result.chunks_mut(many).enumerate() {
-                    if k % 1024 == 0 {
-                        check_stopped()?;
-                    }
-                    let node = i * share + k;
-                    let first = partition.far.starts()[node] as usize;
-                    for (entry, &other) in self.far[first..].iter().zip(partition.far.row(node)) {
-                        let sums = &sums[other as usize * many..];
-                        for (result, sum) in result.iter_mut().zip(sums) {
-                            (0..N).for_each(|c| result[c] += entry * sum[c]);
-                        }
-                    }
+        for_chunks(threads, &mut result, many, |node, result| {
+            check_step(node)?;
+            let first = partition.far.starts()[node] as usize;
+            for (entry, &other) in self.far[first..].iter().zip(partition.far.row(node)) {
+                for (result, sum) in result.iter_mut().zip(&sums[other as usize * many..]) {
+                    (0..N).for_each(|c| result[c] += entry * sum[c]);
                 }
-                Ok(())
             }
-        });
-        together(tasks.collect::<Vec<_>>()).into_iter().collect::<Result<(), NumericError>>()?;
+            Ok::<(), NumericError>(())
+        })?;
         for node in 0..nodes {
             if let Some(children) = tree.children(node) {
                 for child in children {

@@ -27,7 +27,7 @@ use crate::spatial::ClusterTree;
 use eikona_mesh::{TriangleMesh, VertexField};
 use eikona_numeric::{NumericError, Symbolic, check_stopped};
 use elements::Elements;
-use kernel::{KernelMatrices, Kernels, Which};
+use kernel::{KernelKind, KernelMatrices, Kernels};
 use partition::Partition;
 use solve::Preconditioner;
 use std::sync::Arc;
@@ -113,17 +113,17 @@ enum Matrices {
 impl Matrices {
     fn times<const N: usize>(
         &self,
-        which: Which,
+        kind: KernelKind,
         columns: &[[f64; N]],
         many: usize,
         threads: usize,
     ) -> Result<Vec<[f64; N]>, NumericError> {
         match self {
             Matrices::Stored { tree, partition, kernels } => {
-                kernels.get(which).times(tree, partition, columns, many, threads)
+                kernels.get(kind).times(tree, partition, columns, many, threads)
             }
             Matrices::AllPairs { faces, kernels } => {
-                all_pairs::times(which, *kernels, faces, columns, many, threads)
+                all_pairs::times(kind, *kernels, faces, columns, many, threads)
             }
         }
     }
@@ -159,7 +159,7 @@ impl Metric {
         options: &MetricOptions,
         analysis: Option<&Analysis>,
     ) -> Result<Metric, NumericError> {
-        let ordered: Vec<FaceDatum> = tree.order().iter().map(|&f| faces[f as usize]).collect();
+        let ordered = tree.in_order(faces);
         let elements = Elements::new(mesh, unit, &tree, &ordered);
         check_stopped()?;
         let preconditioner = Preconditioner::new(mesh, unit, options.threads, analysis)?;
@@ -229,12 +229,12 @@ impl Metric {
         let many = fields.len();
         let mut result = vec![vec![[0.0; 3]; elements.vertices()]; many];
         let gradients = elements.gradients(fields);
-        let gradients = matrices.times(Which::High, &gradients, many, options.threads)?;
+        let gradients = matrices.times(KernelKind::High, &gradients, many, options.threads)?;
         elements.add_divergences(&gradients, 2.0, &mut result);
         check_stopped()?;
         if options.low_order {
             let means = elements.means(fields);
-            let means = matrices.times(Which::Low, &means, many, options.threads)?;
+            let means = matrices.times(KernelKind::Low, &means, many, options.threads)?;
             elements.add_means(&means, 2.0, &mut result);
             check_stopped()?;
         }
@@ -247,7 +247,7 @@ impl Metric {
         let many = fields.len();
         let mut result = vec![vec![[0.0; 3]; elements.vertices()]; many];
         let means = elements.means(fields);
-        let means = matrices.times(Which::Fractional, &means, many, options.threads)?;
+        let means = matrices.times(KernelKind::Fractional, &means, many, options.threads)?;
         elements.add_means(&means, 2.0, &mut result);
         check_stopped()?;
         Ok(result)

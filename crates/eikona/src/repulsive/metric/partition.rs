@@ -41,18 +41,19 @@ impl Partition {
                 far.push((a, b));
                 continue;
             }
+            let split_first = |children: [usize; 2]| children.map(|child| (child as u32, b));
+            let split_second = |children: [usize; 2]| children.map(|child| (a, child as u32));
             match (tree.children(i), tree.children(j)) {
                 (None, None) => near.push((number[i], number[j])),
-                (Some([first, second]), _) if a == b => {
+                (Some([first, second]), Some(_)) if a == b => {
                     let [first, second] = [first as u32, second as u32];
                     stack.extend([(second, second), (first, second), (first, first)]);
                 }
+                (Some(children), None) => stack.extend(split_first(children)),
+                (None, Some(children)) => stack.extend(split_second(children)),
                 // The larger cluster is split.
-                (Some(children), other) if other.is_none() || radii[i] >= radii[j] => {
-                    stack.extend(children.map(|child| (child as u32, b)));
-                }
-                (_, Some(children)) => stack.extend(children.map(|child| (a, child as u32))),
-                (Some(_), None) => unreachable!("the case before it"),
+                (Some(first), Some(_)) if radii[i] >= radii[j] => stack.extend(split_first(first)),
+                (Some(_), Some(second)) => stack.extend(split_second(second)),
             }
         }
         check_stopped()?;
