@@ -11,7 +11,8 @@ allowed() {
         eikona-mesh | eikona-numeric) echo "" ;;
         eikona) echo "eikona-mesh eikona-numeric" ;;
         eikona-render) echo "eikona-mesh" ;;
-        eikona-cli) echo "eikona eikona-mesh eikona-render" ;;
+        eikona-scene) echo "eikona eikona-mesh" ;;
+        eikona-cli) echo "eikona eikona-mesh eikona-render eikona-scene" ;;
         *) echo "unknown" ;;
     esac
 }

@@ -6,5 +6,6 @@ pub mod curves;
 pub mod polar_field;
 pub mod readers;
 pub mod repulsive;
+pub mod scenes;
 pub mod solve;
 pub mod winding;

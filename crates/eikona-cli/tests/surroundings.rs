@@ -267,7 +267,7 @@ fn the_benchmark_measures_repulsion() {
     for step in steps {
         let phases: Vec<&str> =
             step["phases"].as_array().unwrap().iter().map(|phase| phase[0].as_str().unwrap()).collect();
-        assert_eq!(phases, ["direction", "line search", "energy"], "{step}");
+        assert_eq!(phases, ["direction", "line search", "remeshing", "energy"], "{step}");
     }
     let table = folder.done("bench repulse --faces 300").text();
     assert!(table.contains("step with collision detection"), "{table}");

@@ -18,6 +18,7 @@ pub mod operators;
 mod option_name;
 mod phases;
 pub mod polar_field;
+pub mod remesh;
 pub mod repulsive;
 mod setters;
 pub mod signed_heat;

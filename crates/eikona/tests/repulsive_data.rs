@@ -9,18 +9,34 @@ const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/re
 
 #[test]
 #[cfg_attr(not(data_folder), ignore = "needs the data folder")]
-fn linked_handcuffs_open_faster_than_in_the_published_program() {
+fn linked_handcuffs_come_apart() {
     let path = Path::new(DATA).join("EntangledDoubleTorus/doubletorus10k.obj");
     let mesh = io::read_mesh(&path).unwrap().mesh.triangulate().unwrap().0;
-    let mut flow = Flow::new(&mesh, &FlowOptions::default()).unwrap();
+    let mut flow = Flow::new(&mesh, &FlowOptions::default().with_threads(2)).unwrap();
     // By all pairs: 376.2395225971.
     assert!((flow.energy() / 376.2395225971 - 1.0).abs() < 1e-3, "{}", flow.energy());
     for _ in 0..10 {
         flow.step().unwrap().unwrap();
         assert!(self_intersections(flow.mesh(), 2).unwrap().is_empty());
     }
+    // The published program: 260.
+    let ten = flow.energy();
+    assert!(ten < 180.0, "{ten}");
+    // Linked, the energy stays above 40. Apart, the minimiser of genus 2 has about 7.5.
+    let mut steps = 10;
+    while flow.energy() > 9.0 && steps < 500 {
+        flow.step().unwrap().unwrap();
+        steps += 1;
+        if steps % 10 == 0 {
+            assert!(self_intersections(flow.mesh(), 2).unwrap().is_empty(), "step {steps}");
+        }
+    }
     let [kept, given] = [flow.mesh(), &mesh].map(|mesh| Quantity::Area.of(mesh));
-    println!("1 file: energy {} after ten steps, area {:e} off", flow.energy(), kept / given - 1.0);
-    assert!(flow.energy() < 200.0, "{}", flow.energy());
+    println!(
+        "1 file: energy {ten} after 10 steps, {} after {steps}, area {:e} off",
+        flow.energy(),
+        kept / given - 1.0
+    );
+    assert!(flow.energy() < 9.0, "{}", flow.energy());
     assert!((kept / given - 1.0).abs() < 1e-8);
 }

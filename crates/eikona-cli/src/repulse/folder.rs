@@ -162,6 +162,11 @@ impl RunFolder {
         Ok((folder, checkpoint.state))
     }
 
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The last step that was logged.
     pub fn step(&self) -> u64 {
         self.step

@@ -99,6 +99,64 @@ pub fn clay_animal(levels: u32) -> Result<TriangleMesh, MeshError> {
     smooth(block_surface([7, 5, 8], is_solid, place), levels)
 }
 
+/// Two rings, each through the hole of the other, joined by a bar: a closed surface of genus 2 that
+/// looks tied, and is not. (Slide one end of the bar around its ring.)
+///
+/// Boxes smoothed `levels` times (at least once). With q = 226 · 4^k for k levels, V = q - 2, E = 3
+/// q, F = 2 q and χ = -2. Outward oriented. The tubes are about 1 wide, and 2 apart.
+///
+/// # Errors
+/// [`MeshError::Parameter`] if `levels` is 0 or gives too many faces.
+///
+/// ```
+/// let handcuffs = eikona_mesh::shapes::handcuffs(2)?;
+/// let [v, e, f] = [handcuffs.vertex_count(), handcuffs.edge_count(), handcuffs.face_count()];
+/// assert_eq!(v as i64 - e as i64 + f as i64, -2);
+/// # Ok::<(), eikona_mesh::MeshError>(())
+/// ```
+pub fn handcuffs(levels: u32) -> Result<TriangleMesh, MeshError> {
+    require_some("levels", levels as usize)?;
+    limit_faces("levels", levels, 2.0 * 226.0 * 4f64.powf(f64::from(levels)))?;
+    let is_solid = |[i, j, k]: [usize; 3]| {
+        let first = k == 3 && i <= 6 && j <= 6 && (i % 6 == 0 || j % 6 == 0);
+        let second = j == 3 && (3..=9).contains(&i) && (i == 3 || i == 9 || k % 6 == 0);
+        // From a corner of the first ring to the far side of the second one.
+        let bar = k == 3
+            && ((j == 8 && (6..=9).contains(&i)) || (i == 6 && j == 7) || (i == 9 && (4..=7).contains(&j)));
+        first || second || bar
+    };
+    let place = |[i, j, k]: [usize; 3]| [i as f64 - 5.0, j as f64 - 3.5, k as f64 - 3.5];
+    smooth(block_surface([10, 9, 7], is_solid, place), levels)
+}
+
+/// The Borromean rings: three tori, no two of which are linked, but which cannot be taken apart.
+///
+/// Boxes smoothed `levels` times (at least once). With q = 336 · 4^k for k levels, V = q, E = 3 q,
+/// F = 2 q and χ = 0, in three components. Outward oriented. The rings are 11 long and 5 wide, in
+/// the three coordinate planes; their tubes are about 1 wide, and 1 apart.
+///
+/// # Errors
+/// [`MeshError::Parameter`] if `levels` is 0 or gives too many faces.
+///
+/// ```
+/// let rings = eikona_mesh::shapes::borromean_rings(1)?;
+/// assert_eq!((rings.vertex_count(), rings.face_count()), (1344, 2688));
+/// # Ok::<(), eikona_mesh::MeshError>(())
+/// ```
+pub fn borromean_rings(levels: u32) -> Result<TriangleMesh, MeshError> {
+    require_some("levels", levels as usize)?;
+    limit_faces("levels", levels, 2.0 * 336.0 * 4f64.powf(f64::from(levels)))?;
+    // In the plane where a coordinate is zero, the next one is the long side.
+    let is_solid = |block: [usize; 3]| {
+        (0..3).any(|axis| {
+            let [across, long, short] = [0, 1, 2].map(|k| block[(axis + k) % 3].abs_diff(5));
+            across == 0 && short <= 2 && (long == 5 || short == 2)
+        })
+    };
+    let place = |p: [usize; 3]| p.map(|x| x as f64 - 5.5);
+    smooth(block_surface([11; 3], is_solid, place), levels)
+}
+
 struct QuadMesh {
     positions: Vec<Vec3>,
     quads: Vec<[u32; 4]>,

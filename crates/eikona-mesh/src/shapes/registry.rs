@@ -389,6 +389,18 @@ static SHAPES: &[Shape] = &[
         |v| clay_animal(v.levels("levels")?),
     ),
     shape(
+        "handcuffs",
+        "two linked rings joined by a bar, of genus 2",
+        &[p("levels", "3", "number of smoothing steps")],
+        |v| handcuffs(v.levels("levels")?),
+    ),
+    shape(
+        "borromean_rings",
+        "three rings that hold together, no two of them linked",
+        &[p("levels", "3", "number of smoothing steps")],
+        |v| borromean_rings(v.levels("levels")?),
+    ),
+    shape(
         "moebius_band",
         "one-sided band with one boundary loop",
         &[

@@ -166,6 +166,10 @@ fn tori_tubes_and_chains_are_closed() {
         let mesh = clay_animal(levels).unwrap();
         assert_solid(&mesh, 2, [q + 2, 3 * q, 2 * q]);
         assert!(smallest_angle(&mesh) > 10.0, "{}", smallest_angle(&mesh));
+        let q = 226 * 4usize.pow(levels);
+        assert_solid(&handcuffs(levels).unwrap(), -2, [q - 2, 3 * q, 2 * q]);
+        let q = 336 * 4usize.pow(levels);
+        assert_solid(&borromean_rings(levels).unwrap(), 0, [q, 3 * q, 2 * q]);
     }
 }
 
@@ -319,6 +323,8 @@ fn embedded_shapes_do_not_intersect_themselves() {
     let embedded = [
         ("clay_animal", clay_animal(2)),
         ("chain_of_genus", chain_of_genus(2, 2)),
+        ("handcuffs", handcuffs(2)),
+        ("borromean_rings", borromean_rings(2)),
         ("trefoil_tube", trefoil_tube(0.45, 160, 10)),
         ("figure_eight_tube", figure_eight_tube(0.25, 220, 8)),
         ("linked_rings", linked_rings(3, 0.3, 24, 8)),
@@ -493,6 +499,8 @@ fn bad_parameters_are_errors_before_memory_is_allocated() {
         chain_of_genus(huge, 2),
         chain_of_genus(1, u32::MAX),
         clay_animal(0),
+        handcuffs(0),
+        borromean_rings(u32::MAX),
         linked_rings(huge, 0.2, 8, 8),
         linked_rings(2, 0.4, 8, 8),
         trefoil_tube(0.0, 10, 10),

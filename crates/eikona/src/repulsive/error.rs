@@ -1,5 +1,6 @@
 //! Errors of repulsive energies.
 
+use crate::remesh::RemeshError;
 use eikona_mesh::{Edge, Face, Vertex};
 use eikona_numeric::NumericError;
 use thiserror::Error;
@@ -78,13 +79,159 @@ pub enum RepulsiveError {
         /// The first such edge.
         edge: Edge,
     },
+    /// The surface intersects the obstacle, or touches it.
+    #[error(
+        "{} pairs of a face and a face of the obstacle intersect (first: {} and {} of the obstacle); move the \
+         obstacle away",
+        pairs.len(), pairs[0][0], pairs[0][1]
+    )]
+    IntersectsObstacle {
+        /// All pairs, at least one: a face of the surface and one of the obstacle.
+        pairs: Vec<[Face; 2]>,
+    },
+    /// A constraint or a setting of the flow is out of range.
+    #[error("{fault}; give finite values, positive lengths, 1 or more steps, and each constraint once")]
+    Constraint {
+        /// What is wrong.
+        fault: String,
+    },
+    /// The weight of a potential is not a number.
+    #[error("the weight {weight} of a potential is not finite; give a number, such as 1")]
+    Weight {
+        /// The weight.
+        weight: f64,
+    },
+    /// The exponent of a potential is out of range.
+    #[error(
+        "the exponent {exponent} of a potential is out of range; give a number {}",
+        if *least > 0.0 { "of at least 1, such as 2" } else { "above 0, such as 6" }
+    )]
+    PotentialExponent {
+        /// The exponent.
+        exponent: f64,
+        /// The bound: 1 for attractors, 0 for what repels.
+        least: f64,
+    },
+    /// An obstacle has no face with an area.
+    #[error("none of the {faces} faces of the obstacle has an area, so it does not repel; give another mesh")]
+    FlatObstacle {
+        /// Its number of faces.
+        faces: usize,
+    },
+    /// A point cloud has no points.
+    #[error("the obstacle has no points; give at least one")]
+    NoObstaclePoints,
+    /// A point of an obstacle is not finite.
+    #[error("point {point} of the obstacle is not finite; drop it")]
+    ObstaclePoint {
+        /// The first such point, from 0.
+        point: usize,
+    },
+    /// A face lies on an obstacle.
+    #[error(
+        "{face} lies on an obstacle, or so close that the potential is beyond the range of numbers; move the surface \
+         away from it"
+    )]
+    FaceOnObstacle {
+        /// The first such face.
+        face: Face,
+    },
+    /// A vertex lies on an implicit obstacle.
+    #[error(
+        "{vertex} lies on an implicit obstacle, or so close that the potential is beyond the range of numbers; move \
+         the surface away from it"
+    )]
+    VertexOnObstacle {
+        /// The first such vertex.
+        vertex: Vertex,
+    },
+    /// A number that describes an implicit surface is out of range.
+    #[error(
+        "{what} is {value}; points have to be finite, radii, lengths of directions and spacings also positive"
+    )]
+    ImplicitShape {
+        /// Which number.
+        what: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// The samples of a distance do not fill their grid.
+    #[error(
+        "a grid of {} x {} x {} samples cannot have {values} values; give at least two samples along each axis, and \
+         one value for each", shape[0], shape[1], shape[2]
+    )]
+    GridShape {
+        /// The number of samples along each axis.
+        shape: [usize; 3],
+        /// The number of values.
+        values: usize,
+    },
+    /// A sample of a distance is not finite.
+    #[error("sample {sample:?} of the distance is {value}; fill such samples with finite distances")]
+    GridValue {
+        /// The first such sample, along each axis from 0.
+        sample: [usize; 3],
+        /// Its value.
+        value: f64,
+    },
+    /// A value to which a quantity is held is out of range.
+    #[error("{what} is {value}; targets have to be finite, and what is divided by positive")]
+    Target {
+        /// Which value.
+        what: &'static str,
+        /// The value.
+        value: f64,
+    },
+    /// The area to which a face is held is not positive.
+    #[error("the area {area} to which {face} is held is not positive; give positive areas")]
+    TargetArea {
+        /// The first such face.
+        face: Face,
+        /// The area.
+        area: f64,
+    },
+    /// The values of a potential are those of another mesh.
+    #[error("there are {found} {what}, but the mesh has {expected} {elements}; transfer them to this mesh")]
+    WrongCount {
+        /// Which values.
+        what: &'static str,
+        /// Their number.
+        found: usize,
+        /// The number of elements.
+        expected: usize,
+        /// What has such a value: `vertices` or `faces`.
+        elements: &'static str,
+    },
+    /// A potential is beyond the range of numbers.
+    #[error(
+        "{potential} is beyond the range of numbers; scale the mesh to about unit size, or lower its weight"
+    )]
+    PotentialRange {
+        /// Which potential.
+        potential: &'static str,
+    },
     /// The state is none of a flow with these options.
     #[error("the flow cannot continue: {fault}; start it again, or give the options it had")]
     State {
         /// What is wrong.
         fault: String,
     },
+    /// Remeshing failed.
+    #[error("remeshing failed: {fault}; start the flow without remeshing")]
+    Remeshing {
+        /// What is wrong.
+        fault: String,
+    },
     /// The observer stopped the computation.
     #[error(transparent)]
     Numeric(#[from] NumericError),
+}
+
+impl RepulsiveError {
+    pub(super) fn from_remeshing(fault: RemeshError) -> RepulsiveError {
+        match fault {
+            RemeshError::Numeric(stopped) => stopped.into(),
+            other => RepulsiveError::Remeshing { fault: other.to_string() },
+        }
+    }
 }

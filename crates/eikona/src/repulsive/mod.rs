@@ -15,8 +15,13 @@
 //! | `dE` | [`TangentPointEnergy::differential`] | V vectors | sec 4.2 |
 //! | `A = B + B0` | [`Metric::product`] | V x V on vectors | 7, 8, 12, 13 |
 //! | `L^(2-s)` | [`Metric::fractional_product`] | V x V on vectors | 11, sec 5.2 |
-//! | `x` | `flow/mod.rs`, `Direction` | V vectors | 14, 20 |
+//! | `x` | `flow/direction.rs` | V vectors | 14, 20 |
 //! | `h` | `flow/mod.rs`, `corrected` | V vectors | 15, 21 |
+//! | `E_area` | [`Potential`], `potential/totals.rs` | number, V vectors | sec 7.3.1 |
+//! | `E_obs` | [`Obstacle`], `potential/far_field.rs` | number, V vectors | sec 7.3.2 |
+//! | `E_i`, `E_a` | [`ImplicitSurface`], `potential/implicit.rs` | number, V vectors | sec 7.3.3 |
+//! | `E_b`, `E_c` | `potential/boundary.rs` | number, V vectors | sec 7.3.4 |
+//! | `E_Willmore` | `potential/willmore.rs` | number, V vectors | sec 7.3.5 |
 //!
 //! The sum runs over ordered pairs of different faces:
 //! `E = sum over S != T of |n_S . (X_S - X_T)|^alpha / |X_S - X_T|^beta a_S a_T`.
@@ -38,9 +43,13 @@ mod leaf_sums;
 mod metric;
 mod moments;
 mod options;
+mod potential;
+mod quantity;
 
 pub use energy::{TangentPointEnergy, tangent_point_energy};
 pub use error::RepulsiveError;
-pub use flow::{Flow, FlowOptions, FlowState, FlowStep, Quantity};
+pub use flow::{Barycentre, Flow, FlowOptions, FlowState, FlowStep, Growth, Pin, Remeshing};
 pub use metric::{Metric, MetricOptions, MetricSolution};
 pub use options::{EnergyOptions, Exponents, Pairs};
+pub use potential::{ImplicitSurface, Obstacle, Potential, PotentialKind, SampledDistance, StartPositions};
+pub use quantity::Quantity;

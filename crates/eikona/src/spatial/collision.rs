@@ -2,8 +2,9 @@
 //! before the surface touches itself.
 //!
 //! A mesh first touches itself where a vertex meets a face or an edge meets an edge. Candidates are
-//! pairs of faces whose swept boxes meet; each vertex and each edge is tested with one face that
-//! has it. A pair is advanced by steps that its distance proves safe (additive conservative
+//! pairs of faces whose boxes meet on the way; boxes know the range of the motions inside of them,
+//! so faces that move alike are no candidates. Each vertex and each edge is tested with one face
+//! that has it. A pair is advanced by steps that its distance proves safe (additive conservative
 //! advancement), so no root of a polynomial has to be found, and rounding can only shorten a step.
 //!
 //! **Reference.** Li, Kaufman and Jiang, *Codimensional Incremental Potential Contact*, ACM
@@ -31,6 +32,22 @@ pub enum Contact {
     VertexFace(Vertex, Face),
     /// Two edges.
     EdgeEdge(Edge, Edge),
+}
+
+impl Contact {
+    /// Returns the vertices of both elements, those of the first one first.
+    pub fn vertices(self, mesh: &TriangleMesh) -> [Vertex; 4] {
+        match self {
+            Contact::VertexFace(v, f) => {
+                let [a, b, c] = mesh.face_vertices(f);
+                [v, a, b, c]
+            }
+            Contact::EdgeEdge(d, e) => {
+                let ([a, b], [p, q]) = (mesh.edge_vertices(d), mesh.edge_vertices(e));
+                [a, b, p, q]
+            }
+        }
+    }
 }
 
 /// The share of a motion that keeps a mesh from touching itself.
@@ -72,7 +89,61 @@ pub struct SafeMotion {
 /// ```
 pub fn safe_motion(mesh: &TriangleMesh, motion: &[Vec3], threads: usize) -> Result<SafeMotion, NumericError> {
     assert_eq!(motion.len(), mesh.vertex_count(), "one displacement per vertex");
-    // Swept boxes of long motions meet many others, so shorter ones are tried first: at first about
+    safe_motion_in(mesh, mesh.face_count(), motion, threads)
+}
+
+/// Like [`safe_motion`], past an obstacle that stays where it is. Faces and vertices of the
+/// obstacle are numbered after those of the mesh.
+///
+/// # Panics
+/// If there is not one displacement per vertex of the mesh.
+///
+/// # Errors
+/// [`NumericError::Stopped`].
+///
+/// # Cost
+/// As for [`safe_motion`], with the faces of both.
+///
+/// ```
+/// use eikona::mesh::{Face, TriangleMesh, Vertex};
+/// use eikona::spatial::{Contact, safe_motion_past};
+/// let floor = TriangleMesh::new(vec![[0., 0., 0.], [9., 0., 0.], [0., 9., 0.]], vec![[0, 1, 2]])?;
+/// let top = TriangleMesh::new(vec![[1., 1., 2.], [2., 1., 3.], [1., 2., 3.]], vec![[0, 1, 2]])?;
+/// let safe = safe_motion_past(&top, &[[0., 0., -4.]; 3], &floor, 1)?;
+/// assert!(safe.share > 0.44 && safe.share < 0.5);
+/// assert_eq!(safe.contact, Some(Contact::VertexFace(Vertex(0), Face(1))));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn safe_motion_past(
+    mesh: &TriangleMesh,
+    motion: &[Vec3],
+    obstacle: &TriangleMesh,
+    threads: usize,
+) -> Result<SafeMotion, NumericError> {
+    assert_eq!(motion.len(), mesh.vertex_count(), "one displacement per vertex");
+    let still = vec![[0.0; 3]; obstacle.vertex_count()];
+    safe_motion_in(&joined(mesh, obstacle), mesh.face_count(), &[motion, &still].concat(), threads)
+}
+
+/// Both meshes as one.
+pub(crate) fn joined(first: &TriangleMesh, second: &TriangleMesh) -> TriangleMesh {
+    let shift = first.vertex_count() as u32;
+    let faces = second.triangles().iter().map(|corners| corners.map(|v| v + shift));
+    TriangleMesh::new(
+        [first.positions(), second.positions()].concat(),
+        first.triangles().iter().copied().chain(faces).collect(),
+    )
+    .expect("both meshes are valid")
+}
+
+/// The same, where only the first faces move.
+fn safe_motion_in(
+    mesh: &TriangleMesh,
+    moving: usize,
+    motion: &[Vec3],
+    threads: usize,
+) -> Result<SafeMotion, NumericError> {
+    // Boxes of long motions meet many others, so shorter ones are tried first: at first about
     // the length of two edges.
     let short = 2.0 * mean_edge(mesh) / longest_relative(motion);
     // Lengths beyond the range of numbers give 0 or NaN.
@@ -80,7 +151,7 @@ pub fn safe_motion(mesh: &TriangleMesh, motion: &[Vec3], threads: usize) -> Resu
     loop {
         tried = if tried < 1.0 { tried } else { 1.0 };
         let scaled: Vec<Vec3> = motion.iter().map(|&m| scale(m, tried)).collect();
-        let found = first_contact(mesh, &scaled, threads)?;
+        let found = first_contact(mesh, moving, &scaled, threads)?;
         if found.contact.is_some() {
             return Ok(SafeMotion { share: tried * found.share, ..found });
         }
@@ -111,8 +182,13 @@ fn longest_relative(motion: &[Vec3]) -> f64 {
     motion.iter().map(|&m| distance(m, mean)).fold(0.0, f64::max)
 }
 
-fn first_contact(mesh: &TriangleMesh, motion: &[Vec3], threads: usize) -> Result<SafeMotion, NumericError> {
-    let sweep = Sweep::new(mesh, motion)?;
+fn first_contact(
+    mesh: &TriangleMesh,
+    moving: usize,
+    motion: &[Vec3],
+    threads: usize,
+) -> Result<SafeMotion, NumericError> {
+    let sweep = Sweep::new(mesh, moving, motion)?;
     let mut first = SafeMotion { share: 1.0, contact: None };
     for found in together(sweep.shares(threads).map(|leaves| || sweep.first_contact(leaves))) {
         let found = found?;
@@ -121,6 +197,20 @@ fn first_contact(mesh: &TriangleMesh, motion: &[Vec3], threads: usize) -> Result
         }
     }
     Ok(first)
+}
+
+/// Returns all pairs of elements that would come closer than a tenth of their distance if all
+/// vertices moved along straight lines, or that touch already. Without them, the whole motion is
+/// safe. Only the first faces move.
+pub(crate) fn contacts(
+    mesh: &TriangleMesh,
+    moving: usize,
+    motion: &[Vec3],
+    threads: usize,
+) -> Result<Vec<Contact>, NumericError> {
+    let sweep = Sweep::new(mesh, moving, motion)?;
+    let parts = together(sweep.shares(threads).map(|leaves| || sweep.contacts(leaves)));
+    Ok(parts.into_iter().collect::<Result<Vec<_>, NumericError>>()?.concat())
 }
 
 /// Returns the smallest distance of two faces that share no vertex; infinite if all do.
@@ -142,7 +232,7 @@ fn first_contact(mesh: &TriangleMesh, motion: &[Vec3], threads: usize) -> Result
 /// ```
 pub fn self_distance(mesh: &TriangleMesh, threads: usize) -> Result<f64, NumericError> {
     let still = vec![[0.0; 3]; mesh.vertex_count()];
-    let sweep = Sweep::new(mesh, &still)?;
+    let sweep = Sweep::new(mesh, mesh.face_count(), &still)?;
     let mut least = f64::INFINITY;
     for found in together(sweep.shares(threads).map(|leaves| || sweep.least_distance(leaves))) {
         least = least.min(found?);
@@ -150,49 +240,76 @@ pub fn self_distance(mesh: &TriangleMesh, threads: usize) -> Result<f64, Numeric
     Ok(least)
 }
 
+/// A box around points at the start, and the range of their motions. Two boxes that move alike do
+/// not meet, however far they go.
 #[derive(Clone, Copy)]
-struct Aabb {
+struct MovingBox {
     low: Vec3,
     high: Vec3,
+    least: Vec3,
+    largest: Vec3,
 }
 
-impl Aabb {
-    const EMPTY: Aabb = Aabb { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] };
+/// Boxes meet if they are no farther apart than rounding.
+const ROUNDING: f64 = 1e-14;
 
-    fn including(mut self, p: Vec3) -> Aabb {
+impl MovingBox {
+    const EMPTY: MovingBox = MovingBox {
+        low: [f64::INFINITY; 3],
+        high: [f64::NEG_INFINITY; 3],
+        least: [f64::INFINITY; 3],
+        largest: [f64::NEG_INFINITY; 3],
+    };
+
+    fn including(mut self, p: Vec3, motion: Vec3) -> MovingBox {
         for k in 0..3 {
             self.low[k] = self.low[k].min(p[k]);
             self.high[k] = self.high[k].max(p[k]);
+            self.least[k] = self.least[k].min(motion[k]);
+            self.largest[k] = self.largest[k].max(motion[k]);
         }
         self
     }
 
-    /// Distance of the boxes, zero if they meet.
-    fn distance(&self, other: &Aabb) -> f64 {
+    fn joined(self, other: &MovingBox) -> MovingBox {
+        self.including(other.low, other.least).including(other.high, other.largest)
+    }
+
+    /// Distance of the boxes at the start, zero if they meet.
+    fn distance(&self, other: &MovingBox) -> f64 {
         let apart =
             [0, 1, 2].map(|k| (other.low[k] - self.high[k]).max(self.low[k] - other.high[k]).max(0.0));
         dot(apart, apart).sqrt()
     }
 
-    fn meets(&self, other: &Aabb) -> bool {
-        (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+    /// Whether points of both may meet on the way: along no axis is the gap wider than what the
+    /// points of one move relative to those of the other.
+    fn meets(&self, other: &MovingBox) -> bool {
+        let comes = |first: &MovingBox, second: &MovingBox, k: usize| {
+            let gap = second.low[k] - first.high[k];
+            let closer = (first.largest[k] - second.least[k]).max(0.0);
+            gap <= closer + ROUNDING * (second.low[k].abs() + first.high[k].abs() + closer)
+        };
+        (0..3).all(|k| comes(self, other, k) && comes(other, self, k))
     }
 }
 
-/// The faces of a mesh in a tree, with the boxes that they sweep.
+/// The faces of a mesh in a tree, with boxes that move with them.
 pub(super) struct Sweep<'a> {
     mesh: &'a TriangleMesh,
+    /// The first faces move; pairs of others do not count.
+    moving: usize,
     motion: &'a [Vec3],
     tree: ClusterTree,
     leaves: Vec<usize>,
-    /// Swept boxes of the clusters.
-    boxes: Vec<Aabb>,
-    /// Swept boxes of the faces, in the order of the tree.
-    faces: Vec<Aabb>,
+    /// Boxes of the clusters.
+    boxes: Vec<MovingBox>,
+    /// Boxes of the faces, in the order of the tree.
+    faces: Vec<MovingBox>,
 }
 
 impl<'a> Sweep<'a> {
-    pub fn new(mesh: &'a TriangleMesh, motion: &'a [Vec3]) -> Result<Sweep<'a>, NumericError> {
+    pub fn new(mesh: &'a TriangleMesh, moving: usize, motion: &'a [Vec3]) -> Result<Sweep<'a>, NumericError> {
         let middle = |f: Face| {
             let corners = mesh.face_vertices(f).map(|v| at(mesh, motion, v, 0.5));
             scale(add(add(corners[0], corners[1]), corners[2]), 1.0 / 3.0)
@@ -201,24 +318,27 @@ impl<'a> Sweep<'a> {
         check_stopped()?;
         let tree = ClusterTree::new(&centroids);
         check_stopped()?;
-        let swept = |f: &u32| {
+        let of_face = |f: &u32| {
             let corners = mesh.face_vertices(Face(*f));
-            corners.iter().fold(Aabb::EMPTY, |whole, &v| {
-                whole.including(mesh.position(v)).including(at(mesh, motion, v, 1.0))
-            })
+            corners
+                .iter()
+                .fold(MovingBox::EMPTY, |whole, &v| whole.including(mesh.position(v), motion[v.index()]))
         };
-        let faces: Vec<Aabb> = tree.order().iter().map(swept).collect();
-        let mut boxes = vec![Aabb::EMPTY; tree.nodes().len()];
+        let faces: Vec<MovingBox> = tree.order().iter().map(of_face).collect();
+        let mut boxes = vec![MovingBox::EMPTY; tree.nodes().len()];
         for node in (0..boxes.len()).rev() {
-            let join = |whole: Aabb, part: &Aabb| whole.including(part.low).including(part.high);
             boxes[node] = match tree.children(node) {
-                Some([a, b]) => [boxes[a], boxes[b]].iter().fold(Aabb::EMPTY, join),
-                None => faces[tree.nodes()[node].places()].iter().fold(Aabb::EMPTY, join),
+                Some([a, b]) => boxes[a].joined(&boxes[b]),
+                None => faces[tree.nodes()[node].places()].iter().fold(MovingBox::EMPTY, |w, f| w.joined(f)),
             };
         }
         check_stopped()?;
         let leaves = (0..boxes.len()).filter(|&node| tree.nodes()[node].is_leaf()).collect();
-        Ok(Sweep { mesh, motion, tree, leaves, boxes, faces })
+        Ok(Sweep { mesh, moving, motion, tree, leaves, boxes, faces })
+    }
+
+    fn moves(&self, place: usize) -> bool {
+        self.face(place).index() < self.moving
     }
 
     /// The face at a place.
@@ -234,8 +354,28 @@ impl<'a> Sweep<'a> {
     /// The first contact of the faces of some leaves with faces at later places.
     fn first_contact(&self, leaves: &[usize]) -> Result<SafeMotion, NumericError> {
         let mut first = SafeMotion { share: 1.0, contact: None };
-        self.for_pairs(leaves, |a, b| self.test_faces(a, b, &mut first))?;
+        self.for_pairs(leaves, |a, b| {
+            self.for_elements(a, b, |contact| {
+                let share = self.advance(contact, first.share);
+                if share < first.share {
+                    first = SafeMotion { share, contact: Some(contact) };
+                }
+            });
+        })?;
         Ok(first)
+    }
+
+    /// All contacts of the faces of some leaves with faces at later places.
+    fn contacts(&self, leaves: &[usize]) -> Result<Vec<Contact>, NumericError> {
+        let mut found = Vec::new();
+        self.for_pairs(leaves, |a, b| {
+            self.for_elements(a, b, |contact| {
+                if self.advance(contact, 1.0) < 1.0 {
+                    found.push(contact);
+                }
+            });
+        })?;
+        Ok(found)
     }
 
     /// Calls a function with the places of each pair of faces whose boxes meet, the first in some
@@ -261,7 +401,9 @@ impl<'a> Sweep<'a> {
                 }
                 for a in own.clone() {
                     for b in cluster.places().filter(|&b| b > a && self.faces[a].meets(&self.faces[b])) {
-                        visit(a, b);
+                        if self.moves(a) || self.moves(b) {
+                            visit(a, b);
+                        }
                     }
                 }
             }
@@ -321,39 +463,30 @@ impl<'a> Sweep<'a> {
         least
     }
 
-    /// Tests the vertices and edges that are assigned to two faces with each other.
-    fn test_faces(&self, a: usize, b: usize, first: &mut SafeMotion) {
+    /// Visits the pairs of a vertex and a face, or of two edges, that are assigned to two faces and
+    /// whose boxes meet.
+    fn for_elements(&self, a: usize, b: usize, mut visit: impl FnMut(Contact)) {
         let mesh = self.mesh;
         let [f, g] = [a, b].map(|place| self.face(place));
         for (f, g, other) in [(f, g, b), (g, f, a)] {
             for v in self.own_vertices(f).filter(|v| !mesh.face_vertices(g).contains(v)) {
-                if self.swept([v]).meets(&self.faces[other]) {
-                    let corners = mesh.face_vertices(g);
-                    let share = self.advance([v, corners[0], corners[1], corners[2]], 1, first.share);
-                    self.note(share, Contact::VertexFace(v, g), first);
+                if self.box_of([v]).meets(&self.faces[other]) {
+                    visit(Contact::VertexFace(v, g));
                 }
             }
         }
         for d in self.own_edges(f) {
             let ends = mesh.edge_vertices(d);
-            let swept = self.swept(ends);
-            if !swept.meets(&self.faces[b]) {
+            let own = self.box_of(ends);
+            if !own.meets(&self.faces[b]) {
                 continue;
             }
             for e in self.own_edges(g) {
                 let others = mesh.edge_vertices(e);
-                if ends.iter().any(|v| others.contains(v)) || !swept.meets(&self.swept(others)) {
-                    continue;
+                if !ends.iter().any(|v| others.contains(v)) && own.meets(&self.box_of(others)) {
+                    visit(Contact::EdgeEdge(d, e));
                 }
-                let share = self.advance([ends[0], ends[1], others[0], others[1]], 2, first.share);
-                self.note(share, Contact::EdgeEdge(d, e), first);
             }
-        }
-    }
-
-    fn note(&self, share: f64, contact: Contact, first: &mut SafeMotion) {
-        if share < first.share {
-            *first = SafeMotion { share, contact: Some(contact) };
         }
     }
 
@@ -369,15 +502,19 @@ impl<'a> Sweep<'a> {
         self.mesh.face_edges(f).into_iter().filter(own)
     }
 
-    fn swept<const N: usize>(&self, vertices: [Vertex; N]) -> Aabb {
-        vertices.iter().fold(Aabb::EMPTY, |whole, &v| {
-            whole.including(self.mesh.position(v)).including(at(self.mesh, self.motion, v, 1.0))
+    fn box_of<const N: usize>(&self, vertices: [Vertex; N]) -> MovingBox {
+        vertices.iter().fold(MovingBox::EMPTY, |whole, &v| {
+            whole.including(self.mesh.position(v), self.motion[v.index()])
         })
     }
 
-    /// Returns a share of the motion, at most `most`, that is safe for two elements: the first
-    /// `count` vertices, and the others.
-    fn advance(&self, vertices: [Vertex; 4], count: usize, most: f64) -> f64 {
+    /// Returns a share of the motion, at most `most`, that is safe for two elements.
+    fn advance(&self, contact: Contact, most: f64) -> f64 {
+        let vertices = contact.vertices(self.mesh);
+        let count = match contact {
+            Contact::VertexFace(..) => 1,
+            Contact::EdgeEdge(..) => 2,
+        };
         let start = vertices.map(|v| self.mesh.position(v));
         let moves = vertices.map(|v| self.motion[v.index()]);
         // Only relative motion counts.

@@ -1,8 +1,8 @@
 //! Pairs of faces that intersect, decided exactly.
 
-use super::collision::Sweep;
+use super::collision::{Sweep, joined};
 use crate::geometry::vector::{cross, sub};
-use eikona_mesh::{Face, TriangleMesh};
+use eikona_mesh::{ElementId, Face, TriangleMesh};
 use eikona_numeric::{NumericError, together};
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
@@ -35,13 +35,51 @@ type Vec3 = [f64; 3];
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn self_intersections(mesh: &TriangleMesh, threads: usize) -> Result<Vec<[Face; 2]>, NumericError> {
+    pairs_of(mesh, |_, _| true, threads)
+}
+
+/// Returns all pairs of a face of the first mesh and one of the second that intersect, in
+/// increasing order. Faces that touch intersect.
+///
+/// # Errors
+/// [`NumericError::Stopped`].
+///
+/// # Cost
+/// O(F log F) for the faces of both.
+///
+/// ```
+/// use eikona::mesh::{Face, TriangleMesh};
+/// use eikona::spatial::intersections_with;
+/// let base = TriangleMesh::new(vec![[0., 0., 0.], [9., 0., 0.], [0., 9., 0.]], vec![[0, 1, 2]])?;
+/// let corners = vec![[1., 1., -1.], [2., 1., 3.], [1., 2., 3.]];
+/// let other = TriangleMesh::new(corners, vec![[0, 1, 2]])?;
+/// assert_eq!(intersections_with(&base, &other, 1)?, [[Face(0), Face(0)]]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn intersections_with(
+    mesh: &TriangleMesh,
+    other: &TriangleMesh,
+    threads: usize,
+) -> Result<Vec<[Face; 2]>, NumericError> {
+    let first = mesh.face_count();
+    let is_first = |f: Face| f.index() < first;
+    let pairs = pairs_of(&joined(mesh, other), |f, g| is_first(f) != is_first(g), threads)?;
+    Ok(pairs.into_iter().map(|[f, g]| [f, Face::from_index(g.index() - first)]).collect())
+}
+
+/// The pairs that count and intersect.
+fn pairs_of(
+    mesh: &TriangleMesh,
+    counts: impl Fn(Face, Face) -> bool + Sync,
+    threads: usize,
+) -> Result<Vec<[Face; 2]>, NumericError> {
     let still = vec![[0.0; 3]; mesh.vertex_count()];
-    let sweep = Sweep::new(mesh, &still)?;
+    let sweep = Sweep::new(mesh, mesh.face_count(), &still)?;
     let found = |leaves: &[usize]| {
         let mut pairs = Vec::new();
         sweep.for_pairs(leaves, |a, b| {
             let [f, g] = [a, b].map(|place| sweep.face(place));
-            if triangles_intersect(mesh.face_positions(f), mesh.face_positions(g)) {
+            if counts(f, g) && triangles_intersect(mesh.face_positions(f), mesh.face_positions(g)) {
                 pairs.push([f.min(g), f.max(g)]);
             }
         })?;
@@ -55,7 +93,7 @@ pub fn self_intersections(mesh: &TriangleMesh, threads: usize) -> Result<Vec<[Fa
 }
 
 /// Whether two triangles have more points in common than shared corners and sides.
-fn triangles_intersect(s: [Vec3; 3], t: [Vec3; 3]) -> bool {
+pub(crate) fn triangles_intersect(s: [Vec3; 3], t: [Vec3; 3]) -> bool {
     if has_no_area(s) || has_no_area(t) {
         return false;
     }
@@ -84,6 +122,12 @@ fn triangles_intersect(s: [Vec3; 3], t: [Vec3; 3]) -> bool {
         }
         _ => true,
     }
+}
+
+/// Whether a point lies inside a tetrahedron, not on its faces.
+pub(crate) fn is_in_tetrahedron(p: Vec3, [a, b, c, d]: [Vec3; 4]) -> bool {
+    let signs = [orient(p, b, c, d), orient(a, p, c, d), orient(a, b, p, d), orient(a, b, c, p)];
+    signs.iter().all(|x| *x > 0.0) || signs.iter().all(|x| *x < 0.0)
 }
 
 /// Six times the signed volume of a tetrahedron, with the exact sign.

@@ -10,5 +10,8 @@ mod intersections;
 pub use bvh::Bvh;
 pub use closest::{ClosestPoint, closest_point_of_triangle, segment_distance};
 pub use cluster_tree::{Cluster, ClusterTree, LEAF_POINTS};
-pub use collision::{Contact, SafeMotion, safe_motion, self_distance};
-pub use intersections::self_intersections;
+pub use collision::{Contact, SafeMotion, safe_motion, safe_motion_past, self_distance};
+pub use intersections::{intersections_with, self_intersections};
+
+pub(crate) use collision::{contacts, joined};
+pub(crate) use intersections::{is_in_tetrahedron, triangles_intersect};

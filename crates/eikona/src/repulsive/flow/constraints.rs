@@ -1,54 +1,144 @@
-//! Total area and volume, and their derivatives by the vertices.
+//! Constraints: prescribed quantities, barycentres, and their derivatives by the vertices.
 
-use crate::geometry::vector::{cross, dot, norm, scale, sub};
+use super::options::{Barycentre, FlowOptions};
+use crate::geometry::vector::{cross, norm, scale, sub};
+use crate::repulsive::quantity::Quantity;
 use eikona_mesh::TriangleMesh;
 
 type Vec3 = [f64; 3];
 
-/// A quantity that the flow keeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Quantity {
-    /// The total area.
-    Area,
-    /// The signed volume that the surface encloses: positive if it is oriented outwards. For a
-    /// surface with boundary, that of the cone over it from the origin.
-    Volume,
+/// The quantities that are prescribed, each once: those that are kept, and those that grow.
+pub(super) fn quantities(options: &FlowOptions) -> Vec<Quantity> {
+    let mut all = Vec::new();
+    for quantity in options.keep.iter().copied().chain(options.growth.iter().map(|growth| growth.quantity)) {
+        if !all.contains(&quantity) {
+            all.push(quantity);
+        }
+    }
+    all
 }
 
-impl Quantity {
-    /// Returns the quantity of a mesh.
-    pub fn of(self, mesh: &TriangleMesh) -> f64 {
-        let of_face = |[a, b, c]: [Vec3; 3]| match self {
-            Quantity::Area => 0.5 * norm(cross(sub(b, a), sub(c, a))),
-            Quantity::Volume => dot(a, cross(b, c)) / 6.0,
-        };
-        mesh.faces().map(|f| of_face(mesh.face_positions(f))).sum()
+/// The constraints at a surface: quantities, then three coordinates per component of how far its
+/// barycentre is from that of the last component. (The last one is held by a translation.)
+pub(super) struct Constraints<'a> {
+    pub quantities: &'a [Quantity],
+    /// The component of each vertex, for those whose barycentres are held.
+    pub components: &'a [u32],
+}
+
+impl Constraints<'_> {
+    /// The number of components with rows.
+    fn component_count(&self) -> usize {
+        component_count(self.components).saturating_sub(1)
     }
 
-    /// Returns the derivative by each vertex.
-    pub(super) fn differential(self, mesh: &TriangleMesh) -> Vec<Vec3> {
-        let mut result = vec![[0.0; 3]; mesh.vertex_count()];
-        for (f, corners) in mesh.faces().zip(mesh.triangles()) {
-            let [a, b, c] = mesh.face_positions(f);
-            let own = match self {
-                Quantity::Area => {
-                    let doubled = cross(sub(b, a), sub(c, a));
-                    let half = scale(doubled, 0.5 / norm(doubled));
-                    [sub(c, b), sub(a, c), sub(b, a)].map(|side| cross(half, side))
-                }
-                Quantity::Volume => [cross(b, c), cross(c, a), cross(a, b)].map(|x| scale(x, 1.0 / 6.0)),
-            };
-            for (&v, own) in corners.iter().zip(own) {
-                (0..3).for_each(|k| result[v as usize][k] += own[k]);
+    /// Returns the values.
+    pub fn values(&self, mesh: &TriangleMesh) -> Vec<f64> {
+        let mut values: Vec<f64> = self.quantities.iter().map(|quantity| quantity.of(mesh)).collect();
+        let centres = component_centres(mesh, self.components);
+        if let Some((last, others)) = centres.split_last() {
+            values.extend(others.iter().flat_map(|centre| sub(*centre, *last)));
+        }
+        values
+    }
+
+    /// Returns the derivatives by the vertices. Those of barycentres are taken at fixed areas.
+    pub fn rows(&self, mesh: &TriangleMesh) -> Vec<Vec<Vec3>> {
+        let mut rows: Vec<Vec<Vec3>> = self.quantities.iter().map(|q| q.differential(mesh)).collect();
+        let (shares, areas) = vertex_areas(mesh, self.components);
+        let last = self.component_count();
+        for component in 0..last {
+            for k in 0..3 {
+                let row = shares.iter().zip(self.components).map(|(share, c)| {
+                    let mut own = [0.0; 3];
+                    own[k] = match *c as usize {
+                        c if c == component => share / areas[component],
+                        c if c == last => -share / areas[last],
+                        _ => 0.0,
+                    };
+                    own
+                });
+                rows.push(row.collect());
             }
         }
-        result
+        rows
+    }
+
+    /// Returns the sizes to which deviations are compared. The volume may be zero.
+    pub fn sizes(&self, mesh: &TriangleMesh, targets: &[f64]) -> Vec<f64> {
+        let area = Quantity::Area.of(mesh);
+        let quantities = self.quantities.iter().zip(targets).map(|(quantity, target)| match quantity {
+            Quantity::Area => target.abs(),
+            Quantity::Volume => target.abs().max(1e-3 * area.powf(1.5)),
+        });
+        quantities.chain((0..3 * self.component_count()).map(|_| area.sqrt())).collect()
+    }
+}
+
+fn component_count(components: &[u32]) -> usize {
+    components.iter().filter(|c| **c != u32::MAX).max().map_or(0, |c| *c as usize + 1)
+}
+
+/// A third of the faces of each vertex, and the area of each component.
+fn vertex_areas(mesh: &TriangleMesh, components: &[u32]) -> (Vec<f64>, Vec<f64>) {
+    let mut shares = vec![0.0; components.len()];
+    let mut areas = vec![0.0; component_count(components)];
+    if !areas.is_empty() {
+        for (f, corners) in mesh.faces().zip(mesh.triangles()) {
+            let [a, b, c] = mesh.face_positions(f);
+            let area = 0.5 * norm(cross(sub(b, a), sub(c, a)));
+            corners.iter().for_each(|v| shares[*v as usize] += area / 3.0);
+            areas[components[corners[0] as usize] as usize] += area;
+        }
+    }
+    (shares, areas)
+}
+
+/// The barycentre of each component.
+fn component_centres(mesh: &TriangleMesh, components: &[u32]) -> Vec<Vec3> {
+    let (shares, areas) = vertex_areas(mesh, components);
+    let mut sums = vec![[0.0; 3]; areas.len()];
+    let used = mesh.positions().iter().zip(&shares).zip(components).filter(|(_, c)| **c != u32::MAX);
+    for ((p, share), component) in used {
+        (0..3).for_each(|k| sums[*component as usize][k] += share * p[k]);
+    }
+    sums.iter().zip(&areas).map(|(sum, area)| scale(*sum, 1.0 / area)).collect()
+}
+
+/// The point that a translation holds: the barycentre of the last component, if there are any, or
+/// of the whole.
+pub(super) fn held_centre(mesh: &TriangleMesh, components: &[u32]) -> Vec3 {
+    component_centres(mesh, components).pop().unwrap_or_else(|| barycentre(mesh))
+}
+
+/// Adds to a motion the translation of each component along the mean force on it (RS section
+/// 7.1.1).
+///
+/// Deviation: the paper takes the mean of the gradient in L2, whose unit differs from that of the
+/// motion. It is taken in a unit of length in which the component has area 1.
+pub(super) fn add_translations(
+    mesh: &TriangleMesh,
+    components: &[u32],
+    differential: &[Vec3],
+    order: f64,
+    motion: &mut [Vec3],
+) {
+    let (_, areas) = vertex_areas(mesh, components);
+    let mut forces = vec![[0.0; 3]; areas.len()];
+    for (force, component) in differential.iter().zip(components) {
+        if let Some(sum) = forces.get_mut(*component as usize) {
+            (0..3).for_each(|k| sum[k] += force[k]);
+        }
+    }
+    for (way, component) in motion.iter_mut().zip(components).filter(|(_, c)| **c != u32::MAX) {
+        let component = *component as usize;
+        let factor = areas[component].powf(order - 1.0);
+        (0..3).for_each(|k| way[k] += factor * forces[component][k]);
     }
 }
 
 /// The mean of the surface: of the centroids, weighted by area.
-pub(super) fn barycentre(mesh: &TriangleMesh) -> Vec3 {
+fn barycentre(mesh: &TriangleMesh) -> Vec3 {
     let (mut sum, mut total) = ([0.0; 3], 0.0);
     for f in mesh.faces() {
         let [a, b, c] = mesh.face_positions(f);
@@ -57,4 +147,9 @@ pub(super) fn barycentre(mesh: &TriangleMesh) -> Vec3 {
         (0..3).for_each(|k| sum[k] += area * (a[k] + b[k] + c[k]) / 3.0);
     }
     scale(sum, 1.0 / total)
+}
+
+/// Whether the barycentre of the whole surface is held by a translation.
+pub(super) fn holds_barycentre(options: &FlowOptions) -> bool {
+    options.barycentre == Barycentre::Kept && options.pins.is_empty()
 }

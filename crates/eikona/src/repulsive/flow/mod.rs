@@ -1,65 +1,33 @@
 //! The flow: steps of steepest descent of the tangent-point energy in the fractional inner product,
-//! under constraints, without collisions (RS sections 3.3 and 5.3).
+//! under constraints, without collisions (RS sections 3.3, 5.3 and 6).
 
 mod constraints;
+mod direction;
+mod options;
+mod remeshing;
+mod state;
 
-pub use constraints::Quantity;
+pub use options::{Barycentre, FlowOptions, Growth, Pin, Remeshing};
+pub use state::FlowState;
 
+use crate::geometry::vector::{norm, sub};
+use crate::remesh::{Places, RemeshCounts};
 use crate::repulsive::energy::{check_separation, differential, sum, unit_of_length};
 use crate::repulsive::error::RepulsiveError;
 use crate::repulsive::faces::face_data;
 use crate::repulsive::hierarchical::{Interactions, hierarchical};
-use crate::repulsive::metric::{Analysis, Metric, MetricOptions};
+use crate::repulsive::metric::Analysis;
 use crate::repulsive::options::Exponents;
-use crate::setters::setters;
-use crate::spatial::{safe_motion, self_intersections};
-use constraints::barycentre;
-use eikona_mesh::{Edge, Topology, TriangleMesh, VertexField};
+use crate::repulsive::potential::Potential;
+use crate::repulsive::quantity::{Quantity, check_oriented};
+use crate::spatial::{intersections_with, safe_motion, safe_motion_past, self_intersections};
+use constraints::{Constraints, held_centre, holds_barycentre, quantities};
+use direction::{Corrections, Direction};
+use eikona_mesh::{MeshError, Topology, TriangleMesh, VertexField};
 use eikona_numeric::{begin_phase, check_stopped};
+use state::Memory;
 
-/// Options of [`Flow`].
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct FlowOptions {
-    /// The exponents of the energy. Default: `p = 6`.
-    pub exponents: Exponents,
-    /// The quantities that keep their value. Default: the area. (Without any, the energy of `p > 4`
-    /// falls for ever, since it falls with size.)
-    pub keep: Vec<Quantity>,
-    /// Whether steps are shortened so that the surface never touches itself. Default: yes.
-    pub collisions: bool,
-    /// The separation of clusters in the energy, see
-    /// [`EnergyOptions::separation`](super::EnergyOptions::separation). Default: 0.3.
-    pub separation: f64,
-    /// The inner product, by default with tolerance 0.1. Its exponents and threads are those given
-    /// here.
-    pub metric: MetricOptions,
-    /// Number of threads. Default: 1. The result is the same for any number.
-    pub threads: usize,
-}
-
-impl Default for FlowOptions {
-    fn default() -> Self {
-        FlowOptions {
-            exponents: Exponents::default(),
-            keep: vec![Quantity::Area],
-            collisions: true,
-            separation: 0.3,
-            // Tighter solves cost more than their better directions save.
-            metric: MetricOptions::default().with_tolerance(0.1),
-            threads: 1,
-        }
-    }
-}
-
-setters!(FlowOptions {
-    with_exponents: exponents = Exponents,
-    with_keep: keep = Vec<Quantity>,
-    with_collisions: collisions = bool,
-    with_separation: separation = f64,
-    with_metric: metric = MetricOptions,
-    with_threads: threads = usize
-});
+type Vec3 = [f64; 3];
 
 /// What one step did.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,10 +35,12 @@ setters!(FlowOptions {
 pub struct FlowStep {
     /// The energy after it.
     pub energy: f64,
+    /// The energy and all potentials after it.
+    pub objective: f64,
     /// Its length: the displacement is that many times the descent direction.
     pub step_size: f64,
-    /// The rate at which the energy falls along the direction at the start. It is the square of the
-    /// norm of the projected gradient in the inner product, and tends to 0 at a minimiser.
+    /// The rate at which the objective falls along the direction at the start. It is the square of
+    /// the norm of the projected gradient in the inner product, and tends to 0 at a minimiser.
     pub descent: f64,
     /// Iterations of the linear solver.
     pub solver_iterations: usize,
@@ -78,8 +48,12 @@ pub struct FlowStep {
     pub backtracks: usize,
     /// Whether collisions shortened the step.
     pub limited_by_collision: bool,
-    /// The largest deviation of a kept quantity from its value at the start, as a share of it.
+    /// The largest deviation from a constraint, as a share of the quantity or of the square root of
+    /// the area.
     pub deviation: f64,
+    /// What remeshing did after the step; `None` if it was off, or could not be done without
+    /// collisions.
+    pub remeshing: Option<RemeshCounts>,
 }
 
 /// A surface that moves to lower its tangent-point energy.
@@ -99,33 +73,16 @@ pub struct FlowStep {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Flow {
+    start: TriangleMesh,
     mesh: TriangleMesh,
     options: FlowOptions,
-    /// The values of the kept quantities, each with its size.
-    targets: Vec<f64>,
-    barycentre: [f64; 3],
-    /// The length of the last step.
-    step_size: Option<f64>,
-    analysis: Option<Analysis>,
+    quantities: Vec<Quantity>,
+    memory: Memory,
+    /// With values for the vertices and faces as they are now.
+    potentials: Vec<Potential>,
     current: Current,
-}
-
-/// All that the next steps depend on, except the options: a flow that continues from it takes the
-/// same steps to the last bit.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[non_exhaustive]
-pub struct FlowState {
-    /// The positions of the vertices.
-    pub positions: Vec<[f64; 3]>,
-    /// The vertices of the faces.
-    pub triangles: Vec<[u32; 3]>,
-    /// The values that the kept quantities have to have, in the order of
-    /// [`FlowOptions::keep`].
-    pub targets: Vec<f64>,
-    /// The barycentre that the surface has to have.
-    pub barycentre: [f64; 3],
-    /// The length of the last step.
-    pub step_size: Option<f64>,
+    /// That of the preconditioner, for surfaces of the same connectivity.
+    analysis: Option<Analysis>,
 }
 
 /// The energy where the surface is.
@@ -133,48 +90,94 @@ struct Current {
     unit: f64,
     interactions: Interactions,
     energy: f64,
-    differential: VertexField<[f64; 3]>,
+    /// The energy and all potentials.
+    objective: f64,
+    /// That of the objective.
+    differential: VertexField<Vec3>,
+    /// The energy per area of each face.
+    densities: Vec<f64>,
 }
 
 /// The energy has to fall by this share of what its slope promises.
 const ARMIJO: f64 = 1e-4;
-/// Kept quantities may deviate by this share.
+/// Constraints may be missed by this share.
 const DEVIATION: f64 = 1e-9;
-/// Corrections of a step to keep the quantities.
+/// Corrections of a step to meet the constraints.
 const CORRECTIONS: usize = 8;
 /// The farthest that a vertex moves in a step, as a share of the square root of the area: pieces
 /// that nothing holds together would fly away.
 const LONGEST: f64 = 0.5;
 /// The energy with new clusters may be higher by this share, which is about its error.
 const RISE: f64 = 1e-3;
+/// The energy of a remeshed surface may be higher by this share: other faces sample it differently.
+/// The share doubles each time that it was not enough, since the longer faces go without, the more
+/// remeshing changes.
+const REMESHED_RISE: f64 = 0.02;
+const MOST_DOUBLINGS: u32 = 8;
 /// Shorter steps than this share of the first one tried are not tried.
 const SHORTEST: f64 = 1e-12;
+/// While the surface grows, steps down the objective that are shorter than this are left out.
+const SHORTEST_IN_GROWTH: f64 = 1e-3;
+/// Growth by less than this share of what a step should bring is put off.
+const LEAST_GROWTH: f64 = 1e-3;
+
+/// A step that has been tried.
+enum Tried {
+    /// The surface cannot be moved so far, or cannot meet the constraints there.
+    Impossible,
+    /// The energy, which is not low enough.
+    TooHigh(f64),
+    /// Only a share of the way is free of collisions.
+    Collides(f64),
+    /// The moved surface, and its deviation from the constraints.
+    Done(TriangleMesh, f64),
+}
+
+/// Where a step starts that lets the surface grow: its constraints are met there already.
+struct Base {
+    share: f64,
+    targets: Vec<f64>,
+    positions: Vec<Vec3>,
+    objective: f64,
+}
+
+/// Where a step ends.
+struct Settled {
+    mesh: TriangleMesh,
+    memory: Memory,
+    potentials: Vec<Potential>,
+    current: Current,
+    analysis: Option<Analysis>,
+    deviation: f64,
+    remeshing: Option<RemeshCounts>,
+}
 
 impl Flow {
     /// Starts at a surface.
     ///
     /// # Errors
-    /// Those of [`tangent_point_energy`](super::tangent_point_energy), and
-    /// [`RepulsiveError::Separation`].
+    /// Those of [`tangent_point_energy`](super::tangent_point_energy),
+    /// [`RepulsiveError::Separation`], [`RepulsiveError::Constraint`],
+    /// [`RepulsiveError::Intersecting`] and those of surfaces that are not manifold.
     pub fn new(mesh: &TriangleMesh, options: &FlowOptions) -> Result<Flow, RepulsiveError> {
-        let targets = options.keep.iter().map(|quantity| quantity.of(mesh)).collect();
-        Flow::with(mesh.clone(), targets, barycentre(mesh), None, options)
+        Flow::with(mesh, mesh.clone(), None, options)
     }
 
-    /// Continues from a state, with the options it had.
+    /// Continues from a state, with the surface at the start and the options it had.
     ///
     /// # Errors
     /// As for [`new`](Self::new), and [`RepulsiveError::State`] if the state is none of a flow with
     /// these options.
-    pub fn resume(state: FlowState, options: &FlowOptions) -> Result<Flow, RepulsiveError> {
-        let FlowState { positions, triangles, targets, barycentre, step_size } = state;
+    pub fn resume(
+        start: &TriangleMesh,
+        state: FlowState,
+        options: &FlowOptions,
+    ) -> Result<Flow, RepulsiveError> {
+        let FlowState { positions, triangles, memory } = state;
         let mesh = TriangleMesh::new(positions, triangles)
             .map_err(|fault| RepulsiveError::State { fault: fault.to_string() })?;
-        if targets.len() != options.keep.len() {
-            let fault = format!("it keeps {} quantities instead of {}", targets.len(), options.keep.len());
-            return Err(RepulsiveError::State { fault });
-        }
-        Flow::with(mesh, targets, barycentre, step_size, options)
+        memory.check(start, &mesh, options).map_err(|fault| RepulsiveError::State { fault })?;
+        Flow::with(start, mesh, Some(memory), options)
     }
 
     /// Returns the state, from which [`resume`](Self::resume) continues.
@@ -182,17 +185,14 @@ impl Flow {
         FlowState {
             positions: self.mesh.positions().to_vec(),
             triangles: self.mesh.triangles().to_vec(),
-            targets: self.targets.clone(),
-            barycentre: self.barycentre,
-            step_size: self.step_size,
+            memory: self.memory.clone(),
         }
     }
 
     fn with(
+        start: &TriangleMesh,
         mesh: TriangleMesh,
-        targets: Vec<f64>,
-        barycentre: [f64; 3],
-        step_size: Option<f64>,
+        memory: Option<Memory>,
         options: &FlowOptions,
     ) -> Result<Flow, RepulsiveError> {
         if mesh.face_count() == 0 {
@@ -205,8 +205,23 @@ impl Flow {
         check_separation(options.metric.separation)?;
         let mut options = options.clone();
         options.metric = options.metric.with_exponents(options.exponents).with_threads(options.threads);
-        let current = Current::at(&mesh, &options)?;
-        Ok(Flow { mesh, options, targets, barycentre, step_size, analysis: None, current })
+        options.check()?;
+        let memory = match memory {
+            Some(memory) => memory,
+            None => Memory::new(&mesh, &options)?,
+        };
+        let potentials = potentials_on(start, mesh.triangles(), &memory, &options)?;
+        let current = Current::at(&mesh, &potentials, &options)?;
+        Ok(Flow {
+            start: start.clone(),
+            mesh,
+            quantities: quantities(&options),
+            options,
+            memory,
+            potentials,
+            current,
+            analysis: None,
+        })
     }
 
     /// Returns the surface.
@@ -219,189 +234,316 @@ impl Flow {
         self.current.energy
     }
 
+    /// Returns the energy of the surface and all potentials.
+    pub fn objective(&self) -> f64 {
+        self.current.objective
+    }
+
+    /// Returns where the vertices lie on the surface at the start, by which data follow it.
+    pub fn places(&self) -> &Places {
+        &self.memory.places
+    }
+
+    /// Returns whether a quantity still grows, or a pin still moves.
+    pub fn is_growing(&self) -> bool {
+        self.memory.changes_after(&self.options, self.memory.time)
+    }
+
     /// Takes one step. `None` if there is none that lowers the energy: a minimum, up to rounding.
     ///
     /// # Errors
     /// [`RepulsiveError::Numeric`] if an observer stops it; the surface stays as it is.
     ///
     /// # Cost
-    /// About 20 us per face and thread.
+    /// About 25 us per face and thread.
     pub fn step(&mut self) -> Result<Option<FlowStep>, RepulsiveError> {
         begin_phase("direction")?;
-        let Direction { motion, corrections, schur, descent, iterations } = self.direction()?;
-        if descent.is_nan() || descent <= 0.0 {
+        let direction = self.direction()?;
+        let grows = self.is_growing();
+        if direction.descent.is_nan() || (direction.descent <= 0.0 && !grows) {
             return Ok(None);
         }
         begin_phase("line search")?;
-        let first = self.first_step(&motion, descent);
-        let mut size = first;
-        let mut limited_by_collision = false;
-        let mut backtracks = 0;
-        while size > SHORTEST * first {
+        let first = self.first_step(&direction.motion, direction.descent);
+        let mut size = if direction.descent > 0.0 { first } else { 0.0 };
+        let mut base = self.base(&direction, if grows { 1.0 } else { 0.0 })?;
+        let (mut limited_by_collision, mut backtracks) = (false, 0);
+        while size > SHORTEST * first || (size == 0.0 && base.share > 0.0) {
             check_stopped()?;
-            let Some((moved, deviation)) = self.corrected(&motion, size, &corrections, &schur)? else {
-                (size, backtracks) = (0.5 * size, backtracks + 1);
-                continue;
-            };
-            let energy = self.current.energy_of(&moved, &self.options);
-            let promised = size * descent;
-            match energy {
-                Err(RepulsiveError::Numeric(stopped)) => return Err(stopped.into()),
-                Ok(energy) if energy <= self.current.energy - ARMIJO * promised => {}
-                // The minimum of the parabola through both values and the slope.
-                Ok(energy) => {
-                    let excess = energy - self.current.energy + promised;
-                    size *= (0.5 * promised / excess).clamp(0.1, 0.5);
-                    backtracks += 1;
-                    continue;
-                }
-                Err(_) => {
-                    (size, backtracks) = (0.25 * size, backtracks + 1);
-                    continue;
-                }
+            // The direction may be none of descent from where growth has taken the surface.
+            if base.share > 0.0 && size < SHORTEST_IN_GROWTH * first {
+                size = 0.0;
             }
-            // Last, since it costs more than an energy, and the more the longer the step.
-            if self.options.collisions {
-                let way: Vec<[f64; 3]> = moved
-                    .positions()
-                    .iter()
-                    .zip(self.mesh.positions())
-                    .map(|(to, from)| [0, 1, 2].map(|k| to[k] - from[k]))
-                    .collect();
-                let safe = safe_motion(&self.mesh, &way, self.options.threads)?.share;
-                if safe < 1.0 {
+            match self.tried(&direction, &base, size)? {
+                Tried::Impossible => {
+                    backtracks += 1;
+                    (size, base) = self.shorter(&direction, size, base)?;
+                }
+                // The minimum of the parabola through both values and the slope.
+                Tried::TooHigh(objective) => {
+                    let promised = size * direction.descent;
+                    let excess = objective - base.objective + promised;
+                    (size, backtracks) = (size * (0.5 * promised / excess).clamp(0.1, 0.5), backtracks + 1);
+                }
+                Tried::Collides(safe) => {
                     limited_by_collision = true;
                     size *= safe.min(0.9);
-                    continue;
+                    if base.share > 0.0 {
+                        base = self.base(&direction, base.share * safe.min(0.9))?;
+                    }
+                }
+                Tried::Done(moved, deviation) => {
+                    // If not: clusters that were far no longer are.
+                    let Some(settled) = self.settled(moved, deviation, &base)? else {
+                        backtracks += 1;
+                        (size, base) = self.shorter(&direction, size, base)?;
+                        continue;
+                    };
+                    let step = FlowStep {
+                        energy: settled.current.energy,
+                        objective: settled.current.objective,
+                        step_size: size,
+                        descent: direction.descent,
+                        solver_iterations: direction.iterations,
+                        backtracks,
+                        limited_by_collision,
+                        deviation: settled.deviation,
+                        remeshing: settled.remeshing,
+                    };
+                    self.memory = settled.memory;
+                    // A step without descent says nothing about the length of the next one.
+                    if size > 0.0 {
+                        self.memory.step_size = Some(size);
+                    }
+                    (self.mesh, self.current) = (settled.mesh, settled.current);
+                    (self.potentials, self.analysis) = (settled.potentials, settled.analysis);
+                    return Ok(Some(step));
                 }
             }
-            begin_phase("energy")?;
-            let current = match Current::at(&moved, &self.options) {
-                Ok(current) if current.energy <= (1.0 + RISE) * self.current.energy => current,
-                Err(RepulsiveError::Numeric(stopped)) => return Err(stopped.into()),
-                // Clusters that were far no longer are.
-                _ => {
-                    (size, backtracks) = (0.25 * size, backtracks + 1);
-                    continue;
-                }
-            };
-            (self.mesh, self.current, self.step_size) = (moved, current, Some(size));
-            return Ok(Some(FlowStep {
-                energy: self.current.energy,
-                step_size: size,
-                descent,
-                solver_iterations: iterations,
-                backtracks,
-                limited_by_collision,
-                deviation,
-            }));
         }
         Ok(None)
     }
 
     /// Twice the last step; at first, one that would lower the energy to zero if it fell at the
     /// rate at its start. No vertex moves farther than [`LONGEST`].
-    fn first_step(&self, motion: &[[f64; 3]], descent: f64) -> f64 {
-        let fastest =
-            motion.iter().map(|d| d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).fold(0.0, f64::max).sqrt();
+    fn first_step(&self, motion: &[Vec3], descent: f64) -> f64 {
+        let fastest = motion.iter().map(|d| norm(*d)).fold(0.0, f64::max);
         let far = LONGEST * Quantity::Area.of(&self.mesh).sqrt() / fastest;
-        let to_zero = self.current.energy / descent;
-        self.step_size.map_or(to_zero, |last| to_zero.min(2.0 * last)).min(far)
+        let to_zero = self.current.energy.max(self.current.objective.abs()) / descent;
+        self.memory.step_size.map_or(to_zero, |last| to_zero.min(2.0 * last)).min(far)
     }
 
-    /// Solves for the descent direction and the constraints, in common (RS equation 20).
-    fn direction(&mut self) -> Result<Direction, RepulsiveError> {
-        let Current { unit, interactions, differential, .. } = &self.current;
-        let faces = face_data(&self.mesh, *unit)?;
-        let metric = Metric::on(
+    /// A shorter step, or one with less growth if it has no other part.
+    fn shorter(&self, direction: &Direction, size: f64, base: Base) -> Result<(f64, Base), RepulsiveError> {
+        if size > 0.0 {
+            return Ok((0.25 * size, base));
+        }
+        Ok((0.0, self.base(direction, 0.25 * base.share)?))
+    }
+
+    /// Lets the surface grow, and moves its pins, by a share of what a step should bring. If it
+    /// cannot, the share gets smaller.
+    fn base(&self, direction: &Direction, mut share: f64) -> Result<Base, RepulsiveError> {
+        while share > LEAST_GROWTH {
+            let targets = self.targets_at(&self.memory, self.memory.time + share);
+            let positions = moved_along(self.mesh.positions(), direction.carried.as_deref(), share);
+            let corrections = &direction.corrections;
+            let met = self.corrected(&self.mesh, positions, &self.constraints(), corrections, &targets)?;
+            if let Some((mesh, _)) = met {
+                match self.current.objective_of(&mesh, &self.potentials, &self.options) {
+                    Ok(objective) => {
+                        let positions = mesh.positions().to_vec();
+                        return Ok(Base { share, targets, positions, objective });
+                    }
+                    Err(RepulsiveError::Numeric(stopped)) => return Err(stopped.into()),
+                    Err(_) => {}
+                }
+            }
+            share *= 0.5;
+        }
+        Ok(Base {
+            share: 0.0,
+            targets: self.targets_at(&self.memory, self.memory.time),
+            positions: self.mesh.positions().to_vec(),
+            objective: self.current.objective,
+        })
+    }
+
+    /// Tries a step.
+    fn tried(&self, direction: &Direction, base: &Base, size: f64) -> Result<Tried, RepulsiveError> {
+        let positions = moved_along(&base.positions, Some(&direction.motion), size);
+        let met = self.corrected(
             &self.mesh,
-            *unit,
-            interactions.tree.clone(),
-            &faces,
-            &self.options.metric,
-            self.analysis.as_ref(),
+            positions,
+            &self.constraints(),
+            &direction.corrections,
+            &base.targets,
         )?;
-        let rows: Vec<Vec<[f64; 3]>> =
-            self.options.keep.iter().map(|quantity| quantity.differential(&self.mesh)).collect();
-        let forces = std::iter::once(differential.as_slice().to_vec()).chain(rows.iter().cloned());
-        let (mut solutions, iterations, _) = metric.solutions(forces.collect())?;
-        self.analysis = Some(metric.analysis());
-        let corrections = solutions.split_off(1);
-        let mut motion = solutions.pop().unwrap_or_default();
-        let product = |a: &[[f64; 3]], b: &[[f64; 3]]| -> f64 {
-            a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1] + a[2] * b[2]).sum()
-        };
-        let matrix = rows.iter().map(|row| corrections.iter().map(|c| product(row, c)).collect()).collect();
-        let schur = Schur(matrix);
-        let wanted: Vec<f64> = rows.iter().map(|row| product(row, &motion)).collect();
-        let multipliers = schur.solve(&wanted);
-        for (correction, multiplier) in corrections.iter().zip(multipliers) {
-            for (d, c) in motion.iter_mut().zip(correction) {
-                (0..3).for_each(|k| d[k] -= multiplier * c[k]);
+        let Some((moved, deviation)) = met else { return Ok(Tried::Impossible) };
+        match self.current.objective_of(&moved, &self.potentials, &self.options) {
+            Err(RepulsiveError::Numeric(stopped)) => return Err(stopped.into()),
+            Err(_) => return Ok(Tried::Impossible),
+            // Growth alone may have any objective.
+            Ok(objective) if size > 0.0 && objective > base.objective - ARMIJO * size * direction.descent => {
+                return Ok(Tried::TooHigh(objective));
+            }
+            Ok(_) => {}
+        }
+        // Last, since it costs more than an energy, and the more the longer the step.
+        if self.options.collisions {
+            let ways = moved.positions().iter().zip(self.mesh.positions());
+            let ways: Vec<Vec3> = ways.map(|(to, from)| sub(*to, *from)).collect();
+            let threads = self.options.threads;
+            let safe = match &self.options.obstacle {
+                Some(obstacle) => safe_motion_past(&self.mesh, &ways, obstacle, threads)?.share,
+                None => safe_motion(&self.mesh, &ways, threads)?.share,
+            };
+            if safe < 1.0 {
+                return Ok(Tried::Collides(safe));
             }
         }
-        let descent = product(&motion, differential.as_slice());
-        motion.iter_mut().for_each(|d| *d = d.map(|x| -x));
-        Ok(Direction { motion, corrections, schur, descent, iterations })
+        Ok(Tried::Done(moved, deviation))
     }
 
-    /// Moves the surface, and corrects it until it keeps the quantities (RS equation 21). `None` if
-    /// that fails. Returns the largest deviation, too.
+    /// Remeshes the moved surface, if asked, and computes its energy with new clusters. `None` if
+    /// that is too high.
+    fn settled(
+        &self,
+        moved: TriangleMesh,
+        deviation: f64,
+        base: &Base,
+    ) -> Result<Option<Settled>, RepulsiveError> {
+        let memory = Memory { time: self.memory.time + base.share, ..self.memory.clone() };
+        let highest = base.objective.max(self.current.objective);
+        begin_phase("remeshing")?;
+        let remeshed = self.remeshed(&moved, &memory)?;
+        begin_phase("energy")?;
+        if let Some(done) = remeshed {
+            let rise = REMESHED_RISE * 2f64.powi(self.memory.rejections.min(MOST_DOUBLINGS) as i32);
+            let highest = highest + rise * self.current.energy;
+            let potentials = potentials_on(&self.start, done.mesh.triangles(), &done.memory, &self.options);
+            if let Ok(potentials) = potentials
+                && let Some(current) = self.current_at(&done.mesh, &potentials, highest)?
+            {
+                return Ok(Some(Settled {
+                    mesh: done.mesh,
+                    memory: Memory { rejections: 0, ..done.memory },
+                    potentials,
+                    current,
+                    analysis: Some(done.analysis),
+                    deviation: done.deviation,
+                    remeshing: Some(done.counts),
+                }));
+            }
+        }
+        let highest = highest + RISE * self.current.energy;
+        let current = self.current_at(&moved, &self.potentials, highest)?;
+        let rejections = self.memory.rejections + 1;
+        Ok(current.map(|current| Settled {
+            mesh: moved,
+            memory: Memory { rejections, ..memory },
+            potentials: self.potentials.clone(),
+            current,
+            analysis: self.analysis.clone(),
+            deviation,
+            remeshing: None,
+        }))
+    }
+
+    /// The energy at a surface, if the objective is not too high.
+    fn current_at(
+        &self,
+        mesh: &TriangleMesh,
+        potentials: &[Potential],
+        highest: f64,
+    ) -> Result<Option<Current>, RepulsiveError> {
+        match Current::at(mesh, potentials, &self.options) {
+            Ok(current) if current.objective <= highest => Ok(Some(current)),
+            Err(RepulsiveError::Numeric(stopped)) => Err(stopped.into()),
+            _ => Ok(None),
+        }
+    }
+
+    /// Corrects positions until they meet the constraints (RS equation 21). `None` if that fails.
+    /// Returns the largest deviation, too.
     fn corrected(
         &self,
-        motion: &[[f64; 3]],
-        size: f64,
-        corrections: &[Vec<[f64; 3]>],
-        schur: &Schur,
+        mesh: &TriangleMesh,
+        mut positions: Vec<Vec3>,
+        constraints: &Constraints,
+        corrections: &Corrections,
+        targets: &[f64],
     ) -> Result<Option<(TriangleMesh, f64)>, RepulsiveError> {
-        let mut positions: Vec<[f64; 3]> = self
-            .mesh
-            .positions()
-            .iter()
-            .zip(motion)
-            .map(|(p, d)| [0, 1, 2].map(|k| p[k] + size * d[k]))
-            .collect();
-        let sizes = self.sizes();
+        let sizes = constraints.sizes(mesh, targets);
         for _ in 0..=CORRECTIONS {
             check_stopped()?;
-            let Ok(moved) = self.mesh.with_positions(positions.clone()) else { return Ok(None) };
-            let shift = barycentre(&moved);
-            for p in &mut positions {
-                (0..3).for_each(|k| p[k] += self.barycentre[k] - shift[k]);
+            let Ok(mut moved) = mesh.with_positions(positions.clone()) else { return Ok(None) };
+            if holds_barycentre(&self.options) || self.holds_components() {
+                let shift = sub(self.memory.barycentre, held_centre(&moved, constraints.components));
+                positions.iter_mut().for_each(|p| (0..3).for_each(|k| p[k] += shift[k]));
+                // Values are measured after the shift, which changes the volume of an open surface.
+                let Ok(shifted) = mesh.with_positions(positions.clone()) else { return Ok(None) };
+                moved = shifted;
             }
-            // Measured after the shift, which changes the volume of an open surface.
-            let Ok(mesh) = self.mesh.with_positions(positions.clone()) else { return Ok(None) };
-            let off: Vec<f64> = self
-                .options
-                .keep
-                .iter()
-                .zip(&self.targets)
-                .map(|(quantity, target)| quantity.of(&mesh) - target)
-                .collect();
+            let values = constraints.values(&moved);
+            let off: Vec<f64> = values.iter().zip(targets).map(|(value, target)| value - target).collect();
             let deviation = off.iter().zip(&sizes).map(|(off, size)| off.abs() / size).fold(0.0, f64::max);
             if deviation <= DEVIATION {
-                return Ok(Some((mesh, deviation)));
+                return Ok(Some((moved, deviation)));
             }
             if !deviation.is_finite() {
                 return Ok(None);
             }
-            for (correction, multiplier) in corrections.iter().zip(schur.solve(&off)) {
-                for (p, c) in positions.iter_mut().zip(correction) {
-                    (0..3).for_each(|k| p[k] -= multiplier * c[k]);
-                }
-            }
+            corrections.take_out(&off, &mut positions);
         }
         Ok(None)
     }
 
-    /// The sizes to which deviations are compared: the volume may be zero.
-    fn sizes(&self) -> Vec<f64> {
-        let area = Quantity::Area.of(&self.mesh);
-        let size = |(quantity, target): (&Quantity, &f64)| match quantity {
-            Quantity::Area => target.abs(),
-            Quantity::Volume => target.abs().max(1e-3 * area.powf(1.5)),
-        };
-        self.options.keep.iter().zip(&self.targets).map(size).collect()
+    fn constraints(&self) -> Constraints<'_> {
+        Constraints { quantities: &self.quantities, components: self.held_components(&self.memory) }
+    }
+
+    /// Whether the barycentre of each component is held.
+    fn holds_components(&self) -> bool {
+        self.options.barycentre == Barycentre::PerComponent && self.options.pins.is_empty()
+    }
+
+    fn held_components<'a>(&self, memory: &'a Memory) -> &'a [u32] {
+        if self.holds_components() { &memory.components } else { &[] }
+    }
+
+    /// The values that the constraints have to have at a time.
+    fn targets_at(&self, memory: &Memory, time: f64) -> Vec<f64> {
+        let mut targets = memory.targets(&self.options, time);
+        targets.extend(&memory.centres);
+        targets
+    }
+
+    /// Which vertices are pinned; empty if none is.
+    fn pinned(&self) -> Vec<bool> {
+        self.memory.pinned(self.mesh.vertex_count())
+    }
+
+    /// The ways of the pins in a step, zero elsewhere; `None` if no pin moves.
+    fn pin_ways(&self, share: f64) -> Option<Vec<Vec3>> {
+        let moves = self.options.pins.iter().any(|pin| pin.motion != [0.0; 3]);
+        (moves && self.is_growing()).then(|| {
+            let mut ways = vec![[0.0; 3]; self.mesh.vertex_count()];
+            for (v, to) in self.memory.pins_at(&self.options, self.memory.time + share) {
+                ways[v as usize] = sub(to, self.mesh.positions()[v as usize]);
+            }
+            ways
+        })
+    }
+}
+
+fn moved_along(positions: &[Vec3], ways: Option<&[Vec3]>, share: f64) -> Vec<Vec3> {
+    match ways {
+        Some(ways) => {
+            let moved = |(p, d): (&Vec3, &Vec3)| [0, 1, 2].map(|k| p[k] + share * d[k]);
+            positions.iter().zip(ways).map(moved).collect()
+        }
+        None => positions.to_vec(),
     }
 }
 
@@ -414,14 +556,8 @@ fn check_surface(mesh: &TriangleMesh, options: &FlowOptions) -> Result<(), Repul
     if let Some(at) = topology.nonmanifold_vertices.first() {
         return Err(RepulsiveError::NonmanifoldVertex { vertex: at.vertex });
     }
-    if options.keep.contains(&Quantity::Volume) {
-        let is_inconsistent = |e: &Edge| match mesh.edge_halfedges(*e) {
-            &[g, h] => mesh.follows_edge(g) == mesh.follows_edge(h),
-            _ => false,
-        };
-        if let Some(edge) = mesh.edges().find(is_inconsistent) {
-            return Err(RepulsiveError::Inconsistent { edge });
-        }
+    if quantities(options).contains(&Quantity::Volume) {
+        check_oriented(mesh)?;
     }
     if options.exponents.alpha >= 4.0 {
         let pairs = self_intersections(mesh, options.threads)?;
@@ -429,65 +565,68 @@ fn check_surface(mesh: &TriangleMesh, options: &FlowOptions) -> Result<(), Repul
             return Err(RepulsiveError::Intersecting { pairs });
         }
     }
+    if let Some(obstacle) = options.obstacle.as_ref().filter(|_| options.collisions) {
+        let pairs = intersections_with(mesh, obstacle, options.threads)?;
+        if !pairs.is_empty() {
+            return Err(RepulsiveError::IntersectsObstacle { pairs });
+        }
+    }
     Ok(())
 }
 
+/// The potentials for vertices and faces that the surface has at some time.
+fn potentials_on(
+    start: &TriangleMesh,
+    faces: &[[u32; 3]],
+    memory: &Memory,
+    options: &FlowOptions,
+) -> Result<Vec<Potential>, RepulsiveError> {
+    let mut potentials: Vec<Potential> = options.potentials.clone();
+    potentials.iter_mut().for_each(|potential| potential.threads = options.threads);
+    if potentials.iter().any(Potential::follows_mesh) && memory.places != Places::identity(start) {
+        let positions = memory.places.pull_vertices(start, start.positions());
+        let fault = |fault: MeshError| RepulsiveError::State { fault: fault.to_string() };
+        let at_start = TriangleMesh::new(positions, faces.to_vec()).map_err(fault)?;
+        potentials = potentials.iter().map(|p| p.on(&at_start)).collect::<Result<_, _>>()?;
+    }
+    Ok(potentials)
+}
+
 impl Current {
-    fn at(mesh: &TriangleMesh, options: &FlowOptions) -> Result<Current, RepulsiveError> {
+    fn at(
+        mesh: &TriangleMesh,
+        potentials: &[Potential],
+        options: &FlowOptions,
+    ) -> Result<Current, RepulsiveError> {
         let unit = unit_of_length(mesh);
         let faces = face_data(mesh, unit)?;
         let interactions = Interactions::new(&faces, options.separation)?;
         let rows = hierarchical(&interactions, &faces, options.exponents, true, options.threads)?;
         let degree = options.exponents.degree();
         let energy = sum(&faces, &rows)? * unit.powf(degree);
-        let differential = differential(mesh, unit, &faces, &rows, unit.powf(degree - 1.0));
-        Ok(Current { unit, interactions, energy, differential })
-    }
-
-    /// The energy after a motion, with near faces and far clusters as they are.
-    fn energy_of(&self, moved: &TriangleMesh, options: &FlowOptions) -> Result<f64, RepulsiveError> {
-        let faces = face_data(moved, self.unit)?;
-        let rows = hierarchical(&self.interactions, &faces, options.exponents, false, options.threads)?;
-        Ok(sum(&faces, &rows)? * self.unit.powf(options.exponents.degree()))
-    }
-}
-
-/// A direction of descent that keeps the quantities to first order.
-struct Direction {
-    motion: Vec<[f64; 3]>,
-    /// For each quantity, the displacement with the smallest norm that changes it.
-    corrections: Vec<Vec<[f64; 3]>>,
-    schur: Schur,
-    descent: f64,
-    iterations: usize,
-}
-
-/// The changes of the quantities along the corrections: a small dense matrix.
-struct Schur(Vec<Vec<f64>>);
-
-impl Schur {
-    /// Solves by elimination with pivoting. Directions that change nothing get nothing.
-    fn solve(&self, rhs: &[f64]) -> Vec<f64> {
-        let n = rhs.len();
-        let mut rows: Vec<Vec<f64>> =
-            self.0.iter().zip(rhs).map(|(row, x)| row.iter().copied().chain([*x]).collect()).collect();
-        let largest = rows.iter().flat_map(|row| &row[..n]).fold(0.0f64, |m, x| m.max(x.abs()));
-        for k in 0..n {
-            let pivot = (k..n).max_by(|&i, &j| rows[i][k].abs().total_cmp(&rows[j][k].abs())).unwrap_or(k);
-            rows.swap(k, pivot);
-            if rows[k][k].abs() <= 1e-14 * largest {
-                rows[k].iter_mut().for_each(|x| *x = 0.0);
-                rows[k][k] = 1.0;
-            }
-            for i in 0..n {
-                if i != k {
-                    let factor = rows[i][k] / rows[k][k];
-                    for j in k..=n {
-                        rows[i][j] -= factor * rows[k][j];
-                    }
-                }
+        let densities = rows.iter().map(|row| row.density * unit.powf(degree - 2.0)).collect();
+        let mut differential = differential(mesh, unit, &faces, &rows, unit.powf(degree - 1.0));
+        let mut objective = energy;
+        for potential in potentials {
+            objective += potential.value(mesh)?;
+            let own = potential.differential(mesh)?;
+            for (sum, own) in differential.as_mut_slice().iter_mut().zip(own.as_slice()) {
+                (0..3).for_each(|k| sum[k] += own[k]);
             }
         }
-        (0..n).map(|k| rows[k][n] / rows[k][k]).collect()
+        Ok(Current { unit, interactions, energy, objective, differential, densities })
+    }
+
+    /// The objective after a motion, with near faces and far clusters as they are.
+    fn objective_of(
+        &self,
+        moved: &TriangleMesh,
+        potentials: &[Potential],
+        options: &FlowOptions,
+    ) -> Result<f64, RepulsiveError> {
+        let faces = face_data(moved, self.unit)?;
+        let rows = hierarchical(&self.interactions, &faces, options.exponents, false, options.threads)?;
+        let energy = sum(&faces, &rows)? * self.unit.powf(options.exponents.degree());
+        potentials.iter().try_fold(energy, |sum, potential| Ok(sum + potential.value(moved)?))
     }
 }

@@ -24,16 +24,13 @@ use crate::repulsive::moments::{moments_of, radii};
 use crate::repulsive::options::{Exponents, Pairs};
 use crate::setters::setters;
 use crate::spatial::ClusterTree;
-use eikona_mesh::{TriangleMesh, VertexField};
-use eikona_numeric::{NumericError, Symbolic, check_stopped};
+use eikona_mesh::{TriangleMesh, Vertex, VertexField};
+use eikona_numeric::{NumericError, check_stopped};
 use elements::Elements;
 use kernel::{KernelKind, KernelMatrices, Kernels};
 use partition::Partition;
-use solve::Preconditioner;
-use std::sync::Arc;
 
-/// The symbolic analysis of the preconditioner, which depends on the connectivity only.
-pub(super) type Analysis = Arc<Symbolic>;
+pub(super) use solve::{Analysis, Preconditioner};
 
 /// Options of [`Metric`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,6 +99,19 @@ pub struct Metric {
     matrices: Matrices,
     elements: Elements,
     preconditioner: Preconditioner,
+    /// Vertices that do not move; empty if all do.
+    pinned: Vec<bool>,
+    /// What is added to the diagonal, in the unit of length.
+    stiffness: Stiffness,
+}
+
+/// A diagonal term of the inner product.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stiffness {
+    /// Per vertex; empty if there is none.
+    pub diagonal: Vec<f64>,
+    /// Whether the surface may drift. Otherwise the mean displacement is zero.
+    pub drifts: bool,
 }
 
 /// The kernel matrices.
@@ -138,6 +148,24 @@ impl Metric {
     /// # Cost
     /// O(F log F): about 5 us and 5 kB per face.
     pub fn new(mesh: &TriangleMesh, options: &MetricOptions) -> Result<Metric, RepulsiveError> {
+        Metric::with_pins(mesh, options, &[])
+    }
+
+    /// Like [`new`](Self::new), with vertices that do not move: [`solve`](Self::solve) finds
+    /// displacements that are zero there, whose products are the forces at all other vertices (RS
+    /// section 7.1.2).
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new), and [`RepulsiveError::Constraint`] for a vertex that is none of
+    /// the mesh.
+    ///
+    /// # Cost
+    /// As for [`new`](Self::new).
+    pub fn with_pins(
+        mesh: &TriangleMesh,
+        options: &MetricOptions,
+        pins: &[Vertex],
+    ) -> Result<Metric, RepulsiveError> {
         if mesh.face_count() == 0 {
             return Err(RepulsiveError::NoFaces);
         }
@@ -147,22 +175,34 @@ impl Metric {
         let centroids: Vec<[f64; 3]> = faces.iter().map(|face| face.centroid).collect();
         let tree = ClusterTree::new(&centroids);
         check_stopped()?;
-        Ok(Metric::on(mesh, unit, tree, &faces, options, None)?)
+        let mut pinned = vec![false; if pins.is_empty() { 0 } else { mesh.vertex_count() }];
+        for &vertex in pins {
+            let Some(pinned) = pinned.get_mut(vertex.index()) else {
+                let fault = format!("{vertex} is pinned, but the mesh has {} vertices", mesh.vertex_count());
+                return Err(RepulsiveError::Constraint { fault });
+            };
+            *pinned = true;
+        }
+        let preconditioner = Preconditioner::new(mesh, unit, options.threads, None, &pinned)?;
+        Ok(Metric::on(mesh, unit, tree, &faces, options, preconditioner, pinned, Stiffness::default())?)
     }
 
-    /// Like [`new`](Self::new), for a tree and an analysis that are there already.
+    /// Like [`new`](Self::new), for a tree and a preconditioner that are there already.
     pub(super) fn on(
         mesh: &TriangleMesh,
         unit: f64,
         tree: ClusterTree,
         faces: &[FaceDatum],
         options: &MetricOptions,
-        analysis: Option<&Analysis>,
+        preconditioner: Preconditioner,
+        pinned: Vec<bool>,
+        mut stiffness: Stiffness,
     ) -> Result<Metric, NumericError> {
+        let scale = unit.powf(-2.0 * (options.exponents.order() - 1.0));
+        stiffness.diagonal.iter_mut().for_each(|x| *x /= scale);
         let ordered = tree.in_order(faces);
         let elements = Elements::new(mesh, unit, &tree, &ordered);
         check_stopped()?;
-        let preconditioner = Preconditioner::new(mesh, unit, options.threads, analysis)?;
         let kernels = Kernels::new(options.exponents);
         let matrices = match options.pairs {
             Pairs::All => Matrices::AllPairs { faces: ordered, kernels },
@@ -177,7 +217,7 @@ impl Metric {
                 Matrices::Stored { tree, partition, kernels: Box::new(kernels) }
             }
         };
-        Ok(Metric { options: *options, unit, matrices, elements, preconditioner })
+        Ok(Metric { options: *options, unit, matrices, elements, preconditioner, pinned, stiffness })
     }
 
     /// Returns the product with a vector field on the vertices.
@@ -188,10 +228,7 @@ impl Metric {
     /// # Cost
     /// One pass over the kernel matrices: about 0.5 us per face and thread.
     pub fn product(&self, field: &VertexField<[f64; 3]>) -> Result<VertexField<[f64; 3]>, RepulsiveError> {
-        let scale = self.scale();
-        let mut image = self.products(&[field.as_slice().to_vec()])?;
-        let image = image.pop().unwrap_or_default();
-        Ok(image.into_iter().map(|x| x.map(|x| scale * x)).collect::<Vec<_>>().into())
+        Ok(self.force_of(field.as_slice())?.into())
     }
 
     /// Returns the product with the fractional Laplacian of order `2 - s`, which the preconditioner
@@ -213,9 +250,11 @@ impl Metric {
         Ok(image.into_iter().map(|x| x.map(|x| scale * x)).collect::<Vec<_>>().into())
     }
 
-    /// Returns the analysis, for surfaces of the same connectivity.
-    pub(super) fn analysis(&self) -> Analysis {
-        self.preconditioner.analysis()
+    /// The product with a field in space.
+    pub(super) fn force_of(&self, field: &[[f64; 3]]) -> Result<Vec<[f64; 3]>, NumericError> {
+        let scale = self.scale();
+        let image = self.products(&[field.to_vec()])?.pop().unwrap_or_default();
+        Ok(image.into_iter().map(|x| x.map(|x| scale * x)).collect())
     }
 
     /// The factor of products that belongs to the unit of length.
@@ -237,6 +276,11 @@ impl Metric {
             let means = matrices.times(KernelKind::Low, &means, many, options.threads)?;
             elements.add_means(&means, 2.0, &mut result);
             check_stopped()?;
+        }
+        for (result, field) in result.iter_mut().zip(fields) {
+            for ((y, x), h) in result.iter_mut().zip(field).zip(&self.stiffness.diagonal) {
+                (0..3).for_each(|k| y[k] += h * x[k]);
+            }
         }
         Ok(result)
     }

@@ -12,9 +12,15 @@ use std::sync::Arc;
 ///
 /// Deviation: the paper factors C under constraints on positions. The mass gives each connected
 /// component its own mean without them.
-pub(super) struct Preconditioner {
+pub(in crate::repulsive) struct Preconditioner {
     factor: Cholesky<f64>,
 }
+
+/// The factor of the diagonal by which pinned vertices are held in the preconditioner.
+const STIFF: f64 = 1e8;
+
+/// The symbolic analysis, which depends on the connectivity only.
+pub(in crate::repulsive) type Analysis = Arc<Symbolic>;
 
 impl Preconditioner {
     /// Factors the matrix, with the analysis of another surface of the same connectivity.
@@ -22,7 +28,8 @@ impl Preconditioner {
         mesh: &TriangleMesh,
         unit: f64,
         threads: usize,
-        analysis: Option<&Arc<Symbolic>>,
+        analysis: Option<&Analysis>,
+        pinned: &[bool],
     ) -> Result<Preconditioner, NumericError> {
         let triangles = lay_out_in(mesh, unit)?;
         let CotanLaplacian { graph, mut matrix } = CotanLaplacian::new(mesh, &triangles);
@@ -38,15 +45,17 @@ impl Preconditioner {
         }
         // Vertices without faces keep their place.
         matrix.diagonal.iter_mut().filter(|x| **x == 0.0).for_each(|x| *x = 1.0);
+        matrix.diagonal.iter_mut().zip(pinned).filter(|(_, p)| **p).for_each(|(x, _)| *x *= STIFF);
         Ok(Preconditioner { factor: Cholesky::on_threads(symbolic, &matrix, threads)? })
     }
 
-    pub fn analysis(&self) -> Arc<Symbolic> {
+    /// The analysis, for surfaces of the same connectivity.
+    pub fn analysis(&self) -> Analysis {
         self.factor.symbolic().clone()
     }
 
     /// Solves for the coordinates of some vector fields.
-    fn solve(&self, fields: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<[f64; 3]>>, NumericError> {
+    pub fn solve(&self, fields: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<[f64; 3]>>, NumericError> {
         let coordinates = fields.iter().flat_map(|field| [0, 1, 2].map(|k| (field, k)));
         let rhs: Vec<Vec<f64>> = coordinates.map(|(field, k)| field.iter().map(|x| x[k]).collect()).collect();
         let solutions = self.factor.solve_many(&rhs)?;
@@ -60,7 +69,7 @@ impl Preconditioner {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct MetricSolution {
-    /// One displacement per force. Its mean over the vertices is zero.
+    /// One displacement per force. Its mean over the vertices is zero, unless some are pinned.
     pub displacements: Vec<VertexField<[f64; 3]>>,
     /// Number of iterations.
     pub iterations: usize,
@@ -116,7 +125,7 @@ impl Metric {
     ) -> Result<(Vec<Vec<[f64; 3]>>, usize, f64), NumericError> {
         let many = forces.len();
         let mut residual = forces;
-        residual.iter_mut().for_each(|r| centre(r));
+        residual.iter_mut().for_each(|r| self.project(r));
         let mut solution: Vec<Vec<[f64; 3]>> = residual.iter().map(|r| vec![[0.0; 3]; r.len()]).collect();
         let mut conditioned = self.precondition(&residual)?;
         let mut direction = conditioned.clone();
@@ -131,7 +140,8 @@ impl Metric {
         {
             check_stopped()?;
             iterations += 1;
-            let image = self.products(&direction)?;
+            let mut image = self.products(&direction)?;
+            image.iter_mut().for_each(|x| self.project(x));
             for i in 0..many {
                 let step = product[i] / dot(&direction[i], &image[i]);
                 last[i] = 0.0;
@@ -155,7 +165,7 @@ impl Metric {
         }
         let scale = 1.0 / self.scale();
         for field in &mut solution {
-            centre(field);
+            self.project(field);
             field.iter_mut().for_each(|x| *x = x.map(|x| scale * x));
         }
         let change = (0..many).map(|i| share(last[i], whole[i])).fold(0.0, f64::max);
@@ -168,9 +178,45 @@ impl Metric {
     /// -1 and 0 at the corners of each face; regular triangulations have them. Deviations from the
     /// means are weighted as the Laplacian would; they are small for smooth functions.
     fn precondition(&self, residual: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<[f64; 3]>>, NumericError> {
-        let inner = self.preconditioner.solve(residual)?;
+        let mut inner = self.preconditioner.solve(residual)?;
+        inner.iter_mut().for_each(|x| self.clear_pins(x));
         let mut image = self.fractional_products(&inner)?;
         self.elements.add_deviations(self.options.exponents.order() - 1.0, &inner, &mut image);
-        self.preconditioner.solve(&image)
+        image.iter_mut().for_each(|x| self.clear_pins(x));
+        let mut outer = self.preconditioner.solve(&image)?;
+        for (outer, residual) in outer.iter_mut().zip(residual) {
+            if self.drifts() {
+                self.add_drift(residual, outer);
+            }
+            self.project(outer);
+        }
+        Ok(outer)
+    }
+
+    /// Clears a field at the pinned vertices; without any, takes out its mean, unless the surface
+    /// drifts.
+    fn project(&self, field: &mut [[f64; 3]]) {
+        if !self.pinned.is_empty() {
+            self.clear_pins(field);
+        } else if !self.drifts() {
+            centre(field);
+        }
+    }
+
+    fn drifts(&self) -> bool {
+        self.pinned.is_empty() && self.stiffness.drifts && !self.stiffness.diagonal.is_empty()
+    }
+
+    /// Adds the translation that balances the sum of the forces: the rest of the preconditioner
+    /// takes it to zero.
+    fn add_drift(&self, forces: &[[f64; 3]], field: &mut [[f64; 3]]) {
+        let stiffness: f64 = self.stiffness.diagonal.iter().sum();
+        let sum = forces.iter().fold([0.0; 3], |sum, x| [sum[0] + x[0], sum[1] + x[1], sum[2] + x[2]]);
+        field.iter_mut().for_each(|x| (0..3).for_each(|k| x[k] += sum[k] / stiffness));
+    }
+
+    fn clear_pins(&self, field: &mut [[f64; 3]]) {
+        let pinned = field.iter_mut().zip(&self.pinned).filter(|(_, pinned)| **pinned);
+        pinned.for_each(|(x, _)| *x = [0.0; 3]);
     }
 }

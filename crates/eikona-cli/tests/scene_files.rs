@@ -1,0 +1,145 @@
+//! `eikona repulse SCENE`.
+
+mod run;
+
+use run::{Folder, data};
+
+#[test]
+fn both_grammars_say_the_same() {
+    let folder = Folder::new();
+    folder.done("make torus nu=24 nv=10 minor=0.3 -o t.obj");
+    let original = "repel_mesh t.obj 6 12\r\nconstrain area\r\nconstrain barycenter\r\niteration_limit 3\r\n";
+    let toml = "mesh = \"t.obj\"\nstop.steps = 3\n";
+    for (k, (name, text)) in [("s.txt", original), ("s", original), ("s.toml", toml)].into_iter().enumerate()
+    {
+        folder.write(name, text);
+        folder.done(&format!("repulse {name} -o run{k}"));
+    }
+    folder.done("repulse t.obj -o run3 --until steps=3");
+    let last = folder.bytes("run3/frames/000003.ply");
+    for k in 0..3 {
+        assert_eq!(folder.bytes(&format!("run{k}/frames/000003.ply")), last, "run{k}");
+    }
+}
+
+#[test]
+fn a_scene_grows_in_a_container() {
+    let folder = Folder::new();
+    let scene = r#"
+mesh = { shape = "icosphere", levels = 3 }
+[keep]
+barycentre = "floating"
+area = { times = 1.5, steps = 6 }
+[[obstacle]]
+mesh = { shape = "icosphere", levels = 3, move = [0, 0, 2.2] }
+weight = 0.1
+[[implicit]]
+plane = { point = [0, 0, -1.5], normal = [0, 0, 1] }
+action = "repel"
+power = 2
+weight = 0.1
+[stop]
+steps = 8
+"#;
+    folder.write("s.toml", scene);
+    folder.done("repulse s.toml -o run --checkpoint-every 4 --report r.json");
+    let report = folder.json("r.json");
+    let area = report["result"]["area"].as_f64().unwrap();
+    let first: f64 =
+        folder.read("run/log.csv").lines().nth(1).unwrap().split(',').nth(3).unwrap().parse().unwrap();
+    assert!((area / (1.5 * first) - 1.0).abs() < 1e-6, "{area} from {first}");
+    // It stays above the plane and below the other sphere.
+    let ply = eikona_mesh::io::read_mesh(folder.0.join("run/frames/000008.ply")).unwrap().mesh;
+    let heights = ply.positions.iter().map(|p| p[2]);
+    assert!(heights.clone().fold(f64::INFINITY, f64::min) > -1.5);
+    let off = |p: &[f64; 3]| (p[0] * p[0] + p[1] * p[1] + (p[2] - 2.2) * (p[2] - 2.2)).sqrt();
+    assert!(ply.positions.iter().map(off).fold(f64::INFINITY, f64::min) > 0.98);
+}
+
+#[test]
+fn pins_stay_and_move() {
+    let folder = Folder::new();
+    folder.done("make cylinder -o c.obj");
+    let pinned = "mesh = \"c.obj\"\n[keep]\nboundary_vertices = true\n[stop]\nsteps = 4\n";
+    folder.write("s.toml", pinned);
+    folder.done("repulse s.toml -o run");
+    let rim = |name: &str| {
+        let mesh = eikona_mesh::io::read_mesh(folder.0.join(name)).unwrap().mesh.triangulate().unwrap().0;
+        let rim = mesh.vertices().filter(|v| mesh.is_boundary_vertex(*v));
+        let mut rim: Vec<[f64; 3]> = rim.map(|v| mesh.position(v)).collect();
+        rim.sort_by(|p, q| p.partial_cmp(q).unwrap());
+        rim
+    };
+    assert_eq!(rim("run/frames/000000.ply"), rim("run/frames/000004.ply"));
+    assert_ne!(folder.bytes("run/frames/000000.ply"), folder.bytes("run/frames/000004.ply"));
+    let moved = "mesh = { shape = \"icosphere\", levels = 3 }\n[[pin]]\nvertices = [0]\n[[pin]]\n\
+                 vertices = [1]\nmove = [0.3, 0, 0]\nsteps = 5\n[stop]\nsteps = 5\n[keep]\narea = true\n";
+    folder.write("m.toml", moved);
+    folder.done("repulse m.toml -o moved");
+    let positions = |name: &str| eikona_mesh::io::read_mesh(folder.0.join(name)).unwrap().mesh.positions;
+    let (before, after) = (positions("moved/frames/000000.ply"), positions("moved/frames/000005.ply"));
+    assert_eq!(before[0], after[0]);
+    (0..3).for_each(|k| assert!((before[1][k] + [0.3, 0.0, 0.0][k] - after[1][k]).abs() < 1e-9));
+}
+
+#[test]
+fn faults_of_a_scene_leave_no_folder() {
+    let folder = Folder::new();
+    folder.write("s.txt", "repel_mesh t.obj 6 12\nconstrian area\n");
+    let words = ["s.txt: 2 faults", "line 1: there is no file t.obj", "line 2: ", "`constrain`"];
+    folder.refused("repulse s.txt -o run", 3, &words);
+    folder.write("s.toml", "p = 6\n");
+    folder.refused("repulse s.toml -o run", 3, &["s.toml: nothing says what to move"]);
+    folder.refused("repulse none.txt -o run", 3, &["none.txt: no such file"]);
+}
+
+#[test]
+fn what_does_not_fit_names_the_line() {
+    let folder = Folder::new();
+    folder.done("make icosphere levels=2 -o s.obj");
+    folder.done("make torus -o o.obj");
+    let refused = |text: &str, words: &[&str]| {
+        folder.write("s.txt", text);
+        folder.refused("repulse s.txt -o run", 3, words);
+        assert!(!folder.0.join("run").exists(), "{text}");
+    };
+    refused("repel_mesh s.obj\nconstrain vertices 999\n", &["line 2", "999", "162 vertices"]);
+    refused("repel_mesh s.obj\nminimize willmore 1 3\n", &["line 2", "takes no target"]);
+    refused("repel_mesh s.obj\nmethod bqn\n", &["line 2", "only the method hs"]);
+    refused("repel_mesh s.obj\nobstacle o.obj\n", &["intersect", "move the obstacle away"]);
+    folder.refused("repulse s.txt -o run --p 4", 2, &["--p goes with a mesh"]);
+}
+
+#[test]
+#[cfg_attr(not(data_folder), ignore = "needs the data folder")]
+fn scenes_of_the_data_folder_run() {
+    let folder = Folder::new();
+    let mut count = 0;
+    for name in ["Boundary", "HandcuffsPole", "HopfLink", "KleinBottle", "LungGrowing", "Lowres", "Walnut"] {
+        let scene = data().join("repulsive").join(name).join("scene.txt");
+        folder.done(&format!("repulse {} -o {name} --until steps=2 --frames-every 2", scene.display()));
+        assert!(folder.read(&format!("{name}/log.csv")).lines().count() == 4, "{name}");
+        count += 1;
+    }
+    println!("{count} files");
+}
+
+/// The scenes that come with the project take a step.
+#[test]
+fn examples_run() {
+    let folder = Folder::new();
+    let scenes = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes");
+    let mut names: Vec<_> = std::fs::read_dir(&scenes).unwrap().map(|entry| entry.unwrap().path()).collect();
+    names.sort();
+    assert!(names.len() > 10);
+    for path in names {
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        let run = format!("repulse {} -o {name} --until steps=1", path.display());
+        if name == "klein-bottle" {
+            folder.warned(&run, &["intersect at the start"]);
+        } else {
+            folder.done(&run);
+        }
+        assert_eq!(folder.column(&format!("{name}/log.csv"), "step"), [0.0, 1.0], "{name}");
+    }
+}
