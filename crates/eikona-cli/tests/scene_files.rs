@@ -105,7 +105,7 @@ fn what_does_not_fit_names_the_line() {
     };
     refused("repel_mesh s.obj\nconstrain vertices 999\n", &["line 2", "999", "162 vertices"]);
     refused("repel_mesh s.obj\nminimize willmore 1 3\n", &["line 2", "takes no target"]);
-    refused("repel_mesh s.obj\nmethod bqn\n", &["line 2", "only the method hs"]);
+    refused("repel_mesh s.obj\nmethod willmore\n", &["line 2", "willmore is not available"]);
     refused("repel_mesh s.obj\nobstacle o.obj\n", &["intersect", "move the obstacle away"]);
     folder.refused("repulse s.txt -o run --p 4", 2, &["--p goes with a mesh"]);
 }
@@ -122,6 +122,24 @@ fn scenes_of_the_data_folder_run() {
         count += 1;
     }
     println!("{count} files");
+}
+
+#[test]
+fn every_method_runs() {
+    let folder = Folder::new();
+    folder.done("make torus nu=24 nv=10 minor=0.3 -o t.obj");
+    let mut energies = Vec::new();
+    for method in ["hs", "aqp", "bqn", "h1", "h1-lbfgs", "h2", "l2"] {
+        folder.write("s.txt", &format!("repel_mesh t.obj\nconstrain area\nmethod {method}\n"));
+        folder.done(&format!("repulse s.txt -o {method} --until steps=5"));
+        let column = folder.column(&format!("{method}/log.csv"), "energy");
+        assert!(column[5] < column[0], "{method}: {column:?}");
+        energies.push(column[5].to_bits());
+    }
+    energies.sort_unstable();
+    energies.dedup();
+    // AQP takes the steps of H1 where its extrapolation does not help.
+    assert!(energies.len() >= 6, "{energies:?}");
 }
 
 /// The scenes that come with the project take a step.

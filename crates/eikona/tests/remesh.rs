@@ -222,3 +222,17 @@ fn faults_name_the_element() {
     let fault = remesh(&book, &[0.1; 5], &RemeshOptions::default()).unwrap_err();
     assert!(matches!(fault, RemeshError::Nonmanifold { .. }), "{fault}");
 }
+
+#[test]
+fn a_huge_face_among_small_ones_is_split_in_many_rounds() {
+    let dust = moved(&shapes::icosphere(4).unwrap(), |p| p.map(|x| 1e-3 * x));
+    let wall = TriangleMesh::new(vec![[1., 0., 0.], [9., 3., 1.], [2., 9., 4.]], vec![[0, 1, 2]]).unwrap();
+    let both = together(&dust, &wall);
+    let done = run(&both, 1e-4, &RemeshOptions::default().with_rounds(1));
+    assert!(is_manifold(&done.mesh));
+    // The wall is still far from done, but no more than a few times as many faces are made.
+    assert!(done.counts.splits > 10_000 && done.mesh.face_count() < 100_000, "{:?}", done.counts);
+    let lengths = lengths(&done.mesh);
+    let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
+    assert!(mean > 1e-4);
+}

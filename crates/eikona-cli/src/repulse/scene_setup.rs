@@ -41,11 +41,12 @@ pub fn flow_of(scene: &Scene, session: &mut Session) -> Result<(TriangleMesh, Fl
         }
         None => Remeshing::Uniform { length: None },
     };
-    if let Some(method) = &scene.method
-        && method.value != model::Method::Hs
-    {
-        let fault = "only the method hs is available; leave the line out";
-        return Err(at_line(scene, method.line, fault));
+    if let Some(method) = &scene.method {
+        let of_name = model::Method::NAMES[method.value as usize].parse();
+        options.method = of_name.map_err(|_| {
+            let fault = "the method willmore is not available; minimize willmore adds its energy instead";
+            at_line(scene, method.line, fault)
+        })?;
     }
     let mut obstacles = Vec::new();
     add_obstacles(scene, session, &mut options, &mut obstacles)?;

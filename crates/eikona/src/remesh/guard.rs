@@ -11,9 +11,14 @@ pub(super) struct Guard {
     cell: f64,
     /// Faces by the hash of the cell; a power of two of them.
     buckets: Vec<Vec<u32>>,
+    /// Faces that meet too many cells: they are candidates everywhere.
+    large: Vec<u32>,
     /// The faces of the obstacle, numbered from [`OBSTACLE`].
     obstacle: Vec<[Vec3; 3]>,
 }
+
+/// A face much larger than the others would fill the grid alone.
+const MOST_CELLS: f64 = 512.0;
 
 /// Meshes have fewer faces than that.
 const OBSTACLE: u32 = 1 << 31;
@@ -47,7 +52,8 @@ impl Guard {
         let cell = widths.sum::<f64>() / alive().count().max(1) as f64;
         let buckets = vec![Vec::new(); (2 * mesh.faces.len()).next_power_of_two()];
         let obstacle = obstacle.map_or(Vec::new(), |o| o.faces().map(|f| o.face_positions(f)).collect());
-        let mut guard = Guard { cell: cell.max(f64::MIN_POSITIVE), buckets, obstacle: Vec::new() };
+        let cell = cell.max(f64::MIN_POSITIVE);
+        let mut guard = Guard { cell, buckets, large: Vec::new(), obstacle: Vec::new() };
         alive().for_each(|f| guard.insert(f, &mesh.triangle(f)));
         obstacle.iter().zip(OBSTACLE..).for_each(|(triangle, f)| guard.insert(f, triangle));
         Guard { obstacle, ..guard }
@@ -63,12 +69,36 @@ impl Guard {
 
     /// Notes where a face is now.
     pub fn insert(&mut self, face: u32, triangle: &[Vec3; 3]) {
-        for bucket in self.cells(bounds(triangle)) {
+        let place = bounds(triangle);
+        if self.fills_grid(place) {
+            self.large.push(face);
+            return;
+        }
+        for bucket in self.cells(place) {
             let list = &mut self.buckets[bucket];
             if list.last() != Some(&face) {
                 list.push(face);
             }
         }
+    }
+
+    /// Whether a box meets too many cells.
+    fn fills_grid(&self, (low, high): (Vec3, Vec3)) -> bool {
+        let cells: f64 = (0..3).map(|k| (high[k] - low[k]) / self.cell + 1.0).product();
+        cells > MOST_CELLS || cells.is_nan()
+    }
+
+    /// The faces that may meet a box, each once.
+    fn candidates(&self, place: (Vec3, Vec3)) -> Vec<u32> {
+        let mut found = self.large.clone();
+        if self.fills_grid(place) {
+            found.extend(self.buckets.iter().flatten());
+        } else {
+            found.extend(self.cells(place).flat_map(|bucket| &self.buckets[bucket]));
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
     }
 
     /// Whether the surface can go over from the removed to the added faces without touching others
@@ -81,11 +111,7 @@ impl Guard {
         }
         let corners: Vec<Vec3> = added.iter().flatten().chain(between.iter().flatten()).copied().collect();
         let whole = bounds(&corners);
-        let mut others: Vec<u32> =
-            self.cells(whole).flat_map(|bucket| &self.buckets[bucket]).copied().collect();
-        others.sort_unstable();
-        others.dedup();
-        let others = others.into_iter().filter(|f| !removed.contains(f));
+        let others = self.candidates(whole).into_iter().filter(|f| !removed.contains(f));
         let mut others = others.filter_map(|f| self.triangle(mesh, f)).filter(|t| meet(bounds(t), whole));
         others.all(|other| {
             let place = bounds(&other);
@@ -97,7 +123,7 @@ impl Guard {
         })
     }
 
-    /// The buckets of the cells that meet a box. Large boxes meet many.
+    /// The buckets of the cells that meet a box.
     fn cells(&self, (low, high): (Vec3, Vec3)) -> impl Iterator<Item = usize> + use<> {
         let cell = self.cell;
         let mask = self.buckets.len() - 1;

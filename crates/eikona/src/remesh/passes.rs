@@ -19,6 +19,9 @@ const LEAST_COSINE: f64 = 0.5;
 pub(super) const SMOOTH_BOUNDARY: f64 = 0.9;
 /// Faces get no flatter than this: twice the area relative to the square of the longest side.
 const FLATTEST: f64 = 0.05;
+/// Splits per face and round, at most, and beyond these: huge faces among small ones take more
+/// rounds.
+const MOST_SPLITS: [usize; 2] = [4, 10_000];
 /// Flips per edge, at most. Each makes the mesh more Delaunay, so there are few.
 const MOST_FLIPS: usize = 10;
 
@@ -71,7 +74,8 @@ impl<'a> Passes<'a> {
         let mut queue: BinaryHeap<Queued> = self.mesh.hinges().filter_map(|h| long(&self.mesh, &h)).collect();
         let mut fan = Fan::default();
         let mut step = 0;
-        while let Some(queued) = queue.pop() {
+        let most = MOST_SPLITS[0] * self.mesh.faces.len() + MOST_SPLITS[1];
+        while let Some(queued) = queue.pop().filter(|_| self.counts.splits < most) {
             step += 1;
             check_step(step)?;
             let hinge = self.mesh.hinge(queued.1.0);

@@ -16,6 +16,7 @@
 //! | `A = B + B0` | [`Metric::product`] | V x V on vectors | 7, 8, 12, 13 |
 //! | `L^(2-s)` | [`Metric::fractional_product`] | V x V on vectors | 11, sec 5.2 |
 //! | `x` | `flow/direction.rs` | V vectors | 14, 20 |
+//! | compared methods | [`Method`], `metric/local.rs` | V vectors | sec 8.2.1 |
 //! | `h` | `flow/mod.rs`, `corrected` | V vectors | 15, 21 |
 //! | `E_area` | [`Potential`], `potential/totals.rs` | number, V vectors | sec 7.3.1 |
 //! | `E_obs` | [`Obstacle`], `potential/far_field.rs` | number, V vectors | sec 7.3.2 |
@@ -48,7 +49,7 @@ mod quantity;
 
 pub use energy::{TangentPointEnergy, tangent_point_energy};
 pub use error::RepulsiveError;
-pub use flow::{Barycentre, Flow, FlowOptions, FlowState, FlowStep, Growth, Pin, Remeshing};
+pub use flow::{Barycentre, Flow, FlowOptions, FlowState, FlowStep, Growth, Method, Pin, Remeshing};
 pub use metric::{Metric, MetricOptions, MetricSolution};
 pub use options::{EnergyOptions, Exponents, Pairs};
 pub use potential::{ImplicitSurface, Obstacle, Potential, PotentialKind, SampledDistance, StartPositions};

@@ -3,10 +3,15 @@
 
 mod constraints;
 mod direction;
+mod history;
+mod inner_product;
+mod method;
 mod options;
+mod past_steps;
 mod remeshing;
 mod state;
 
+pub use method::Method;
 pub use options::{Barycentre, FlowOptions, Growth, Pin, Remeshing};
 pub use state::FlowState;
 
@@ -257,6 +262,11 @@ impl Flow {
     /// # Cost
     /// About 25 us per face and thread.
     pub fn step(&mut self) -> Result<Option<FlowStep>, RepulsiveError> {
+        if self.options.method.has_history() { self.step_with_history() } else { self.descend() }
+    }
+
+    /// Takes one step from the surface as it is.
+    fn descend(&mut self) -> Result<Option<FlowStep>, RepulsiveError> {
         begin_phase("direction")?;
         let direction = self.direction()?;
         let grows = self.is_growing();
@@ -264,7 +274,7 @@ impl Flow {
             return Ok(None);
         }
         begin_phase("line search")?;
-        let first = self.first_step(&direction.motion, direction.descent);
+        let first = self.first_step(&direction);
         let mut size = if direction.descent > 0.0 { first } else { 0.0 };
         let mut base = self.base(&direction, if grows { 1.0 } else { 0.0 })?;
         let (mut limited_by_collision, mut backtracks) = (false, 0);
@@ -313,7 +323,7 @@ impl Flow {
                     self.memory = settled.memory;
                     // A step without descent says nothing about the length of the next one.
                     if size > 0.0 {
-                        self.memory.step_size = Some(size);
+                        self.memory.step_size = Some(size * direction.scale.unwrap_or(1.0));
                     }
                     (self.mesh, self.current) = (settled.mesh, settled.current);
                     (self.potentials, self.analysis) = (settled.potentials, settled.analysis);
@@ -324,13 +334,16 @@ impl Flow {
         Ok(None)
     }
 
-    /// Twice the last step; at first, one that would lower the energy to zero if it fell at the
-    /// rate at its start. No vertex moves farther than [`LONGEST`].
-    fn first_step(&self, motion: &[Vec3], descent: f64) -> f64 {
+    /// Twice the last step, or 1 where steps are those of Newton; at first, one that would lower
+    /// the energy to zero if it fell at the rate at its start. No vertex moves farther than
+    /// [`LONGEST`].
+    fn first_step(&self, direction: &Direction) -> f64 {
+        let Direction { motion, descent, scale, .. } = direction;
         let fastest = motion.iter().map(|d| norm(*d)).fold(0.0, f64::max);
         let far = LONGEST * Quantity::Area.of(&self.mesh).sqrt() / fastest;
         let to_zero = self.current.energy.max(self.current.objective.abs()) / descent;
-        self.memory.step_size.map_or(to_zero, |last| to_zero.min(2.0 * last)).min(far)
+        let usual = scale.map(|_| 1.0).or(self.memory.step_size.map(|last| 2.0 * last));
+        usual.map_or(to_zero, |usual| to_zero.min(usual)).min(far)
     }
 
     /// A shorter step, or one with less growth if it has no other part.
@@ -390,19 +403,25 @@ impl Flow {
             Ok(_) => {}
         }
         // Last, since it costs more than an energy, and the more the longer the step.
-        if self.options.collisions {
-            let ways = moved.positions().iter().zip(self.mesh.positions());
-            let ways: Vec<Vec3> = ways.map(|(to, from)| sub(*to, *from)).collect();
-            let threads = self.options.threads;
-            let safe = match &self.options.obstacle {
-                Some(obstacle) => safe_motion_past(&self.mesh, &ways, obstacle, threads)?.share,
-                None => safe_motion(&self.mesh, &ways, threads)?.share,
-            };
-            if safe < 1.0 {
-                return Ok(Tried::Collides(safe));
-            }
+        let safe = self.safe_share(&moved)?;
+        if safe < 1.0 {
+            return Ok(Tried::Collides(safe));
         }
         Ok(Tried::Done(moved, deviation))
+    }
+
+    /// The share of the way to a moved surface that is free of collisions: 1 if they are allowed.
+    fn safe_share(&self, moved: &TriangleMesh) -> Result<f64, RepulsiveError> {
+        if !self.options.collisions {
+            return Ok(1.0);
+        }
+        let ways = moved.positions().iter().zip(self.mesh.positions());
+        let ways: Vec<Vec3> = ways.map(|(to, from)| sub(*to, *from)).collect();
+        let threads = self.options.threads;
+        Ok(match &self.options.obstacle {
+            Some(obstacle) => safe_motion_past(&self.mesh, &ways, obstacle, threads)?.share,
+            None => safe_motion(&self.mesh, &ways, threads)?.share,
+        })
     }
 
     /// Remeshes the moved surface, if asked, and computes its energy with new clusters. `None` if

@@ -1,5 +1,6 @@
 //! Options of the flow.
 
+use super::method::Method;
 use crate::repulsive::error::RepulsiveError;
 use crate::repulsive::metric::MetricOptions;
 use crate::repulsive::options::Exponents;
@@ -12,6 +13,8 @@ use eikona_mesh::{TriangleMesh, Vertex};
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct FlowOptions {
+    /// How the direction of a step is chosen. Default: [`Method::Fractional`].
+    pub method: Method,
     /// The exponents of the energy. Default: `p = 6`.
     pub exponents: Exponents,
     /// Terms that are added to the energy. Default: none. Those with a value per vertex or face
@@ -47,6 +50,7 @@ pub struct FlowOptions {
 impl Default for FlowOptions {
     fn default() -> Self {
         FlowOptions {
+            method: Method::Fractional,
             exponents: Exponents::default(),
             potentials: Vec::new(),
             obstacle: None,
@@ -65,6 +69,7 @@ impl Default for FlowOptions {
 }
 
 setters!(FlowOptions {
+    with_method: method = Method,
     with_exponents: exponents = Exponents,
     with_potentials: potentials = Vec<Potential>,
     with_obstacle: obstacle = Option<TriangleMesh>,

@@ -3,6 +3,7 @@
 use super::Flow;
 use super::constraints::Constraints;
 use super::direction::Corrections;
+use super::history::History;
 use super::options::Remeshing;
 use super::state::Memory;
 use crate::geometry::vector::distance;
@@ -59,7 +60,11 @@ impl Flow {
         let component = |v| self.memory.components[done.places.near_vertex(moved, v) as usize];
         memory.components = (0..done.mesh.vertex_count()).map(component).collect();
         memory.pins.iter_mut().zip(&done.fixed).for_each(|(pin, v)| pin.0 = v.0);
-        let analysis = self.analysis.as_ref().filter(|_| !done.counts.changed());
+        let mut analysis = self.analysis.as_ref();
+        if done.counts.changed() {
+            analysis = None;
+            memory.history = History::default();
+        }
         let pinned = memory.pinned(done.mesh.vertex_count());
         let preconditioner =
             Preconditioner::new(&done.mesh, self.current.unit, self.options.threads, analysis, &pinned)?;
@@ -79,8 +84,8 @@ impl Flow {
         if self.options.collisions && self.collides(&mesh)? {
             return Ok(None);
         }
-        let analysis = preconditioner.analysis();
-        Ok(Some(RemeshedStep { mesh, memory, analysis, deviation, counts: done.counts }))
+        let (counts, analysis) = (done.counts, preconditioner.analysis());
+        Ok(Some(RemeshedStep { mesh, memory, deviation, counts, analysis }))
     }
 
     /// Whether a surface intersects itself or the obstacle.

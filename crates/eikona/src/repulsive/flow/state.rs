@@ -1,6 +1,7 @@
 //! What a flow has to remember.
 
 use super::constraints::{Constraints, held_centre, quantities};
+use super::history::History;
 use super::options::{Barycentre, FlowOptions, Pin, Remeshing};
 use crate::geometry::vector::{add, distance, scale};
 use crate::remesh::Places;
@@ -43,6 +44,9 @@ pub(super) struct Memory {
     pub edge_length: f64,
     /// Where the vertices lie on the surface at the start.
     pub places: Places,
+    /// What the method remembers of earlier steps.
+    #[serde(default)]
+    pub history: History,
 }
 
 impl Memory {
@@ -86,6 +90,7 @@ impl Memory {
             step_size: None,
             edge_length: asked.unwrap_or(mean),
             places: Places::identity(mesh),
+            history: History::default(),
         })
     }
 
@@ -104,6 +109,13 @@ impl Memory {
                 self.first.len(),
                 self.pins.len(),
                 options.pins.len()
+            ));
+        }
+        let constraints = quantities + self.centres.len();
+        if !self.history.fits(options.method, count, constraints) {
+            return Err(format!(
+                "what it remembers of earlier steps is not of the method {}",
+                options.method
             ));
         }
         let fits = self.components.len() == count

@@ -12,6 +12,8 @@
 mod all_pairs;
 mod elements;
 mod kernel;
+mod laplacian;
+mod local;
 mod partition;
 mod solve;
 
@@ -30,6 +32,7 @@ use elements::Elements;
 use kernel::{KernelKind, KernelMatrices, Kernels};
 use partition::Partition;
 
+pub(super) use local::{LocalMetric, LocalOrder};
 pub(super) use solve::{Analysis, Preconditioner};
 
 /// Options of [`Metric`].
@@ -248,6 +251,11 @@ impl Metric {
         let mut image = self.fractional_products(&[field.as_slice().to_vec()])?;
         let image = image.pop().unwrap_or_default();
         Ok(image.into_iter().map(|x| x.map(|x| scale * x)).collect::<Vec<_>>().into())
+    }
+
+    /// Whether there is a diagonal term.
+    pub(super) fn is_stiff(&self) -> bool {
+        !self.stiffness.diagonal.is_empty()
     }
 
     /// The product with a field in space.

@@ -1,8 +1,7 @@
 //! Solves with the inner product: conjugate gradients with the preconditioner of RS section 5.2.
 
 use super::Metric;
-use crate::geometry::lay_out_in;
-use crate::operators::CotanLaplacian;
+use super::laplacian::ScreenedLaplacian;
 use crate::repulsive::error::RepulsiveError;
 use eikona_mesh::{TriangleMesh, VertexField};
 use eikona_numeric::{Cholesky, NumericError, Ordering, Symbolic, check_stopped};
@@ -31,20 +30,22 @@ impl Preconditioner {
         analysis: Option<&Analysis>,
         pinned: &[bool],
     ) -> Result<Preconditioner, NumericError> {
-        let triangles = lay_out_in(mesh, unit)?;
-        let CotanLaplacian { graph, mut matrix } = CotanLaplacian::new(mesh, &triangles);
-        check_stopped()?;
+        let laplacian = ScreenedLaplacian::new(mesh, unit)?;
+        Preconditioner::factored(&laplacian, threads, analysis, pinned)
+    }
+
+    /// As [`new`](Self::new), for a matrix that is there already.
+    pub fn factored(
+        laplacian: &ScreenedLaplacian,
+        threads: usize,
+        analysis: Option<&Analysis>,
+        pinned: &[bool],
+    ) -> Result<Preconditioner, NumericError> {
         let symbolic = match analysis {
             Some(analysis) => analysis.clone(),
-            None => Arc::new(Symbolic::new(&graph, Ordering::MinimumDegree)?),
+            None => Arc::new(Symbolic::new(&laplacian.graph, Ordering::MinimumDegree)?),
         };
-        let area: f64 = triangles.iter().map(|t| t.area).sum();
-        let shift = 1.0 / area;
-        for (corners, triangle) in mesh.triangles().iter().zip(&triangles) {
-            corners.iter().for_each(|&v| matrix.diagonal[v as usize] += shift * triangle.area / 3.0);
-        }
-        // Vertices without faces keep their place.
-        matrix.diagonal.iter_mut().filter(|x| **x == 0.0).for_each(|x| *x = 1.0);
+        let mut matrix = laplacian.matrix.clone();
         matrix.diagonal.iter_mut().zip(pinned).filter(|(_, p)| **p).for_each(|(x, _)| *x *= STIFF);
         Ok(Preconditioner { factor: Cholesky::on_threads(symbolic, &matrix, threads)? })
     }
