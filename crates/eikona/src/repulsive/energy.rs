@@ -1,13 +1,10 @@
 //! The tangent-point energy of a mesh and its differential.
 
 use crate::geometry::power_of_two_near;
-use crate::repulsive::all_pairs::{Row, all_pairs};
 use crate::repulsive::error::RepulsiveError;
-use crate::repulsive::faces::{FaceDatum, FaceForce, face_data, pulled_back};
-use crate::repulsive::hierarchical::{Interactions, hierarchical};
-use crate::repulsive::options::{EnergyOptions, Exponents, Pairs};
+use crate::repulsive::options::{EnergyOptions, Exponents};
+use crate::repulsive::pair_sum::{PairSum, PairSumOptions};
 use eikona_mesh::{ElementId, Face, FaceField, TriangleMesh, VertexField};
-use eikona_numeric::check_step;
 
 /// The tangent-point energy of a mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,16 +35,17 @@ impl TangentPointEnergy {
 /// orientation nor on position, and grows with the power `4 + alpha - beta` of the scale. Faces of
 /// any topology are accepted.
 ///
-/// By default, far faces are summed cluster by cluster, see [`Pairs`].
+/// By default, far faces are summed cluster by cluster, see [`Pairs`](super::Pairs).
 ///
 /// # Errors
 /// [`RepulsiveError::NoFaces`], [`RepulsiveError::FlatFace`], [`RepulsiveError::Coincident`],
-/// [`RepulsiveError::Range`], [`RepulsiveError::Separation`]; [`RepulsiveError::Numeric`] if an
-/// observer stops it.
+/// [`RepulsiveError::Range`], [`RepulsiveError::Separation`], with adaptive quadrature
+/// [`RepulsiveError::Touching`] and [`RepulsiveError::NearContact`]; [`RepulsiveError::Numeric`] if
+/// an observer stops it.
 ///
 /// # Cost
-/// O(F log F): about 5 s per million faces and thread with `p = 6`. With [`Pairs::All`], O(F^2):
-/// 7 ns per ordered pair and thread.
+/// O(F log F): about 5 s per million faces and thread with `p = 6`. With
+/// [`Pairs::All`](super::Pairs::All), O(F^2): 7 ns per ordered pair and thread.
 ///
 /// # Reference
 /// Yu, Brakensiek, Schumacher and Crane, *Repulsive Surfaces*, 2021, equation 3.
@@ -74,22 +72,19 @@ pub fn tangent_point_energy(
     let Exponents { alpha, beta } = options.exponents;
     let exponents = Exponents::new(alpha, beta)?;
     let unit = unit_of_length(mesh);
-    let faces = face_data(mesh, unit)?;
-    let rows = match options.pairs {
-        Pairs::All => all_pairs(&faces, exponents, options.threads)?,
-        Pairs::Hierarchical => {
-            check_separation(options.separation)?;
-            let interactions = Interactions::new(&faces, options.separation)?;
-            hierarchical(&interactions, &faces, exponents, true, options.threads)?
-        }
+    let options = PairSumOptions {
+        exponents,
+        pairs: options.pairs,
+        separation: options.separation,
+        quadrature: options.quadrature,
+        threads: options.threads,
     };
-    let degree = exponents.degree();
-    let scaled = |x: f64, power: f64| x * unit.powf(power);
-    let value = scaled(sum(&faces, &rows)?, degree);
+    let summed = PairSum::new(mesh, unit, &options)?;
+    let summed = summed.at(mesh, true)?;
     let energy = TangentPointEnergy {
-        value,
-        differential: differential(mesh, unit, &faces, &rows, scaled(1.0, degree - 1.0)),
-        density: rows.iter().map(|row| scaled(row.density, degree - 2.0)).collect::<Vec<_>>().into(),
+        value: summed.value()?,
+        differential: summed.differential(),
+        density: summed.densities().into(),
     };
     let out_of_range = energy.density.as_slice().iter().position(|x| !x.is_finite());
     match out_of_range {
@@ -102,46 +97,4 @@ pub fn tangent_point_energy(
 /// range of numbers. A power of two changes no digits.
 pub(super) fn unit_of_length(mesh: &TriangleMesh) -> f64 {
     power_of_two_near(mesh.positions().iter().flatten().fold(0.0f64, |m, x| m.max(x.abs())))
-}
-
-/// # Errors
-/// [`RepulsiveError::Separation`].
-pub(super) fn check_separation(separation: f64) -> Result<(), RepulsiveError> {
-    let fine = separation > 0.0 && separation <= 1.0;
-    if fine { Ok(()) } else { Err(RepulsiveError::Separation { separation }) }
-}
-
-/// Returns the energy in the unit of length.
-///
-/// # Errors
-/// Those of [`check_finite`].
-pub(super) fn sum(faces: &[FaceDatum], rows: &[Row]) -> Result<f64, RepulsiveError> {
-    check_finite(faces, rows)?;
-    Ok(faces.iter().zip(rows).map(|(face, row)| face.area * row.density).sum())
-}
-
-/// Returns the derivative by each vertex, times `factor`.
-pub(super) fn differential(
-    mesh: &TriangleMesh,
-    unit: f64,
-    faces: &[FaceDatum],
-    rows: &[Row],
-    factor: f64,
-) -> VertexField<[f64; 3]> {
-    let forces: Vec<FaceForce> = rows.iter().map(|row| row.force).collect();
-    let differential = pulled_back(mesh, unit, faces, &forces).into_vec();
-    differential.into_iter().map(|v| v.map(|x| factor * x)).collect::<Vec<_>>().into()
-}
-
-fn check_finite(faces: &[FaceDatum], rows: &[Row]) -> Result<(), RepulsiveError> {
-    let Some(f) = rows.iter().position(|row| !(row.density.is_finite() && row.force.area.is_finite())) else {
-        return Ok(());
-    };
-    for (g, other) in faces.iter().enumerate().filter(|(g, _)| *g != f) {
-        check_step(g)?;
-        if other.centroid == faces[f].centroid {
-            return Err(RepulsiveError::Coincident { faces: [f, g].map(Face::from_index) });
-        }
-    }
-    Err(RepulsiveError::Range { face: Face::from_index(f) })
 }

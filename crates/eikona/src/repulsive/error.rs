@@ -41,6 +41,27 @@ pub enum RepulsiveError {
         /// The first such pair.
         faces: [Face; 2],
     },
+    /// Two faces touch.
+    #[error(
+        "{} and {} touch, where the energy is infinite; move them apart, or choose the midpoint rule",
+        faces[0], faces[1]
+    )]
+    Touching {
+        /// The first such pair.
+        faces: [Face; 2],
+    },
+    /// Too many faces are in near contact for adaptive quadrature.
+    #[error(
+        "more than {pairs} pairs of faces are closer than about their size (such as {} and {}), too many for \
+         adaptive quadrature; repair the mesh, or choose the midpoint rule",
+        faces[0], faces[1]
+    )]
+    NearContact {
+        /// The largest number of pairs.
+        pairs: usize,
+        /// One of them.
+        faces: [Face; 2],
+    },
     /// The energy is beyond the range of numbers.
     #[error("the energy at {face} is beyond the range of numbers; scale the mesh to about unit size")]
     Range {

@@ -72,3 +72,19 @@ pub(crate) fn pulled_back(
     }
     result
 }
+
+/// What one face contributes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Row {
+    /// The sum over all other faces T of `K(S, T) a_T`.
+    pub density: f64,
+    /// The derivatives of the whole energy by this face.
+    pub force: FaceForce,
+}
+
+impl Row {
+    pub fn add(&mut self, other: &Row) {
+        self.density += other.density;
+        self.force.add(&other.force);
+    }
+}

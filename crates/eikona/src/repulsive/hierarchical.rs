@@ -12,16 +12,19 @@
 //! exact derivative.
 
 use crate::geometry::vector::dot;
-use crate::repulsive::all_pairs::Row;
-use crate::repulsive::faces::{FaceDatum, FaceForce};
+use crate::repulsive::faces::{FaceDatum, FaceForce, Row};
 use crate::repulsive::kernel::{Kernel, Powers};
-use crate::repulsive::leaf_sums::{Far, Near, far_density, far_row, fill, near_density, near_row};
+use crate::repulsive::leaf_sums::{
+    Far, Near, far_density, far_row, fill, near_density, near_row, put_back, take_out,
+};
 use crate::repulsive::moments::{MomentForce, Moments, moments_of, pass_down, radii};
+use crate::repulsive::near_contact::NearContact;
 use crate::repulsive::options::Exponents;
 use crate::spatial::{ClusterTree, LEAF_POINTS};
 use eikona_numeric::{
     Instructions, NumericError, Vectorized, check_step, check_stopped, together, vectorized,
 };
+use std::ops::Range;
 
 /// Which faces are near to the faces of a leaf, and which clusters are far from them.
 pub(crate) struct Interactions {
@@ -37,12 +40,20 @@ struct LeafList {
     near: Vec<u32>,
     /// Far nodes.
     far: Vec<u32>,
+    /// Pairs in near contact, which are left out: the number of a face within the leaf, and that of
+    /// its partner among the near faces.
+    left_out: Vec<[u32; 2]>,
 }
 
 impl Interactions {
     /// Divides the faces into near and far ones. A cluster is far from a leaf if its radius is less
-    /// than `separation` times its distance from the centroids of the leaf.
-    pub fn new(faces: &[FaceDatum], separation: f64) -> Result<Interactions, NumericError> {
+    /// than `separation` times its distance from the centroids of the leaf, and none of its faces
+    /// is in near contact with one of the leaf. Pairs that are in near contact are left out.
+    pub fn new(
+        faces: &[FaceDatum],
+        separation: f64,
+        contact: &NearContact,
+    ) -> Result<Interactions, NumericError> {
         let centroids: Vec<[f64; 3]> = faces.iter().map(|face| face.centroid).collect();
         let tree = ClusterTree::new(&centroids);
         check_stopped()?;
@@ -51,6 +62,7 @@ impl Interactions {
         let reach: Vec<f64> =
             radii(&tree, &ordered, &moments).into_iter().map(|r| (r / separation).powi(2)).collect();
         check_stopped()?;
+        let place_of = if contact.pairs.is_empty() { Vec::new() } else { places_of(&tree) };
         let mut leaves = Vec::with_capacity(ordered.len().div_ceil(LEAF_POINTS));
         let mut stack = Vec::new();
         for (node, cluster) in tree.nodes().iter().enumerate().filter(|(_, cluster)| cluster.is_leaf()) {
@@ -63,12 +75,15 @@ impl Interactions {
                     high[k] = high[k].max(face.centroid[k]);
                 }
             }
-            let mut list = LeafList { node: node as u32, near: Vec::new(), far: Vec::new() };
+            let mut list = LeafList { node: node as u32, ..LeafList::default() };
+            let partners = partners_of(&tree, cluster.places(), contact, &place_of);
             stack.push(0);
             while let Some(other) = stack.pop() {
                 let c = moments[other].centre;
                 let away = [0, 1, 2].map(|k| (low[k] - c[k]).max(c[k] - high[k]).max(0.0));
-                if dot(away, away) > reach[other] {
+                if dot(away, away) > reach[other]
+                    && within(&partners, tree.nodes()[other].places()).is_empty()
+                {
                     list.far.push(other as u32);
                 } else if let Some([first, second]) = tree.children(other) {
                     stack.extend([second, first]);
@@ -76,9 +91,56 @@ impl Interactions {
                     list.near.push(other as u32);
                 }
             }
+            list.leave_out(&tree, &partners);
             leaves.push(list);
         }
         Ok(Interactions { tree, leaves })
+    }
+}
+
+/// The place of each face.
+fn places_of(tree: &ClusterTree) -> Vec<u32> {
+    let mut places = vec![0; tree.order().len()];
+    tree.order().iter().zip(0..).for_each(|(&face, place)| places[face as usize] = place);
+    places
+}
+
+/// The places of the faces in near contact with those of a leaf, in increasing order, each with the
+/// number of the face within the leaf.
+fn partners_of(
+    tree: &ClusterTree,
+    leaf: Range<usize>,
+    contact: &NearContact,
+    place_of: &[u32],
+) -> Vec<[u32; 2]> {
+    let own = tree.order()[leaf].iter().zip(0..);
+    let partners = |(&face, number): (&u32, u32)| {
+        contact.partners(face as usize).iter().map(move |&other| [place_of[other as usize], number])
+    };
+    let mut partners: Vec<[u32; 2]> = own.flat_map(partners).collect();
+    partners.sort_unstable();
+    partners
+}
+
+/// Returns those of the partners whose places are in a range.
+fn within(partners: &[[u32; 2]], places: Range<usize>) -> &[[u32; 2]] {
+    let before = |bound: usize| partners.partition_point(|[place, _]| (*place as usize) < bound);
+    &partners[before(places.start)..before(places.end)]
+}
+
+impl LeafList {
+    fn leave_out(&mut self, tree: &ClusterTree, partners: &[[u32; 2]]) {
+        if partners.is_empty() {
+            return;
+        }
+        let mut before = 0;
+        for &node in &self.near {
+            let places = tree.nodes()[node as usize].places();
+            let own = within(partners, places.clone()).iter();
+            self.left_out.extend(own.map(|&[place, number]| [number, before + place - places.start as u32]));
+            before += places.len() as u32;
+        }
+        self.left_out.sort_unstable();
     }
 }
 
@@ -189,7 +251,17 @@ impl Kernel for Part<'_> {
             gather(&work, list, &mut near, &mut far);
             let faces = &work.faces[work.interactions.tree.nodes()[list.node as usize].places()];
             let differential = work.differential;
-            vectorized(Leaf { exponents, powers, faces, rows, near: &mut near, far: &mut far, differential });
+            let (near_faces, far_clusters, left_out) = (&mut near[..], &mut far[..], &list.left_out[..]);
+            vectorized(Leaf {
+                exponents,
+                powers,
+                faces,
+                rows,
+                near: near_faces,
+                far: far_clusters,
+                left_out,
+                differential,
+            });
             if differential {
                 scatter(list, &work, &near, &far, self.partners);
             }
@@ -234,6 +306,7 @@ struct Leaf<'a, P> {
     rows: &'a mut [Row],
     near: &'a mut [Near],
     far: &'a mut [Far],
+    left_out: &'a [[u32; 2]],
     differential: bool,
 }
 
@@ -241,8 +314,11 @@ impl<P: Powers> Vectorized for Leaf<'_, P> {
     type Output = ();
     #[inline(always)]
     fn run<S: Instructions>(self, simd: S) {
-        let Leaf { exponents, powers, faces, rows, near, far, differential } = self;
-        for (face, row) in faces.iter().zip(rows) {
+        let Leaf { exponents, powers, faces, rows, near, far, mut left_out, differential } = self;
+        for ((face, row), number) in faces.iter().zip(rows).zip(0..) {
+            let (own, others) = left_out.split_at(left_out.partition_point(|[face, _]| *face == number));
+            left_out = others;
+            let hidden: Vec<[f64; 8]> = own.iter().map(|[_, i]| take_out(near, *i as usize)).collect();
             let same;
             if differential {
                 (*row, same) = near_row(simd, exponents, powers, face, near);
@@ -251,6 +327,7 @@ impl<P: Powers> Vectorized for Leaf<'_, P> {
                 [row.density, same] = near_density(simd, powers, face, near);
                 row.density += far_density(simd, exponents, powers, face, far);
             }
+            own.iter().zip(hidden).for_each(|([_, i], numbers)| put_back(near, *i as usize, numbers));
             // Of two faces at one centroid, the energy is infinite.
             if same != 1.0 {
                 row.density = f64::INFINITY;
@@ -304,7 +381,7 @@ mod tests {
             };
             let exponents = Exponents::new(alpha, beta).unwrap();
             let faces = face_data(mesh, 1.0).unwrap();
-            let interactions = Interactions::new(&faces, 0.6).unwrap();
+            let interactions = Interactions::new(&faces, 0.6, &NearContact::default()).unwrap();
             let at = |step: f64, differential: bool| {
                 let faces = face_data(&moved(step), 1.0).unwrap();
                 let rows = hierarchical(&interactions, &faces, exponents, differential, 1).unwrap();
@@ -332,10 +409,12 @@ mod tests {
     fn all_faces_near_give_the_sum_over_all_pairs() {
         let mesh = shapes::icosphere(2).unwrap();
         let faces = face_data(&mesh, 1.0).unwrap();
-        let interactions = Interactions::new(&faces, 1e-9).unwrap();
+        let interactions = Interactions::new(&faces, 1e-9, &NearContact::default()).unwrap();
         assert_eq!(pairs(&interactions), [320 * 320, 0]);
         let near = hierarchical(&interactions, &faces, Exponents::default(), true, 1).unwrap();
-        let all = crate::repulsive::all_pairs::all_pairs(&faces, Exponents::default(), 1).unwrap();
+        let all =
+            crate::repulsive::all_pairs::all_pairs(&faces, Exponents::default(), &NearContact::default(), 1)
+                .unwrap();
         let [near, all] = [near, all].map(|rows| (energy(&faces, &rows), differential(&mesh, &faces, &rows)));
         assert!((near.0 / all.0 - 1.0).abs() < 1e-13);
         for (v, d) in near.1.iter() {

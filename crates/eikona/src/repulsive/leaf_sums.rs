@@ -1,7 +1,6 @@
 //! The sums of one face over its near faces and far clusters, several partners at once.
 
-use crate::repulsive::all_pairs::Row;
-use crate::repulsive::faces::{FaceDatum, FaceForce};
+use crate::repulsive::faces::{FaceDatum, FaceForce, Row};
 use crate::repulsive::kernel::Powers;
 use crate::repulsive::options::Exponents;
 use crate::spatial::LEAF_POINTS;
@@ -42,16 +41,31 @@ pub(super) fn fill<const N: usize, const M: usize>(
     }
 }
 
-type Vector<S> = [Pack<S>; 3];
+/// Takes a partner out, and returns its numbers.
+pub(super) fn take_out(blocks: &mut [Near], partner: usize) -> [f64; 8] {
+    let (block, lane) = (&mut blocks[partner / LEAF_POINTS].0, partner % LEAF_POINTS);
+    let numbers = std::array::from_fn(|k| block[k][lane]);
+    (0..3).for_each(|k| block[k][lane] = AWAY);
+    block[3][lane] = 0.0;
+    numbers
+}
+
+/// Puts a partner back.
+pub(super) fn put_back(blocks: &mut [Near], partner: usize, numbers: [f64; 8]) {
+    let (block, lane) = (&mut blocks[partner / LEAF_POINTS].0, partner % LEAF_POINTS);
+    (0..8).for_each(|k| block[k][lane] = numbers[k]);
+}
+
+pub(super) type Vector<S> = [Pack<S>; 3];
 
 #[inline(always)]
-fn dot<S: Instructions>(a: Vector<S>, b: Vector<S>) -> Pack<S> {
+pub(super) fn dot<S: Instructions>(a: Vector<S>, b: Vector<S>) -> Pack<S> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
 /// `a x + b`
 #[inline(always)]
-fn plus<S: Instructions>(a: Vector<S>, x: Pack<S>, b: Vector<S>) -> Vector<S> {
+pub(super) fn plus<S: Instructions>(a: Vector<S>, x: Pack<S>, b: Vector<S>) -> Vector<S> {
     [a[0].mul_add(x, b[0]), a[1].mul_add(x, b[1]), a[2].mul_add(x, b[2])]
 }
 
@@ -66,12 +80,12 @@ fn times<S: Instructions>([xx, yy, zz, xy, xz, yz]: [Pack<S>; 6], v: Vector<S>) 
 }
 
 #[inline(always)]
-fn splat<S: Instructions>(simd: S, v: [f64; 3]) -> Vector<S> {
+pub(super) fn splat<S: Instructions>(simd: S, v: [f64; 3]) -> Vector<S> {
     [Pack::splat(simd, v[0]), Pack::splat(simd, v[1]), Pack::splat(simd, v[2])]
 }
 
 #[inline(always)]
-fn load<S: Instructions, const N: usize, const M: usize>(
+pub(super) fn load<S: Instructions, const N: usize, const M: usize>(
     simd: S,
     block: &Block<N>,
     part: usize,
@@ -84,7 +98,7 @@ fn load<S: Instructions, const N: usize, const M: usize>(
 
 /// Returns the packs of blocks.
 #[inline(always)]
-fn parts<S: Instructions>() -> std::ops::Range<usize> {
+pub(super) fn parts<S: Instructions>() -> std::ops::Range<usize> {
     0..LEAF_POINTS / Pack::<S>::LANES
 }
 

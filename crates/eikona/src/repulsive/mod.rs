@@ -11,6 +11,7 @@
 //! | `X_S`, `n_S`, `a_S` | `faces.rs` | F centroids, normals, areas | sec 3.1 |
 //! | `K_p(S, T)` | `kernel.rs`, `all_pairs.rs` | pairs of faces | 9 |
 //! | `adm(S)` | `hierarchical.rs`, `leaf_sums.rs` | near faces and far clusters | 17 |
+//! | (none) | `near_contact.rs`, `contact_sums.rs` | parts of faces in near contact | [`Quadrature`] |
 //! | `E` | [`TangentPointEnergy::value`] | number | 3 |
 //! | `dE` | [`TangentPointEnergy::differential`] | V vectors | sec 4.2 |
 //! | `A = B + B0` | [`Metric::product`] | V x V on vectors | 7, 8, 12, 13 |
@@ -34,6 +35,7 @@
 //! Surfaces*, ACM Transactions on Graphics 40 (6), 2021.
 
 mod all_pairs;
+mod contact_sums;
 mod energy;
 mod error;
 mod faces;
@@ -43,7 +45,9 @@ mod kernel;
 mod leaf_sums;
 mod metric;
 mod moments;
+mod near_contact;
 mod options;
+mod pair_sum;
 mod potential;
 mod quantity;
 
@@ -51,6 +55,6 @@ pub use energy::{TangentPointEnergy, tangent_point_energy};
 pub use error::RepulsiveError;
 pub use flow::{Barycentre, Flow, FlowOptions, FlowState, FlowStep, Growth, Method, Pin, Remeshing};
 pub use metric::{Metric, MetricOptions, MetricSolution};
-pub use options::{EnergyOptions, Exponents, Pairs};
+pub use options::{EnergyOptions, Exponents, Pairs, Quadrature};
 pub use potential::{ImplicitSurface, Obstacle, Potential, PotentialKind, SampledDistance, StartPositions};
 pub use quantity::Quantity;

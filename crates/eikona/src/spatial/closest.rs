@@ -92,6 +92,24 @@ pub fn segment_distance([a, b]: [[f64; 3]; 2], [c, d]: [[f64; 3]; 2]) -> f64 {
     ends.into_iter().fold(least, f64::min)
 }
 
+/// Returns the distance of two triangles that do not cross. Of two that do, it returns the distance
+/// of their sides and corners.
+pub(crate) fn triangle_distance(s: [[f64; 3]; 3], t: [[f64; 3]; 3]) -> f64 {
+    let mut least = f64::INFINITY;
+    for (points, triangle) in [(s, t), (t, s)] {
+        for p in points {
+            least = least.min(closest_point_of_triangle(p, triangle).2.sqrt());
+        }
+    }
+    let sides = |[a, b, c]: [[f64; 3]; 3]| [[a, b], [b, c], [c, a]];
+    for side in sides(s) {
+        for other in sides(t) {
+            least = least.min(segment_distance(side, other));
+        }
+    }
+    least
+}
+
 fn candidate(p: [f64; 3], [a, b, c]: [[f64; 3]; 3], w: [f64; 3]) -> ([f64; 3], [f64; 3], f64) {
     let foot = [0, 1, 2].map(|k| w[0] * a[k] + w[1] * b[k] + w[2] * c[k]);
     (w, foot, distance(p, foot).powi(2))

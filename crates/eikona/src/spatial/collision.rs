@@ -11,7 +11,7 @@
 //! Transactions on Graphics 40 (4), 2021, section 5.
 
 use crate::geometry::vector::{add, distance, dot, scale, sub};
-use crate::spatial::closest::{closest_point_of_triangle, segment_distance};
+use crate::spatial::closest::{closest_point_of_triangle, segment_distance, triangle_distance};
 use crate::spatial::cluster_tree::ClusterTree;
 use eikona_mesh::{Edge, Face, TriangleMesh, Vertex};
 use eikona_numeric::{NumericError, check_step, check_stopped, together};
@@ -448,19 +448,7 @@ impl<'a> Sweep<'a> {
             return f64::INFINITY;
         }
         let [s, t] = [s, t].map(|corners| corners.map(|v| self.mesh.position(v)));
-        let mut least = f64::INFINITY;
-        for (points, triangle) in [(s, t), (t, s)] {
-            for p in points {
-                least = least.min(closest_point_of_triangle(p, triangle).2.sqrt());
-            }
-        }
-        let sides = |[a, b, c]: [Vec3; 3]| [[a, b], [b, c], [c, a]];
-        for side in sides(s) {
-            for other in sides(t) {
-                least = least.min(segment_distance(side, other));
-            }
-        }
-        least
+        triangle_distance(s, t)
     }
 
     /// Visits the pairs of a vertex and a face, or of two edges, that are assigned to two faces and

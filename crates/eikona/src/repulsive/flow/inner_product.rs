@@ -112,7 +112,7 @@ impl Flow {
         let analysis = self.analysis.as_ref();
         let preconditioner = Preconditioner::new(&self.mesh, unit, self.options.threads, analysis, &pinned)?;
         self.analysis = Some(preconditioner.analysis());
-        let tree = self.current.interactions.tree.clone();
+        let tree = self.current.pair_sum.tree(&faces);
         let stiffness = self.stiffness()?;
         let mut options = self.options.metric;
         if !stiffness.diagonal.is_empty() {

@@ -17,12 +17,11 @@ pub use state::FlowState;
 
 use crate::geometry::vector::{norm, sub};
 use crate::remesh::{Places, RemeshCounts};
-use crate::repulsive::energy::{check_separation, differential, sum, unit_of_length};
+use crate::repulsive::energy::unit_of_length;
 use crate::repulsive::error::RepulsiveError;
-use crate::repulsive::faces::face_data;
-use crate::repulsive::hierarchical::{Interactions, hierarchical};
 use crate::repulsive::metric::Analysis;
-use crate::repulsive::options::Exponents;
+use crate::repulsive::options::{Exponents, Pairs, check_separation};
+use crate::repulsive::pair_sum::{PairSum, PairSumOptions};
 use crate::repulsive::potential::Potential;
 use crate::repulsive::quantity::{Quantity, check_oriented};
 use crate::spatial::{intersections_with, safe_motion, safe_motion_past, self_intersections};
@@ -93,7 +92,7 @@ pub struct Flow {
 /// The energy where the surface is.
 struct Current {
     unit: f64,
-    interactions: Interactions,
+    pair_sum: PairSum,
     energy: f64,
     /// The energy and all potentials.
     objective: f64,
@@ -208,6 +207,7 @@ impl Flow {
         check_surface(&mesh, options)?;
         check_separation(options.separation)?;
         check_separation(options.metric.separation)?;
+        options.quadrature.check()?;
         let mut options = options.clone();
         options.metric = options.metric.with_exponents(options.exponents).with_threads(options.threads);
         options.check()?;
@@ -363,7 +363,7 @@ impl Flow {
             let corrections = &direction.corrections;
             let met = self.corrected(&self.mesh, positions, &self.constraints(), corrections, &targets)?;
             if let Some((mesh, _)) = met {
-                match self.current.objective_of(&mesh, &self.potentials, &self.options) {
+                match self.current.objective_of(&mesh, &self.potentials) {
                     Ok(objective) => {
                         let positions = mesh.positions().to_vec();
                         return Ok(Base { share, targets, positions, objective });
@@ -393,7 +393,7 @@ impl Flow {
             &base.targets,
         )?;
         let Some((moved, deviation)) = met else { return Ok(Tried::Impossible) };
-        match self.current.objective_of(&moved, &self.potentials, &self.options) {
+        match self.current.objective_of(&moved, &self.potentials) {
             Err(RepulsiveError::Numeric(stopped)) => return Err(stopped.into()),
             Err(_) => return Ok(Tried::Impossible),
             // Growth alone may have any objective.
@@ -618,13 +618,18 @@ impl Current {
         options: &FlowOptions,
     ) -> Result<Current, RepulsiveError> {
         let unit = unit_of_length(mesh);
-        let faces = face_data(mesh, unit)?;
-        let interactions = Interactions::new(&faces, options.separation)?;
-        let rows = hierarchical(&interactions, &faces, options.exponents, true, options.threads)?;
-        let degree = options.exponents.degree();
-        let energy = sum(&faces, &rows)? * unit.powf(degree);
-        let densities = rows.iter().map(|row| row.density * unit.powf(degree - 2.0)).collect();
-        let mut differential = differential(mesh, unit, &faces, &rows, unit.powf(degree - 1.0));
+        let pair_sum = PairSumOptions {
+            exponents: options.exponents,
+            pairs: Pairs::Hierarchical,
+            separation: options.separation,
+            quadrature: options.quadrature,
+            threads: options.threads,
+        };
+        let pair_sum = PairSum::new(mesh, unit, &pair_sum)?;
+        let summed = pair_sum.at(mesh, true)?;
+        let energy = summed.value()?;
+        let densities = summed.densities();
+        let mut differential = summed.differential();
         let mut objective = energy;
         for potential in potentials {
             objective += potential.value(mesh)?;
@@ -633,19 +638,12 @@ impl Current {
                 (0..3).for_each(|k| sum[k] += own[k]);
             }
         }
-        Ok(Current { unit, interactions, energy, objective, differential, densities })
+        Ok(Current { unit, pair_sum, energy, objective, differential, densities })
     }
 
-    /// The objective after a motion, with near faces and far clusters as they are.
-    fn objective_of(
-        &self,
-        moved: &TriangleMesh,
-        potentials: &[Potential],
-        options: &FlowOptions,
-    ) -> Result<f64, RepulsiveError> {
-        let faces = face_data(moved, self.unit)?;
-        let rows = hierarchical(&self.interactions, &faces, options.exponents, false, options.threads)?;
-        let energy = sum(&faces, &rows)? * self.unit.powf(options.exponents.degree());
+    /// The objective after a motion, with near faces, far clusters and parts as they are.
+    fn objective_of(&self, moved: &TriangleMesh, potentials: &[Potential]) -> Result<f64, RepulsiveError> {
+        let energy = self.pair_sum.at(moved, false)?.value()?;
         potentials.iter().try_fold(energy, |sum, potential| Ok(sum + potential.value(moved)?))
     }
 }

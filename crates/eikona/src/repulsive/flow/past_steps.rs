@@ -87,7 +87,7 @@ impl Flow {
         let met = self.corrected(&self.mesh, positions, &self.constraints(), corrections, &targets)?;
         let Some((mesh, _)) = met else { return Ok(None) };
         let highest = self.current.objective;
-        match self.current.objective_of(&mesh, &self.potentials, &self.options) {
+        match self.current.objective_of(&mesh, &self.potentials) {
             Err(RepulsiveError::Numeric(stopped)) => return Err(stopped.into()),
             Ok(objective) if objective <= highest => {}
             _ => return Ok(None),

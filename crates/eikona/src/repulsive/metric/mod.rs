@@ -19,11 +19,11 @@ mod solve;
 
 pub use solve::MetricSolution;
 
-use crate::repulsive::energy::{check_separation, unit_of_length};
+use crate::repulsive::energy::unit_of_length;
 use crate::repulsive::error::RepulsiveError;
 use crate::repulsive::faces::{FaceDatum, face_data};
 use crate::repulsive::moments::{moments_of, radii};
-use crate::repulsive::options::{Exponents, Pairs};
+use crate::repulsive::options::{Exponents, Pairs, check_separation};
 use crate::setters::setters;
 use crate::spatial::ClusterTree;
 use eikona_mesh::{TriangleMesh, Vertex, VertexField};
