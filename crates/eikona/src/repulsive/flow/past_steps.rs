@@ -2,8 +2,10 @@
 
 use super::direction::Corrections;
 use super::history::{History, LastStart};
+use super::line_search::moved_along;
 use super::method::Remembers;
-use super::{Current, Flow, FlowStep, moved_along};
+use super::objective::Current;
+use super::{Flow, FlowStep};
 use crate::geometry::vector::sub;
 use crate::repulsive::error::RepulsiveError;
 use crate::repulsive::metric::LocalOrder;
