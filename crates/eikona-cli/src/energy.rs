@@ -3,9 +3,12 @@
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::picture::colours;
+use crate::quadrature::QuadratureKind;
 use crate::session::{General, Session, check_outputs};
 use clap::Args;
-use eikona::repulsive::{EnergyOptions, Exponents, Pairs, TangentPointEnergy, tangent_point_energy};
+use eikona::repulsive::{
+    EnergyOptions, Exponents, Pairs, Quadrature, TangentPointEnergy, tangent_point_energy,
+};
 use eikona_mesh::io::{MeshFormat, MeshOut};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -35,6 +38,16 @@ pub struct EnergyArguments {
     /// to half a minute per thread at 50,000 faces
     #[arg(long, help_heading = "Method")]
     pub all_pairs: bool,
+    /// How the energy of two faces is integrated: midpoint, as published, or adaptive (subdivided
+    /// where they are close) [default: midpoint]
+    #[arg(
+        long,
+        value_name = "midpoint|adaptive",
+        value_enum,
+        hide_possible_values = true,
+        help_heading = "Method"
+    )]
+    pub quadrature: Option<QuadratureKind>,
     /// Write the mesh with the energy per area of each face (.ply, .vtp)
     #[arg(long, value_name = "D.ply", help_heading = "Outputs")]
     pub density: Option<PathBuf>,
@@ -55,12 +68,17 @@ pub fn run(arguments: &EnergyArguments, general: &General) -> Result<u8, Failure
     let input = MeshInput::read(&arguments.mesh, &mut session)?;
     input.require_faces()?;
     let pairs = if arguments.all_pairs { Pairs::All } else { Pairs::Hierarchical };
-    let options =
-        EnergyOptions::default().with_exponents(exponents).with_pairs(pairs).with_threads(session.threads());
+    let quadrature = arguments.quadrature.map_or(Quadrature::Midpoint, Into::into);
+    let options = EnergyOptions::default()
+        .with_exponents(exponents)
+        .with_pairs(pairs)
+        .with_quadrature(quadrature)
+        .with_threads(session.threads());
     session.report.options.extend(
         [
             ("alpha", json!(exponents.alpha)),
             ("beta", json!(exponents.beta)),
+            ("quadrature", json!(quadrature)),
             ("threads", json!(options.threads)),
         ]
         .map(|(key, value)| (key.to_string(), value)),

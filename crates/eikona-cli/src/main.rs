@@ -17,6 +17,7 @@ mod number;
 mod numpy;
 mod picture;
 mod progress;
+mod quadrature;
 mod render;
 mod report;
 mod repulse;

@@ -27,6 +27,20 @@ fn energy_is_reported_with_its_gradient_and_density() {
 }
 
 #[test]
+fn tips_that_nearly_touch_need_adaptive_quadrature() {
+    let folder = Folder::new();
+    folder
+        .write("tips.obj", "v 0 0 .01\nv 1 0 1\nv 0 1 1\nv 0 0 -.01\nv 1 0 -1\nv 0 1 -1\nf 1 2 3\nf 4 6 5\n");
+    for (options, energy) in
+        [("", 0.00986), ("--quadrature midpoint", 0.00986), ("--quadrature adaptive", 6.565)]
+    {
+        folder.done(&format!("energy tips.obj {options} --report r.json"));
+        let found = folder.json("r.json")["result"]["energy"].as_f64().unwrap();
+        assert!((found / energy - 1.0).abs() < 1e-3, "{options}: {found}");
+    }
+}
+
+#[test]
 fn faults_name_the_option_or_element_and_leave_no_file() {
     let folder = Folder::new();
     folder.done("make icosphere levels=1 -o s.ply");

@@ -46,6 +46,8 @@ pub struct Scene {
     /// The line that drops the low-order term of the inner product. (The authors' program calls it
     /// `disable_near_field`, but the energy keeps all its pairs.)
     pub low_order_off: Option<Line>,
+    /// How the energy of two faces is integrated.
+    pub quadrature: Option<OnLine<Quadrature>>,
     /// When to stop.
     pub stop: Stop,
     /// A log file, relative to the scene's folder.
@@ -73,6 +75,7 @@ impl Scene {
             barriers: Vec::new(),
             method: None,
             low_order_off: None,
+            quadrature: None,
             stop: Stop::default(),
             log: None,
             remeshing: None,
@@ -350,6 +353,16 @@ pub enum Method {
     /// Steepest descent in L2.
     #[serde(rename = "l2")]
     L2,
+}
+
+/// How the energy of two faces is integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quadrature {
+    /// By the midpoint rule, as in the paper.
+    Midpoint,
+    /// Faces are subdivided where they are close to each other.
+    Adaptive,
 }
 
 impl Method {

@@ -1,7 +1,8 @@
 //! Both grammars against whole files.
 
 use super::model::{
-    Barycentre, Goal, Growth, Method, Motion, ObstacleShape, Quantity, Remeshing, Scene, Source, Target,
+    Barycentre, Goal, Growth, Method, Motion, ObstacleShape, Quadrature, Quantity, Remeshing, Scene, Source,
+    Target,
 };
 use super::{is_scene, parse, read_scene};
 use std::path::{Path, PathBuf};
@@ -249,6 +250,7 @@ fn the_example_of_the_page_is_read() {
     assert_eq!(scene.remeshing.unwrap().value, remeshing);
     assert_eq!(scene.output.checkpoint_every.unwrap().value, 50);
     assert_eq!((scene.collisions.unwrap().value, scene.seed.unwrap().value), (true, 1));
+    assert_eq!(scene.quadrature.unwrap().value, Quadrature::Adaptive);
     // Without a table of constraints, those of the command hold.
     let plain = folder.read("scene.toml", "\u{feff}mesh = \"a.obj\"\r\nremesh = false").unwrap();
     assert_eq!(plain.constraints.area.unwrap().value, Target::Constant);
@@ -311,6 +313,7 @@ fn faults_of_toml_name_their_line() {
         ),
         ("stop = { seconds = 0 }", vec!["above 0"]),
         ("remesh = { edge = 0 }", vec!["above 0"]),
+        ("quadrature = \"gauss\"", vec!["`gauss`", "midpoint", "adaptive"]),
         ("remesh = 3", vec!["true, false"]),
         ("output = { frames_every = 0 }", vec!["1 or more"]),
         ("p = ", vec!["not TOML"]),

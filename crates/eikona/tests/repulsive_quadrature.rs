@@ -15,7 +15,7 @@ use tangent::{moved, together, two_spheres};
 type Vec3 = [f64; 3];
 
 fn adaptive() -> EnergyOptions {
-    EnergyOptions::default().with_quadrature(Quadrature::adaptive())
+    EnergyOptions::default().with_quadrature(Quadrature::Adaptive { separation: 0.35 })
 }
 
 fn value(mesh: &TriangleMesh, options: &EnergyOptions) -> f64 {
@@ -235,7 +235,7 @@ fn faces_that_touch_or_cross_have_an_end() {
         let options = EnergyOptions::default().with_quadrature(Quadrature::Adaptive { separation });
         let fault = tangent_point_energy(&squares(0.1), &options).unwrap_err();
         assert!(matches!(fault, RepulsiveError::Separation { .. }), "{fault}");
-        let options = FlowOptions::default().with_quadrature(Quadrature::Adaptive { separation });
+        let options = FlowOptions::default().with_quadrature(Some(Quadrature::Adaptive { separation }));
         let fault = Flow::new(&squares(0.1), &options).err().unwrap();
         assert!(matches!(fault, RepulsiveError::Separation { .. }), "{fault}");
     }
@@ -254,8 +254,7 @@ fn too_many_faces_in_near_contact_are_refused() {
 #[test]
 fn the_flow_keeps_coarse_spheres_apart() {
     let mesh = two_spheres(1, 0.02);
-    let options = FlowOptions::default().with_quadrature(Quadrature::adaptive());
-    let mut flow = Flow::new(&mesh, &options).unwrap();
+    let mut flow = Flow::new(&mesh, &FlowOptions::default()).unwrap();
     let (mut energy, mut distance) = (flow.energy(), self_distance(&mesh, 1).unwrap());
     assert!(energy > 1e3, "{energy}");
     for _ in 0..25 {

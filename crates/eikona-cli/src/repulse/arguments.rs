@@ -1,6 +1,7 @@
 //! Arguments of `eikona repulse`.
 
 use crate::input::MeshArguments;
+use crate::quadrature::QuadratureKind;
 use clap::Args;
 use eikona::repulsive::Quantity;
 use std::path::PathBuf;
@@ -39,6 +40,16 @@ pub struct RepulseArguments {
     /// The exponent p, above 2: alpha = p, beta = 2p [default: 6]
     #[arg(long, value_name = "P", allow_hyphen_values = true, help_heading = "Method")]
     pub p: Option<f64>,
+    /// How the energy of two faces is integrated: adaptive (subdivided where they are close) or
+    /// midpoint, as published [default: adaptive; midpoint for P below 4]
+    #[arg(
+        long,
+        value_name = "adaptive|midpoint",
+        value_enum,
+        hide_possible_values = true,
+        help_heading = "Method"
+    )]
+    pub quadrature: Option<QuadratureKind>,
     /// Do not look for collisions: faster, but the surface may pass through itself
     #[arg(long, help_heading = "Method")]
     pub no_collisions: bool,

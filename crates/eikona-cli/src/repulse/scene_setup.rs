@@ -5,8 +5,8 @@ use crate::input::{MeshArguments, MeshInput};
 use crate::numpy::NpzReader;
 use crate::session::Session;
 use eikona::repulsive::{
-    Barycentre, Exponents, FlowOptions, Growth, ImplicitSurface, Pin, Potential, Quantity, Remeshing,
-    RepulsiveError, SampledDistance,
+    Barycentre, Exponents, FlowOptions, Growth, ImplicitSurface, Pin, Potential, Quadrature, Quantity,
+    Remeshing, RepulsiveError, SampledDistance,
 };
 use eikona_mesh::{TriangleMesh, Vertex};
 use eikona_scene::Scene;
@@ -29,6 +29,10 @@ pub fn flow_of(scene: &Scene, session: &mut Session) -> Result<(TriangleMesh, Fl
         Some(model::Barycentre::Kept) => Barycentre::Kept,
         Some(model::Barycentre::Floating) | None => Barycentre::Free,
     };
+    options.quadrature = scene.quadrature.map(|quadrature| match quadrature.value {
+        model::Quadrature::Midpoint => Quadrature::Midpoint,
+        model::Quadrature::Adaptive => Quadrature::adaptive(),
+    });
     options.collisions = scene.collisions.is_none_or(|c| c.value);
     options.metric.low_order = scene.low_order_off.is_none();
     options.remeshing = match scene.remeshing.map(|r| r.value) {

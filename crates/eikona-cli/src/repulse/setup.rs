@@ -40,6 +40,7 @@ impl Setup {
         setup.settings["vertices"] = json!(setup.mesh.vertex_count());
         setup.settings["faces"] = json!(setup.mesh.face_count());
         setup.settings["area"] = json!(Quantity::Area.of(&setup.mesh));
+        setup.settings["quadrature"] = json!(setup.options.quadrature());
         setup.settings["collisions"] = json!(setup.options.collisions);
         Ok(setup)
     }
@@ -50,6 +51,7 @@ impl Setup {
         let options = FlowOptions::default()
             .with_exponents(exponents)
             .with_keep(keep)
+            .with_quadrature(arguments.quadrature.map(Into::into))
             .with_collisions(!arguments.no_collisions)
             .with_remeshing(arguments.remeshing()?)
             .with_threads(session.threads());
@@ -135,6 +137,7 @@ impl RepulseArguments {
         let given = [
             (self.keep.is_some(), "--keep"),
             (self.p.is_some(), "--p"),
+            (self.quadrature.is_some(), "--quadrature"),
             (self.no_collisions, "--no-collisions"),
             (self.remesh.is_some(), "--remesh"),
             (self.edge_length.is_some(), "--edge-length"),

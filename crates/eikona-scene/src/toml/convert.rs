@@ -25,6 +25,7 @@ pub fn fill(scene: &mut Scene, document: Document, lines: &Lines, faults: &mut F
     scene.method = document.method.map(|method| lined(lines, method));
     scene.low_order_off =
         document.low_order.filter(|on| !on.get_ref()).map(|low_order| lines.of_value(&low_order));
+    scene.quadrature = document.quadrature.map(|quadrature| lined(lines, quadrature));
     scene.collisions = document.collisions.map(|on| lined(lines, on));
     scene.seed = document.seed.map(|seed| lined(lines, seed));
     scene.log = document.log.map(|log| lined(lines, log).map(|name| scene.beside(&name)));

@@ -2,7 +2,7 @@
 
 use super::values::{AboveZero, Count, Finite, SurfaceEntry, Surfaces, Switch, ZeroOrMore};
 use crate::implicit::{Action, Cylinder, Plane, Sphere, Torus};
-use crate::model::{Method, Quantity};
+use crate::model::{Method, Quadrature, Quantity};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -22,6 +22,8 @@ pub struct Document {
     pub method: Option<Spanned<Method>>,
     /// Whether the inner product has its low-order term.
     pub low_order: Option<Spanned<bool>>,
+    /// How the energy of two faces is integrated.
+    pub quadrature: Option<Spanned<Quadrature>>,
     /// Whether steps are shortened before collisions.
     pub collisions: Option<Spanned<bool>>,
     /// A log file.

@@ -62,7 +62,8 @@ pub enum Pairs {
 }
 
 /// How the energy of two faces is integrated.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Quadrature {
     /// By the midpoint rule: one term per ordered pair of faces, as in the paper.
     #[default]
@@ -120,9 +121,9 @@ pub enum Quadrature {
 }
 
 impl Quadrature {
-    /// Returns adaptive quadrature with separation 0.35.
+    /// Returns adaptive quadrature with separation 0.5.
     pub fn adaptive() -> Quadrature {
-        Quadrature::Adaptive { separation: 0.35 }
+        Quadrature::Adaptive { separation: 0.5 }
     }
 
     /// # Errors

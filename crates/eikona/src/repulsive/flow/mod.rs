@@ -29,6 +29,7 @@ use constraints::{Constraints, quantities};
 use eikona_mesh::{Topology, TriangleMesh};
 use eikona_numeric::check_stopped;
 use objective::{Current, potentials_on};
+use options::CROSSING;
 use state::Memory;
 
 type Vec3 = [f64; 3];
@@ -140,7 +141,7 @@ impl Flow {
         check_surface(&mesh, options)?;
         check_separation(options.separation)?;
         check_separation(options.metric.separation)?;
-        options.quadrature.check()?;
+        options.quadrature().check()?;
         let mut options = options.clone();
         options.metric = options.metric.with_exponents(options.exponents).with_threads(options.threads);
         options.check()?;
@@ -248,7 +249,7 @@ fn check_surface(mesh: &TriangleMesh, options: &FlowOptions) -> Result<(), Repul
     if quantities(options).contains(&Quantity::Volume) {
         check_oriented(mesh)?;
     }
-    if options.exponents.alpha >= 4.0 {
+    if options.exponents.alpha >= CROSSING {
         let pairs = self_intersections(mesh, options.threads)?;
         if !pairs.is_empty() {
             return Err(RepulsiveError::Intersecting { pairs });

@@ -34,7 +34,7 @@ impl Current {
             exponents: options.exponents,
             pairs: Pairs::Hierarchical,
             separation: options.separation,
-            quadrature: options.quadrature,
+            quadrature: options.quadrature(),
             threads: options.threads,
         };
         let pair_sum = PairSum::new(mesh, unit, &pair_sum)?;
