@@ -47,10 +47,7 @@ pub fn flow_of(scene: &Scene, session: &mut Session) -> Result<(TriangleMesh, Fl
     };
     if let Some(method) = &scene.method {
         let of_name = model::Method::NAMES[method.value as usize].parse();
-        options.method = of_name.map_err(|_| {
-            let fault = "the method willmore is not available; minimize willmore adds its energy instead";
-            at_line(scene, method.line, fault)
-        })?;
+        options.method = of_name.map_err(|fault| at_line(scene, method.line, fault))?;
     }
     let mut obstacles = Vec::new();
     add_obstacles(scene, session, &mut options, &mut obstacles)?;

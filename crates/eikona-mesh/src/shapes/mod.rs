@@ -9,10 +9,10 @@
 //! |---|---|
 //! | spheres | [`geodesic_sphere`], [`icosphere`], [`uv_sphere`], [`cube_sphere`], [`bumpy_sphere`] |
 //! | solids | [`tetrahedron`], [`octahedron`], [`icosahedron`], [`cuboid`] |
-//! | of revolution | [`torus`], [`cylinder`], [`cone`] |
+//! | of revolution | [`torus`], [`punctured_torus`], [`cylinder`], [`cone`] |
 //! | flat | [`grid`], [`grid_with_holes`], [`strip`], [`disk`], [`annulus`] |
 //! | tubes | [`tube`], [`trefoil_tube`], [`figure_eight_tube`], [`linked_rings`] |
-//! | from blocks | [`chain_of_genus`], [`clay_animal`], [`handcuffs`], [`borromean_rings`] |
+//! | from blocks | [`chain_of_genus`], [`clay_animal`], [`handcuffs`], [`joined_rings`], [`borromean_rings`], [`knotted_tunnel`] |
 //! | one-sided | [`moebius_band`], [`klein_bottle`], [`projective_plane`] |
 //!
 //! Every shape has at most [`MAX_SHAPE_FACES`] faces and no face of zero area.
@@ -45,9 +45,9 @@ pub use lattice::Diagonal;
 pub use one_sided::{klein_bottle, moebius_band, projective_plane};
 pub use parameter::MAX_SHAPE_FACES;
 pub use platonic::{icosahedron, octahedron, tetrahedron};
-pub use polycube::{borromean_rings, chain_of_genus, clay_animal, handcuffs};
+pub use polycube::{TunnelKnot, borromean_rings, chain_of_genus, clay_animal, handcuffs, joined_rings, knotted_tunnel};
 pub use registry::{Parameter, ShapeDescription, make, shape_descriptions, shape_names};
-pub use revolution::{Ends, cone, cylinder, torus};
+pub use revolution::{Ends, cone, cylinder, punctured_torus, torus};
 pub use spheres::{bumpy_sphere, cube_sphere, geodesic_sphere, icosphere, uv_sphere};
 pub use tubes::{figure_eight_tube, linked_rings, trefoil_tube, tube};
 

@@ -9,7 +9,7 @@ use super::parameter::{limit_faces, require_some};
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
 use crate::vector::{Vec3, add, scale};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A smooth closed surface of genus `genus`: a row of rings, fused together.
 ///
@@ -129,6 +129,33 @@ pub fn handcuffs(levels: u32) -> Result<TriangleMesh, MeshError> {
     smooth(block_surface([10, 9, 7], is_solid, place), levels)
 }
 
+/// Two rings, one above the other, joined by a bar: a closed surface of genus 2. A pole along the z
+/// axis passes through both. (It can be moved so that the pole passes through one of them only.)
+///
+/// Boxes smoothed `levels` times (at least once). With q = 134 · 4^k for k levels, V = q - 2, E = 3
+/// q, F = 2 q and χ = -2. Outward oriented. The rings are about 5 wide, their holes 3, and they are
+/// 2 apart.
+///
+/// # Errors
+/// [`MeshError::Parameter`] if `levels` is 0 or gives too many faces.
+///
+/// ```
+/// let rings = eikona_mesh::shapes::joined_rings(2)?;
+/// let [v, e, f] = [rings.vertex_count(), rings.edge_count(), rings.face_count()];
+/// assert_eq!(v as i64 - e as i64 + f as i64, -2);
+/// # Ok::<(), eikona_mesh::MeshError>(())
+/// ```
+pub fn joined_rings(levels: u32) -> Result<TriangleMesh, MeshError> {
+    require_some("levels", levels as usize)?;
+    limit_faces("levels", levels, 2.0 * 134.0 * 4f64.powf(f64::from(levels)))?;
+    let is_solid = |[i, j, k]: [usize; 3]| match k {
+        0 | 3 => i % 4 == 0 || j % 4 == 0,
+        _ => [i, j] == [0, 2],
+    };
+    let place = |[i, j, k]: [usize; 3]| [i as f64 - 2.5, j as f64 - 2.5, k as f64 - 2.0];
+    smooth(block_surface([5, 5, 4], is_solid, place), levels)
+}
+
 /// The Borromean rings: three tori, no two of which are linked, but which cannot be taken apart.
 ///
 /// Boxes smoothed `levels` times (at least once). With q = 336 · 4^k for k levels, V = q, E = 3 q,
@@ -155,6 +182,71 @@ pub fn borromean_rings(levels: u32) -> Result<TriangleMesh, MeshError> {
     };
     let place = |p: [usize; 3]| p.map(|x| x as f64 - 5.5);
     smooth(block_surface([11; 3], is_solid, place), levels)
+}
+
+/// Which knot a tunnel follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TunnelKnot {
+    /// The trefoil.
+    #[default]
+    Trefoil,
+    /// The figure-eight knot.
+    FigureEight,
+}
+
+impl TunnelKnot {
+    /// The rows that each column of a grid diagram joins: columns pass over rows.
+    fn columns(self) -> &'static [[usize; 2]] {
+        match self {
+            TunnelKnot::Trefoil => &[[4, 1], [0, 2], [1, 3], [2, 4], [3, 0]],
+            TunnelKnot::FigureEight => &[[2, 4], [5, 3], [4, 1], [0, 2], [1, 5], [3, 0]],
+        }
+    }
+}
+
+/// A block with a knotted tunnel: a closed surface of genus 1. Both ends of the tunnel are at the
+/// side of least x; closed outside of the block, it is the knot.
+///
+/// Boxes smoothed `levels` times (at least once). With q = 704 · 4^k for the trefoil and q = 928 ·
+/// 4^k for the figure-eight knot and k levels, V = q, E = 3 q, F = 2 q and χ = 0. Outward oriented.
+/// The tunnel is about 1 wide, and its strands 1 apart; the block is 11 x 11 x 5 or 13 x 13 x 5.
+///
+/// # Errors
+/// [`MeshError::Parameter`] if `levels` is 0 or gives too many faces.
+///
+/// ```
+/// use eikona_mesh::shapes::{TunnelKnot, knotted_tunnel};
+/// let block = knotted_tunnel(TunnelKnot::Trefoil, 1)?;
+/// let [v, e, f] = [block.vertex_count(), block.edge_count(), block.face_count()];
+/// assert_eq!(v as i64 - e as i64 + f as i64, 0);
+/// # Ok::<(), eikona_mesh::MeshError>(())
+/// ```
+pub fn knotted_tunnel(knot: TunnelKnot, levels: u32) -> Result<TriangleMesh, MeshError> {
+    require_some("levels", levels as usize)?;
+    limit_faces("levels", levels, 2.0 * 1000.0 * 4f64.powf(f64::from(levels)))?;
+    let columns = knot.columns();
+    let (size, tunnel) = (2 * columns.len() + 1, tunnel(columns));
+    let place = |p: [usize; 3]| [0, 1, 2].map(|k| p[k] as f64 - 0.5 * [size, size, 5][k] as f64);
+    smooth(block_surface([size, size, 5], |block| !tunnel.contains(&block), place), levels)
+}
+
+/// The blocks of a tunnel along a grid diagram: rows one block above the floor, columns above them,
+/// a block apart. The first column, which crosses nothing, is left out: the rows that it joins lead
+/// out of the block instead.
+fn tunnel(columns: &[[usize; 2]]) -> BTreeSet<[usize; 3]> {
+    let mut result = BTreeSet::new();
+    let at = |index: usize| 2 * index + 1;
+    for (x, &[from, to]) in columns.iter().enumerate().skip(1) {
+        result.extend((at(from.min(to))..=at(from.max(to))).map(|y| [at(x), y, 3]));
+        result.extend([from, to].map(|y| [at(x), at(y), 2]));
+    }
+    for row in 0..columns.len() {
+        let of_row = |column: &[usize; 2]| column.contains(&row);
+        let first = columns.iter().position(of_row).map_or(0, |x| if x == 0 { 0 } else { at(x) });
+        let last = columns.iter().rposition(of_row).map_or(0, at);
+        result.extend((first..=last).map(|x| [x, at(row), 1]));
+    }
+    result
 }
 
 struct QuadMesh {

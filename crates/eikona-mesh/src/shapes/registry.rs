@@ -151,6 +151,14 @@ impl Values<'_> {
         }
     }
 
+    fn tunnel_knot(&self) -> Result<TunnelKnot, MeshError> {
+        match self.text("knot")?.replace('-', "_").as_str() {
+            "trefoil" => Ok(TunnelKnot::Trefoil),
+            "figure_eight" => Ok(TunnelKnot::FigureEight),
+            other => refuse("knot", other, "it must be trefoil or figure_eight"),
+        }
+    }
+
     /// Scales the mesh about the origin by the parameter `radius`.
     fn with_radius(&self, mesh: TriangleMesh) -> Result<TriangleMesh, MeshError> {
         let radius = self.real("radius")?;
@@ -263,6 +271,21 @@ static SHAPES: &[Shape] = &[
             p("nv", "32", "vertices around the tube"),
         ],
         |v| torus(v.real("major")?, v.real("minor")?, v.count("nu")?, v.count("nv")?),
+    ),
+    shape(
+        "punctured_torus",
+        "torus about the z axis with a hole in its side",
+        &[
+            p("major", "1", "radius of the circle that the tube follows"),
+            p("minor", "0.4", "radius of the tube"),
+            p("hole", "0.5", "width of the hole"),
+            p("nu", "80", "vertices around the axis"),
+            p("nv", "32", "vertices around the tube"),
+        ],
+        |v| {
+            let [major, minor, hole] = [v.real("major")?, v.real("minor")?, v.real("hole")?];
+            punctured_torus(major, minor, hole, v.count("nu")?, v.count("nv")?)
+        },
     ),
     shape(
         "cylinder",
@@ -395,10 +418,22 @@ static SHAPES: &[Shape] = &[
         |v| handcuffs(v.levels("levels")?),
     ),
     shape(
+        "joined_rings",
+        "two rings above each other joined by a bar, of genus 2",
+        &[p("levels", "3", "number of smoothing steps")],
+        |v| joined_rings(v.levels("levels")?),
+    ),
+    shape(
         "borromean_rings",
         "three rings that hold together, no two of them linked",
         &[p("levels", "3", "number of smoothing steps")],
         |v| borromean_rings(v.levels("levels")?),
+    ),
+    shape(
+        "knotted_tunnel",
+        "block with a knotted tunnel, of genus 1",
+        &[p("knot", "trefoil", "trefoil or figure_eight"), p("levels", "2", "number of smoothing steps")],
+        |v| knotted_tunnel(v.tunnel_knot()?, v.levels("levels")?),
     ),
     shape(
         "moebius_band",

@@ -29,6 +29,56 @@ pub fn torus(major: f64, minor: f64, nu: usize, nv: usize) -> Result<TriangleMes
     torus_lattice(nu, nv).mesh(Diagonal::Uniform, |i, j| torus_point(major, minor, nu, nv, i, j))
 }
 
+/// The torus about the z axis without a square patch of its outer side, which faces +x and is about
+/// `hole` wide: a surface of genus 1 with one boundary loop, outward oriented.
+///
+/// Vertices are those of [`torus`] that are left, in its order. With a patch of m x n cells,
+/// F = 2 nu nv - 2 m n and χ = -1. The signed volume is that of the cone from the origin, which
+/// closes the hole.
+///
+/// # Errors
+/// [`MeshError::Parameter`] as for [`torus`], and unless the patch is at least one cell and leaves
+/// two cells, or more, in either direction.
+///
+/// ```
+/// let torus = eikona_mesh::shapes::punctured_torus(1.0, 0.4, 0.5, 48, 24)?;
+/// let [v, e, f] = [torus.vertex_count(), torus.edge_count(), torus.face_count()];
+/// assert_eq!(v as i64 - e as i64 + f as i64, -1);
+/// # Ok::<(), eikona_mesh::MeshError>(())
+/// ```
+pub fn punctured_torus(
+    major: f64,
+    minor: f64,
+    hole: f64,
+    nu: usize,
+    nv: usize,
+) -> Result<TriangleMesh, MeshError> {
+    check_torus(major, minor, nu, nv, 1)?;
+    require_length("hole", hole)?;
+    let cells = |radius: f64, count: usize| (hole / (TAU * radius) * count as f64).round();
+    let [across, around] = [cells(major + minor, nu), cells(minor, nv)];
+    let fits = across >= 1.0 && around >= 1.0 && across + 2.0 <= nu as f64 && around + 2.0 <= nv as f64;
+    require(fits, "hole", hole, "it must be at least a cell wide, and leave two cells around the tube")?;
+    let [across, around] = [across as usize, around as usize];
+    let whole = torus(major, minor, nu, nv)?;
+    // The patch is centred at column 0 and row 0; places are counted from its first cell.
+    let within = |place: usize, count: usize, size: usize| (place + size / 2) % count;
+    let in_patch = |i: usize, j: usize| within(i, nu, across) < across && within(j, nv, around) < around;
+    // Two triangles per cell, column by column.
+    let faces = whole.triangles().chunks(2).enumerate();
+    let left = faces.filter(|(cell, _)| !in_patch(cell / nv, cell % nv)).flat_map(|(_, faces)| faces);
+    let mut faces: Vec<[u32; 3]> = left.copied().collect();
+    let mut number = vec![u32::MAX; whole.vertex_count()];
+    faces.iter().flatten().for_each(|&v| number[v as usize] = 0);
+    let mut positions = Vec::new();
+    for (number, position) in number.iter_mut().zip(whole.positions()).filter(|(n, _)| **n == 0) {
+        *number = positions.len() as u32;
+        positions.push(*position);
+    }
+    faces.iter_mut().flatten().for_each(|v| *v = number[*v as usize]);
+    TriangleMesh::new(positions, faces)
+}
+
 pub(super) fn check_torus(
     major: f64,
     minor: f64,

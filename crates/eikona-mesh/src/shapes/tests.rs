@@ -168,8 +168,14 @@ fn tori_tubes_and_chains_are_closed() {
         assert!(smallest_angle(&mesh) > 10.0, "{}", smallest_angle(&mesh));
         let q = 226 * 4usize.pow(levels);
         assert_solid(&handcuffs(levels).unwrap(), -2, [q - 2, 3 * q, 2 * q]);
+        let q = 134 * 4usize.pow(levels);
+        assert_solid(&joined_rings(levels).unwrap(), -2, [q - 2, 3 * q, 2 * q]);
         let q = 336 * 4usize.pow(levels);
         assert_solid(&borromean_rings(levels).unwrap(), 0, [q, 3 * q, 2 * q]);
+        for (knot, q) in [(TunnelKnot::Trefoil, 704), (TunnelKnot::FigureEight, 928)] {
+            let q = q * 4usize.pow(levels);
+            assert_solid(&knotted_tunnel(knot, levels).unwrap(), 0, [q, 3 * q, 2 * q]);
+        }
     }
 }
 
@@ -324,7 +330,10 @@ fn embedded_shapes_do_not_intersect_themselves() {
         ("clay_animal", clay_animal(2)),
         ("chain_of_genus", chain_of_genus(2, 2)),
         ("handcuffs", handcuffs(2)),
+        ("joined_rings", joined_rings(2)),
         ("borromean_rings", borromean_rings(2)),
+        ("trefoil tunnel", knotted_tunnel(TunnelKnot::Trefoil, 1)),
+        ("figure-eight tunnel", knotted_tunnel(TunnelKnot::FigureEight, 1)),
         ("trefoil_tube", trefoil_tube(0.45, 160, 10)),
         ("figure_eight_tube", figure_eight_tube(0.25, 220, 8)),
         ("linked_rings", linked_rings(3, 0.3, 24, 8)),
@@ -500,6 +509,12 @@ fn bad_parameters_are_errors_before_memory_is_allocated() {
         chain_of_genus(1, u32::MAX),
         clay_animal(0),
         handcuffs(0),
+        joined_rings(0),
+        knotted_tunnel(TunnelKnot::Trefoil, 0),
+        knotted_tunnel(TunnelKnot::Trefoil, u32::MAX),
+        punctured_torus(1.0, 0.4, 0.01, 20, 10),
+        punctured_torus(1.0, 0.4, 2.3, 20, 10),
+        punctured_torus(1.0, 0.4, f64::NAN, 20, 10),
         borromean_rings(u32::MAX),
         linked_rings(huge, 0.2, 8, 8),
         linked_rings(2, 0.4, 8, 8),
@@ -530,6 +545,20 @@ fn every_registered_shape_has_valid_defaults() {
     }
     assert_eq!(made, shape_names().len());
     assert!(made >= 25);
+}
+
+#[test]
+fn a_punctured_torus_has_one_loop_at_its_side() {
+    let mesh = punctured_torus(1.0, 0.4, 0.5, 48, 24).unwrap();
+    // 0.5 of 2 pi 1.4 and of 2 pi 0.4 are 3 and 5 cells.
+    assert_eq!(mesh.face_count(), 2 * 48 * 24 - 2 * 3 * 5);
+    assert_eq!(mesh.vertex_count(), 48 * 24 - 2 * 4);
+    assert_valid(&mesh);
+    assert!(is_oriented(&mesh));
+    let boundary = mesh.edges().filter(|e| mesh.is_boundary_edge(*e)).count();
+    assert_eq!(boundary, 2 * (3 + 5));
+    let rim = mesh.vertices().filter(|v| mesh.is_boundary_vertex(*v));
+    assert!(rim.map(|v| mesh.position(v)).all(|p| p[0] > 1.2 && p[1].abs() < 0.4 && p[2].abs() < 0.4));
 }
 
 #[test]

@@ -11,6 +11,7 @@
 //! schemes based on optimal Delaunay triangulations*, Computer Methods in Applied Mechanics and
 //! Engineering 200, 2011.
 
+mod barrier;
 mod changing;
 mod guard;
 mod options;
@@ -18,6 +19,7 @@ mod passes;
 mod places;
 mod smooth;
 
+pub(crate) use barrier::Barrier;
 pub use options::RemeshOptions;
 pub use passes::RemeshCounts;
 pub use places::Places;

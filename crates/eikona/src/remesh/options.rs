@@ -1,7 +1,9 @@
 //! Options of remeshing.
 
+use super::barrier::Barrier;
 use crate::setters::setters;
 use eikona_mesh::{TriangleMesh, Vertex};
+use std::sync::Arc;
 
 /// Options of [`remesh`](super::remesh).
 #[derive(Clone, Debug)]
@@ -16,13 +18,22 @@ pub struct RemeshOptions {
     pub collisions: bool,
     /// A surface that stays as it is. Default: none.
     pub obstacle: Option<TriangleMesh>,
+    /// What the surface stays out of, besides. Default: nothing.
+    pub(crate) barrier: Option<Arc<dyn Barrier>>,
     /// Number of threads. Default: 1. The result is the same for any number.
     pub threads: usize,
 }
 
 impl Default for RemeshOptions {
     fn default() -> Self {
-        RemeshOptions { rounds: 5, fixed: Vec::new(), collisions: true, obstacle: None, threads: 1 }
+        RemeshOptions {
+            rounds: 5,
+            fixed: Vec::new(),
+            collisions: true,
+            obstacle: None,
+            barrier: None,
+            threads: 1,
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The passes over all edges: long ones are split, short ones collapsed, and those flipped that
 //! are not Delaunay (RS section 6).
 
+use super::barrier;
 use super::changing::{Changing, Fan, Hinge, NONE, Vec3};
 use super::guard::{Guard, Replacement};
 use super::options::RemeshOptions;
@@ -274,9 +275,13 @@ impl<'a> Passes<'a> {
         if !self.options.collisions {
             return true;
         }
+        let clears = self.options.barrier.as_deref().is_none_or(|barrier| {
+            let removed = self.replacement.removed.iter().map(|f| self.mesh.triangle(*f));
+            barrier::allows(barrier, &removed.collect::<Vec<_>>(), &self.replacement)
+        });
         let obstacle = self.options.obstacle.as_ref();
         let guard = self.guard.get_or_insert_with(|| Guard::new(&self.mesh, obstacle));
-        let allowed = guard.allows(&self.mesh, &self.replacement);
+        let allowed = clears && guard.allows(&self.mesh, &self.replacement);
         self.counts.refused += usize::from(!allowed);
         allowed
     }

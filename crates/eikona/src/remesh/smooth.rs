@@ -1,5 +1,6 @@
 //! Moves vertices along the surface to even out its faces.
 
+use super::barrier::allows_motion;
 use super::changing::Vec3;
 use super::options::RemeshOptions;
 use super::passes::{SMOOTH_BOUNDARY, centroid, turns_little};
@@ -33,13 +34,17 @@ pub(super) fn smoothed(
     let moved = |motion: &[Vec3]| -> Vec<Vec3> {
         mesh.positions().iter().zip(motion).map(|(p, d)| add(*p, *d)).collect()
     };
+    let barrier = options.barrier.as_deref().filter(|_| options.collisions);
     for _ in 0..ROUNDS {
         check_stopped()?;
         let after = moved(&motion);
         let mut held: Vec<u32> = Vec::new();
         for (f, corners) in mesh.faces().zip(mesh.triangles()) {
             let now = corners.map(|v| after[v as usize]);
-            if !turns_little(&mesh.face_positions(f), &now) {
+            let before = mesh.face_positions(f);
+            let ways = corners.map(|v| motion[v as usize]);
+            let clears = barrier.is_none_or(|barrier| allows_motion(barrier, before, now, ways));
+            if !clears || !turns_little(&before, &now) {
                 held.extend(corners);
             }
         }

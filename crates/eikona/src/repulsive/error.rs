@@ -157,14 +157,28 @@ pub enum RepulsiveError {
         /// The first such face.
         face: Face,
     },
-    /// A vertex lies on an implicit obstacle.
+    /// An edge of the surface passes through an implicit obstacle.
     #[error(
-        "{vertex} lies on an implicit obstacle, or so close that the potential is beyond the range of numbers; move \
-         the surface away from it"
+        "the edge from {} to {} passes through an implicit obstacle, from distance {} to {}; move the surface to \
+         one side of it, or turn collisions off",
+        vertices[0], vertices[1], distances[0], distances[1]
     )]
-    VertexOnObstacle {
-        /// The first such vertex.
-        vertex: Vertex,
+    EdgeThroughBarrier {
+        /// The ends of the edge.
+        vertices: [Vertex; 2],
+        /// Their signed distances from the obstacle.
+        distances: [f64; 2],
+    },
+    /// A face touches an implicit obstacle, or passes through it between its corners.
+    #[error(
+        "{face}, whose centroid is at distance {distance} from an implicit obstacle, touches it or passes through \
+         it; move the surface away from it, or turn collisions off"
+    )]
+    FaceAtBarrier {
+        /// The first such face.
+        face: Face,
+        /// The signed distance of its centroid.
+        distance: f64,
     },
     /// A number that describes an implicit surface is out of range.
     #[error(

@@ -6,7 +6,8 @@ use super::method::Remembers;
 use super::options::Barycentre;
 use crate::repulsive::error::RepulsiveError;
 use crate::repulsive::faces::face_data;
-use crate::repulsive::metric::{LocalMetric, LocalOrder, Metric, Preconditioner, Stiffness};
+use crate::repulsive::metric::{Bending, LocalMetric, LocalOrder, Metric, Preconditioner, Stiffness};
+use crate::repulsive::potential::Potential;
 use crate::repulsive::quantity::Quantity;
 use eikona_numeric::NumericError;
 
@@ -112,10 +113,10 @@ impl Flow {
         let analysis = self.analysis.as_ref();
         let preconditioner = Preconditioner::new(&self.mesh, unit, self.options.threads, analysis, &pinned)?;
         self.analysis = Some(preconditioner.analysis());
-        let tree = self.current.pair_sum.tree(&faces);
+        let tree = self.current.tree(&faces);
         let stiffness = self.stiffness()?;
         let mut options = self.options.metric;
-        if !stiffness.diagonal.is_empty() {
+        if !stiffness.is_none() {
             options.tolerance = options.tolerance.min(STIFF_TOLERANCE);
         }
         let metric = Metric::on(&self.mesh, unit, tree, &faces, &options, preconditioner, pinned, stiffness)?;
@@ -126,7 +127,8 @@ impl Flow {
     ///
     /// Deviation: the published program adds sums of the kernel over the obstacles instead,
     /// whatever their weight. With second derivatives, a step is implicit in the potentials to
-    /// first order, and its length does not depend on how stiff they are.
+    /// first order, and its length does not depend on how stiff they are. That of the Willmore
+    /// energy is the bi-Laplacian.
     fn stiffness(&self) -> Result<Stiffness, RepulsiveError> {
         let mut diagonal = vec![0.0; self.mesh.vertex_count()];
         for potential in &self.potentials {
@@ -134,13 +136,21 @@ impl Flow {
             diagonal.iter_mut().zip(own.as_slice()).for_each(|(sum, own)| *sum += own);
         }
         if diagonal.iter().all(|x| *x == 0.0) {
+            diagonal.clear();
+        }
+        let bending: f64 = self.potentials.iter().map(Potential::bending).sum();
+        if diagonal.is_empty() && bending == 0.0 {
             return Ok(Stiffness::default());
         }
+        let bends = bending > 0.0;
+        let bending = bends.then(|| Bending::new(&self.mesh, self.current.unit, bending)).transpose()?;
         let exponents = self.options.exponents;
         let power = 2.0 - 2.0 * (exponents.order() - 1.0) - exponents.degree();
         let unit = Quantity::Area.of(&self.mesh).powf(0.5 * power);
         let step = self.memory.step_size.unwrap_or(FIRST_STEP * unit).min(LONGEST_STEP * unit);
-        diagonal.iter_mut().for_each(|x| *x *= step);
-        Ok(Stiffness { diagonal, drifts: self.options.barycentre == Barycentre::Free })
+        let mut stiffness =
+            Stiffness { diagonal, bending, drifts: self.options.barycentre == Barycentre::Free };
+        stiffness.scale(step);
+        Ok(stiffness)
     }
 }

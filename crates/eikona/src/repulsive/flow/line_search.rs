@@ -229,10 +229,11 @@ impl Flow {
         let ways = moved.positions().iter().zip(self.mesh.positions());
         let ways: Vec<Vec3> = ways.map(|(to, from)| sub(*to, *from)).collect();
         let threads = self.options.threads;
-        Ok(match &self.options.obstacle {
+        let share = match &self.options.obstacle {
             Some(obstacle) => safe_motion_past(&self.mesh, &ways, obstacle, threads)?.share,
             None => safe_motion(&self.mesh, &ways, threads)?.share,
-        })
+        };
+        Ok(share.min(self.barriers.safe_share(&self.mesh, &ways)?))
     }
 
     /// Remeshes the moved surface, if asked, and computes its energy with new clusters. `None` if

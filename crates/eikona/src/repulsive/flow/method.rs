@@ -6,13 +6,14 @@ use crate::repulsive::metric::LocalOrder;
 /// How the flow chooses the direction of a step.
 ///
 /// All methods share constraints, line search, collision detection and remeshing. All but the first
-/// are for comparison (RS section 8.2): their steps get shorter on finer meshes.
+/// are for comparison (RS section 8.2): their steps get shorter on finer meshes. The last one
+/// descends another energy.
 ///
 /// As text, they are named as in the scene files of the authors' program:
 ///
 /// ```
 /// use eikona::repulsive::Method;
-/// let names = ["hs", "l2", "h1", "h2", "aqp", "h1-lbfgs", "bqn"];
+/// let names = ["hs", "l2", "h1", "h2", "aqp", "h1-lbfgs", "bqn", "willmore"];
 /// let methods = Method::ALL.map(|method| method.to_string());
 /// assert_eq!(methods, names);
 /// assert_eq!("h1-lbfgs".parse(), Ok(Method::H1Lbfgs));
@@ -64,6 +65,12 @@ pub enum Method {
     /// curvature of the objective along the step. The published scale is for elastic energies.
     #[serde(rename = "bqn")]
     Bqn,
+    /// Steepest descent of the [Willmore energy](crate::repulsive::PotentialKind::Willmore) instead
+    /// of the tangent-point energy, in H2 (RS figures 2 and 4). It is blind to surfaces that come
+    /// close to each other: only collision detection keeps them apart, and surfaces may intersect
+    /// at the start if that is off. Energies of steps are Willmore energies.
+    #[serde(rename = "willmore")]
+    Willmore,
 }
 
 option_names!(
@@ -75,6 +82,7 @@ option_names!(
     "aqp" => Method::Aqp,
     "h1-lbfgs" => Method::H1Lbfgs,
     "bqn" => Method::Bqn,
+    "willmore" => Method::Willmore,
 );
 
 /// What a method remembers of earlier steps.
@@ -89,8 +97,16 @@ pub(super) enum Remembers {
 
 impl Method {
     /// All methods, the default first.
-    pub const ALL: [Method; 7] =
-        [Method::Fractional, Method::L2, Method::H1, Method::H2, Method::Aqp, Method::H1Lbfgs, Method::Bqn];
+    pub const ALL: [Method; 8] = [
+        Method::Fractional,
+        Method::L2,
+        Method::H1,
+        Method::H2,
+        Method::Aqp,
+        Method::H1Lbfgs,
+        Method::Bqn,
+        Method::Willmore,
+    ];
 
     /// The inner product; `None` for the fractional one.
     pub(super) fn local_order(self) -> Option<LocalOrder> {
@@ -98,13 +114,15 @@ impl Method {
             Method::Fractional => None,
             Method::L2 => Some(LocalOrder::Zero),
             Method::H1 | Method::Aqp | Method::H1Lbfgs | Method::Bqn => Some(LocalOrder::One),
-            Method::H2 => Some(LocalOrder::Two),
+            Method::H2 | Method::Willmore => Some(LocalOrder::Two),
         }
     }
 
     pub(super) fn remembers(self) -> Remembers {
         match self {
-            Method::Fractional | Method::L2 | Method::H1 | Method::H2 => Remembers::Nothing,
+            Method::Fractional | Method::L2 | Method::H1 | Method::H2 | Method::Willmore => {
+                Remembers::Nothing
+            }
             Method::Aqp => Remembers::Surface,
             Method::H1Lbfgs | Method::Bqn => Remembers::Steps,
         }

@@ -22,7 +22,7 @@ use crate::remesh::{Places, RemeshCounts};
 use crate::repulsive::error::RepulsiveError;
 use crate::repulsive::metric::Analysis;
 use crate::repulsive::options::{Exponents, check_separation};
-use crate::repulsive::potential::Potential;
+use crate::repulsive::potential::{Barriers, Potential};
 use crate::repulsive::quantity::{Quantity, check_oriented};
 use crate::spatial::{intersections_with, self_intersections};
 use constraints::{Constraints, quantities};
@@ -31,6 +31,7 @@ use eikona_numeric::check_stopped;
 use objective::{Current, potentials_on};
 use options::CROSSING;
 use state::Memory;
+use std::sync::Arc;
 
 type Vec3 = [f64; 3];
 
@@ -85,6 +86,8 @@ pub struct Flow {
     memory: Memory,
     /// With values for the vertices and faces as they are now.
     potentials: Vec<Potential>,
+    /// The implicit obstacles; none if collisions are off.
+    barriers: Arc<Barriers>,
     current: Current,
     /// That of the preconditioner, for surfaces of the same connectivity.
     analysis: Option<Analysis>,
@@ -96,7 +99,9 @@ impl Flow {
     /// # Errors
     /// Those of [`tangent_point_energy`](super::tangent_point_energy),
     /// [`RepulsiveError::Separation`], [`RepulsiveError::Constraint`],
-    /// [`RepulsiveError::Intersecting`] and those of surfaces that are not manifold.
+    /// [`RepulsiveError::Intersecting`], [`RepulsiveError::IntersectsObstacle`],
+    /// [`RepulsiveError::EdgeThroughBarrier`], [`RepulsiveError::FaceAtBarrier`] and those of
+    /// surfaces that are not manifold.
     pub fn new(mesh: &TriangleMesh, options: &FlowOptions) -> Result<Flow, RepulsiveError> {
         Flow::with(mesh, mesh.clone(), None, options)
     }
@@ -145,6 +150,9 @@ impl Flow {
         let mut options = options.clone();
         options.metric = options.metric.with_exponents(options.exponents).with_threads(options.threads);
         options.check()?;
+        let of_barriers = if options.collisions { options.potentials.as_slice() } else { &[] };
+        let barriers = Arc::new(Barriers::of(of_barriers)?);
+        barriers.check(&mesh)?;
         let memory = match memory {
             Some(memory) => memory,
             None => Memory::new(&mesh, &options)?,
@@ -158,6 +166,7 @@ impl Flow {
             options,
             memory,
             potentials,
+            barriers,
             current,
             analysis: None,
         })
@@ -249,7 +258,11 @@ fn check_surface(mesh: &TriangleMesh, options: &FlowOptions) -> Result<(), Repul
     if quantities(options).contains(&Quantity::Volume) {
         check_oriented(mesh)?;
     }
-    if options.exponents.alpha >= CROSSING {
+    let must_be_embedded = match options.method {
+        Method::Willmore => options.collisions,
+        _ => options.exponents.alpha >= CROSSING,
+    };
+    if must_be_embedded {
         let pairs = self_intersections(mesh, options.threads)?;
         if !pairs.is_empty() {
             return Err(RepulsiveError::Intersecting { pairs });

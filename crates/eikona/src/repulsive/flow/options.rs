@@ -35,7 +35,8 @@ pub struct FlowOptions {
     pub barycentre: Barycentre,
     /// Vertices that stay where they are, or move as prescribed. Default: none.
     pub pins: Vec<Pin>,
-    /// Whether steps are shortened so that the surface never touches itself. Default: yes.
+    /// Whether steps are shortened so that the surface never touches itself, the obstacle, or an
+    /// implicit surface that repels. Default: yes.
     pub collisions: bool,
     /// Whether and how the surface is remeshed after each step. Default: to edges of the mean
     /// length at the start.
@@ -194,7 +195,7 @@ pub enum Remeshing {
     },
     /// To edges that are shorter where the surface is curved or comes close to itself, and longer
     /// where it is flat and alone: in proportion to the radius of the spheres that touch it and
-    /// pass through another point of it.
+    /// pass through another point of it. Uniform for [`Method::Willmore`].
     Adaptive {
         /// The length in the middle of the range, which goes from a quarter of it to twice it;
         /// `None` for the mean length at the start.

@@ -47,12 +47,15 @@ impl Flow {
         if self.options.remeshing == Remeshing::Off {
             return Ok(None);
         }
-        let options = RemeshOptions::default()
+        let mut options = RemeshOptions::default()
             .with_rounds(1)
             .with_fixed(self.memory.pins.iter().map(|(v, _)| Vertex(*v)).collect())
             .with_collisions(self.options.collisions)
             .with_obstacle(self.options.obstacle.clone())
             .with_threads(self.options.threads);
+        if !self.barriers.is_empty() {
+            options.barrier = Some(self.barriers.clone());
+        }
         let sizes = self.edge_lengths(moved);
         let done = remesh(moved, &sizes, &options).map_err(RepulsiveError::from_remeshing)?;
         let mut memory = memory.clone();
@@ -88,9 +91,12 @@ impl Flow {
         Ok(Some(RemeshedStep { mesh, memory, deviation, counts, analysis }))
     }
 
-    /// Whether a surface intersects itself or the obstacle.
+    /// Whether a surface intersects itself or an obstacle.
     fn collides(&self, mesh: &TriangleMesh) -> Result<bool, RepulsiveError> {
         let threads = self.options.threads;
+        if !self.barriers.allow(mesh)? {
+            return Ok(true);
+        }
         if !self_intersections(mesh, threads)?.is_empty() {
             return Ok(true);
         }
@@ -109,7 +115,8 @@ impl Flow {
     fn edge_lengths(&self, mesh: &TriangleMesh) -> Vec<f64> {
         let length = self.memory.edge_length;
         let mut sizes = vec![length; mesh.vertex_count()];
-        if !matches!(self.options.remeshing, Remeshing::Adaptive { .. }) {
+        if !matches!(self.options.remeshing, Remeshing::Adaptive { .. }) || self.current.densities.is_empty()
+        {
             return sizes;
         }
         let Exponents { alpha, beta } = self.options.exponents;

@@ -36,15 +36,24 @@ impl ScreenedLaplacian {
 
     /// Returns the product with a vector field.
     pub fn product(&self, field: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let diagonal = field.iter().zip(&self.matrix.diagonal);
-        let mut image: Vec<[f64; 3]> = diagonal.map(|(x, d)| x.map(|x| d * x)).collect();
-        for (pair, entry) in self.graph.pairs.iter().zip(&self.matrix.off_diagonal) {
-            let [i, j] = pair.map(|v| v as usize);
-            for k in 0..3 {
-                image[i][k] += entry * field[j][k];
-                image[j][k] += entry * field[i][k];
-            }
-        }
-        image
+        symmetric_product(&self.graph, &self.matrix, field)
     }
+}
+
+/// Returns the product of a symmetric matrix with a vector field.
+pub(super) fn symmetric_product(
+    graph: &Graph,
+    matrix: &SymmetricMatrix<f64>,
+    field: &[[f64; 3]],
+) -> Vec<[f64; 3]> {
+    let diagonal = field.iter().zip(&matrix.diagonal);
+    let mut image: Vec<[f64; 3]> = diagonal.map(|(x, d)| x.map(|x| d * x)).collect();
+    for (pair, entry) in graph.pairs.iter().zip(&matrix.off_diagonal) {
+        let [i, j] = pair.map(|v| v as usize);
+        for k in 0..3 {
+            image[i][k] += entry * field[j][k];
+            image[j][k] += entry * field[i][k];
+        }
+    }
+    image
 }

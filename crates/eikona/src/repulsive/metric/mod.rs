@@ -16,6 +16,7 @@ mod laplacian;
 mod local;
 mod partition;
 mod solve;
+mod stiffness;
 
 pub use solve::MetricSolution;
 
@@ -34,6 +35,7 @@ use partition::Partition;
 
 pub(super) use local::{LocalMetric, LocalOrder};
 pub(super) use solve::{Analysis, Preconditioner};
+pub(super) use stiffness::{Bending, Stiffness};
 
 /// Options of [`Metric`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,17 +106,8 @@ pub struct Metric {
     preconditioner: Preconditioner,
     /// Vertices that do not move; empty if all do.
     pinned: Vec<bool>,
-    /// What is added to the diagonal, in the unit of length.
+    /// What potentials add, in the unit of length.
     stiffness: Stiffness,
-}
-
-/// A diagonal term of the inner product.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Stiffness {
-    /// Per vertex; empty if there is none.
-    pub diagonal: Vec<f64>,
-    /// Whether the surface may drift. Otherwise the mean displacement is zero.
-    pub drifts: bool,
 }
 
 /// The kernel matrices.
@@ -202,7 +195,7 @@ impl Metric {
         mut stiffness: Stiffness,
     ) -> Result<Metric, NumericError> {
         let scale = unit.powf(-2.0 * (options.exponents.order() - 1.0));
-        stiffness.diagonal.iter_mut().for_each(|x| *x /= scale);
+        stiffness.scale(1.0 / scale);
         let ordered = tree.in_order(faces);
         let elements = Elements::new(mesh, unit, &tree, &ordered);
         check_stopped()?;
@@ -286,9 +279,7 @@ impl Metric {
             check_stopped()?;
         }
         for (result, field) in result.iter_mut().zip(fields) {
-            for ((y, x), h) in result.iter_mut().zip(field).zip(&self.stiffness.diagonal) {
-                (0..3).for_each(|k| y[k] += h * x[k]);
-            }
+            self.stiffness.add_product(field, result);
         }
         Ok(result)
     }

@@ -1,10 +1,10 @@
 //! Surfaces given by a signed distance, which repel or attract (RS section 7.3.3).
 
 use super::sampled_distance::SampledDistance;
-use super::surface::{Vec3, add_faces, dual_areas, face_shapes};
+use super::surface::{Vec3, face_shapes};
 use crate::geometry::vector::{add, dot, norm, normalize, scale, sub, unit};
 use crate::repulsive::error::RepulsiveError;
-use eikona_mesh::{ElementId, TriangleMesh, Vertex};
+use eikona_mesh::{Face, TriangleMesh};
 
 /// A surface given by its signed distance, negative inside.
 ///
@@ -93,7 +93,7 @@ impl ImplicitSurface {
     }
 
     /// Checks the numbers, and makes directions unit vectors.
-    fn checked(&self) -> Result<ImplicitSurface, RepulsiveError> {
+    pub(super) fn checked(&self) -> Result<ImplicitSurface, RepulsiveError> {
         let result = match *self {
             ImplicitSurface::Sphere { centre, radius } => {
                 check_point("the centre of a sphere", centre)?;
@@ -124,7 +124,7 @@ impl ImplicitSurface {
     }
 
     /// The distance and its gradient; directions are unit vectors.
-    fn at(&self, x: Vec3) -> (f64, Vec3) {
+    pub(super) fn at(&self, x: Vec3) -> (f64, Vec3) {
         match *self {
             ImplicitSurface::Sphere { centre, radius } => {
                 let v = sub(x, centre);
@@ -198,6 +198,25 @@ impl Action {
     }
 }
 
+/// Points of a triangle and their weights, by which polynomials of degree three are integrated: the
+/// corners, the middles of the sides, and the centroid.
+///
+/// Corners alone do not see where a face reaches through the surface: edges are chords, and their
+/// middles are closest to what the surface surrounds. Remeshing puts vertices there.
+const POINTS: [([f64; 3], f64); 7] = [
+    ([1.0, 0.0, 0.0], 0.05),
+    ([0.0, 1.0, 0.0], 0.05),
+    ([0.0, 0.0, 1.0], 0.05),
+    ([0.0, 0.5, 0.5], 2.0 / 15.0),
+    ([0.5, 0.0, 0.5], 2.0 / 15.0),
+    ([0.5, 0.5, 0.0], 2.0 / 15.0),
+    ([1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0], 0.45),
+];
+
+fn point_at(corners: [Vec3; 3], [a, b, c]: [f64; 3]) -> Vec3 {
+    add(scale(corners[0], a), add(scale(corners[1], b), scale(corners[2], c)))
+}
+
 /// Adds to each vertex its share of the second derivative of the integral, in the direction of the
 /// surface.
 pub(super) fn add_stiffness(
@@ -208,51 +227,68 @@ pub(super) fn add_stiffness(
 ) -> Result<(), RepulsiveError> {
     action.check()?;
     let surface = surface.checked()?;
-    let areas = dual_areas(mesh, &face_shapes(mesh)?);
-    for ((sum, area), x) in sums.iter_mut().zip(areas).zip(mesh.positions()) {
-        let power = if action.attract { action.power } else { -action.power };
-        let second = power * (power - 1.0) * surface.at(*x).0.abs().powf(power - 2.0);
-        *sum += area * if second.is_finite() { second } else { 0.0 };
+    let power = if action.attract { action.power } else { -action.power };
+    let second = |x: Vec3| {
+        let second = power * (power - 1.0) * surface.at(x).0.abs().powf(power - 2.0);
+        if second.is_finite() { second } else { 0.0 }
+    };
+    for ((f, corners), shape) in mesh.faces().zip(mesh.triangles()).zip(face_shapes(mesh)?) {
+        for (shares, weight) in POINTS {
+            let own = shape.area * weight * second(point_at(mesh.face_positions(f), shares));
+            corners.iter().zip(shares).for_each(|(v, share)| sums[*v as usize] += share * own);
+        }
     }
     Ok(())
 }
 
-/// Returns the potential at each vertex and its gradient, zero at vertices without faces.
-fn at_vertices(
-    mesh: &TriangleMesh,
-    areas: &[f64],
-    surface: &ImplicitSurface,
+/// A potential of an implicit surface, checked.
+struct Field {
+    surface: ImplicitSurface,
     action: Action,
-) -> Result<Vec<(f64, Vec3)>, RepulsiveError> {
-    action.check()?;
-    let surface = surface.checked()?;
-    let at = |(v, (&position, &area)): (usize, (&Vec3, &f64))| {
-        if area == 0.0 {
-            return Ok((0.0, [0.0; 3]));
-        }
-        let (distance, gradient) = surface.at(position);
-        let (value, slope) = action.at(distance);
-        let finite = value.is_finite() && slope.is_finite();
-        match (finite, action.attract) {
-            (true, _) => Ok((value, scale(gradient, slope))),
-            (false, true) => {
-                Err(RepulsiveError::PotentialRange { potential: "the potential of an attractor" })
-            }
-            (false, false) => Err(RepulsiveError::VertexOnObstacle { vertex: Vertex::from_index(v) }),
-        }
-    };
-    mesh.positions().iter().zip(areas).enumerate().map(at).collect()
 }
 
-/// Returns the integral of the potential over the surface, with dual areas as weights.
+impl Field {
+    /// # Errors
+    /// [`RepulsiveError::PotentialExponent`], [`RepulsiveError::ImplicitShape`].
+    fn new(surface: &ImplicitSurface, action: Action) -> Result<Field, RepulsiveError> {
+        action.check()?;
+        Ok(Field { surface: surface.checked()?, action })
+    }
+
+    /// The potential and its gradient at the points of a face.
+    ///
+    /// # Errors
+    /// [`RepulsiveError::FaceOnObstacle`], [`RepulsiveError::PotentialRange`].
+    fn on_face(&self, mesh: &TriangleMesh, face: Face) -> Result<[(f64, Vec3); POINTS.len()], RepulsiveError> {
+        let corners = mesh.face_positions(face);
+        let values = POINTS.map(|(shares, _)| {
+            let (distance, gradient) = self.surface.at(point_at(corners, shares));
+            let (value, slope) = self.action.at(distance);
+            (value, scale(gradient, slope))
+        });
+        let finite = values.iter().all(|(value, gradient)| value.is_finite() && gradient.iter().all(|x| x.is_finite()));
+        match (finite, self.action.attract) {
+            (true, _) => Ok(values),
+            (false, true) => Err(RepulsiveError::PotentialRange { potential: "the potential of an attractor" }),
+            (false, false) => Err(RepulsiveError::FaceOnObstacle { face }),
+        }
+    }
+}
+
+/// The mean of the potential over a face.
+fn mean(values: &[(f64, Vec3); POINTS.len()]) -> f64 {
+    POINTS.iter().zip(values).map(|((_, weight), (value, _))| weight * value).sum()
+}
+
+/// Returns the integral of the potential over the surface.
 pub(super) fn value(
     mesh: &TriangleMesh,
     surface: &ImplicitSurface,
     action: Action,
 ) -> Result<f64, RepulsiveError> {
-    let areas = dual_areas(mesh, &face_shapes(mesh)?);
-    let potentials = at_vertices(mesh, &areas, surface, action)?;
-    Ok(areas.iter().zip(potentials).map(|(area, (value, _))| area * value).sum())
+    let field = Field::new(surface, action)?;
+    let shapes = face_shapes(mesh)?;
+    mesh.faces().zip(shapes).try_fold(0.0, |sum, (f, shape)| Ok(sum + shape.area * mean(&field.on_face(mesh, f)?)))
 }
 
 pub(super) fn differential(
@@ -260,14 +296,17 @@ pub(super) fn differential(
     surface: &ImplicitSurface,
     action: Action,
 ) -> Result<Vec<Vec3>, RepulsiveError> {
-    let shapes = face_shapes(mesh)?;
-    let areas = dual_areas(mesh, &shapes);
-    let potentials = at_vertices(mesh, &areas, surface, action)?;
-    let own = |(&area, &(_, gradient)): (&f64, &(f64, Vec3))| scale(gradient, area);
-    let mut result: Vec<Vec3> = areas.iter().zip(&potentials).map(own).collect();
-    add_faces(mesh, &shapes, &mut result, |_, corners, shape| {
-        let mean = corners.iter().map(|&v| potentials[v].0).sum::<f64>() / 3.0;
-        shape.area_gradient().map(|by_area| scale(by_area, mean))
-    });
+    let field = Field::new(surface, action)?;
+    let mut result = vec![[0.0; 3]; mesh.vertex_count()];
+    for ((f, corners), shape) in mesh.faces().zip(mesh.triangles()).zip(face_shapes(mesh)?) {
+        let values = field.on_face(mesh, f)?;
+        let mean = mean(&values);
+        let mut own = shape.area_gradient().map(|by_area| scale(by_area, mean));
+        for ((shares, weight), (_, gradient)) in POINTS.iter().zip(values) {
+            let force = scale(gradient, shape.area * weight);
+            (0..3).for_each(|k| own[k] = add(own[k], scale(force, shares[k])));
+        }
+        corners.iter().zip(own).for_each(|(v, own)| result[*v as usize] = add(result[*v as usize], own));
+    }
     Ok(result)
 }

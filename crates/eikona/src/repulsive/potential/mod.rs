@@ -4,6 +4,7 @@
 //! lengths as weights, so a weight means the same at every resolution. Differentials are exact
 //! derivatives of the values.
 
+mod barrier;
 mod boundary;
 mod far_field;
 mod implicit;
@@ -14,6 +15,7 @@ mod surface;
 mod totals;
 mod willmore;
 
+pub(super) use barrier::Barriers;
 pub use implicit::ImplicitSurface;
 pub use obstacle::Obstacle;
 pub use sampled_distance::SampledDistance;
@@ -382,8 +384,8 @@ impl Potential {
     /// [`RepulsiveError::NoFaces`], [`RepulsiveError::Weight`], [`RepulsiveError::PotentialRange`].
     /// [`RepulsiveError::FlatFace`] where areas matter, [`RepulsiveError::Inconsistent`] for
     /// volumes, [`RepulsiveError::NonmanifoldVertex`] for the curvature of the boundary.
-    /// [`RepulsiveError::FaceOnObstacle`], [`RepulsiveError::VertexOnObstacle`],
-    /// [`RepulsiveError::PotentialExponent`], [`RepulsiveError::ImplicitShape`] for what repels or
+    /// [`RepulsiveError::FaceOnObstacle`], [`RepulsiveError::PotentialExponent`],
+    /// [`RepulsiveError::ImplicitShape`] for what repels or
     /// attracts. [`RepulsiveError::Target`], [`RepulsiveError::TargetArea`],
     /// [`RepulsiveError::WrongCount`] for values aimed at. [`RepulsiveError::Numeric`] if an
     /// observer stops it.
@@ -513,6 +515,23 @@ impl Potential {
             _ => {}
         }
         Ok(sums.into_iter().map(|sum| (self.weight * sum).max(0.0)).collect::<Vec<_>>().into())
+    }
+
+    /// The factor of the bi-Laplacian in the second derivative: that of the Willmore energy where
+    /// the Laplacian does not change. Zero for all others.
+    pub(super) fn bending(&self) -> f64 {
+        match self.kind {
+            PotentialKind::Willmore => (2.0 * self.weight).max(0.0),
+            _ => 0.0,
+        }
+    }
+
+    /// The implicit surface that repels; `None` for all others.
+    fn barrier(&self) -> Option<&ImplicitSurface> {
+        match &self.kind {
+            PotentialKind::Implicit { surface, attract: false, .. } if self.weight > 0.0 => Some(surface),
+            _ => None,
+        }
     }
 
     fn check(&self, mesh: &TriangleMesh) -> Result<(), RepulsiveError> {

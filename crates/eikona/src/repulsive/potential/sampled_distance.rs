@@ -94,6 +94,36 @@ impl SampledDistance {
         (value + sign * far, gradient)
     }
 
+    /// The value at the closest point of the box: its sign is that of [`at`](Self::at), and it
+    /// changes by at most [`steepest`](Self::steepest) per length, outside of the box too.
+    pub(super) fn in_box(&self, point: [f64; 3]) -> f64 {
+        self.interpolated([0, 1, 2].map(|k| self.place(k, point[k]))).0
+    }
+
+    /// A bound of the slope: in each cell, derivatives are means of differences along edges.
+    pub(super) fn steepest(&self) -> f64 {
+        let [nx, ny, nz] = self.shape;
+        let value = |i: usize, j: usize, k: usize| self.values[(i * ny + j) * nz + k];
+        let mut steepest = 0.0f64;
+        for i in 0..nx - 1 {
+            for j in 0..ny - 1 {
+                for k in 0..nz - 1 {
+                    let mut slopes = [0.0f64; 3];
+                    for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                        let differences = [
+                            value(i + 1, j + a, k + b) - value(i, j + a, k + b),
+                            value(i + a, j + 1, k + b) - value(i + a, j, k + b),
+                            value(i + a, j + b, k + 1) - value(i + a, j + b, k),
+                        ];
+                        (0..3).for_each(|axis| slopes[axis] = slopes[axis].max(differences[axis].abs()));
+                    }
+                    steepest = steepest.max(norm([0, 1, 2].map(|axis| slopes[axis] / self.spacing[axis])));
+                }
+            }
+        }
+        steepest
+    }
+
     fn place(&self, axis: usize, x: f64) -> Place {
         let cells = self.shape[axis] - 1;
         let along = (x - self.origin[axis]) / self.spacing[axis];
