@@ -52,4 +52,4 @@ pub use pack::{Instructions, Pack, Vectorized, vectorized};
 pub use resources::Resources;
 pub use scalar::Scalar;
 pub use symbolic::Symbolic;
-pub use threads::{for_chunks, side_by_side, together};
+pub use threads::{for_chunks, mapped, side_by_side, together};

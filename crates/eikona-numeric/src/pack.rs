@@ -112,6 +112,25 @@ impl<S: Instructions> Pack<S> {
         Pack { lanes: self.simd.mul_add_e_f64s(self.lanes, factor.lanes, summand.lanes), ..self }
     }
 
+    /// Returns the inverse of each number: infinity for 0.
+    #[inline(always)]
+    pub fn inverse(self) -> Self {
+        let lanes = self.simd.div_f64s(self.simd.splat_f64s(1.0), self.lanes);
+        Pack { lanes, ..self }
+    }
+
+    /// Returns the smaller number of each lane.
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        Pack { lanes: self.simd.min_f64s(self.lanes, other.lanes), ..self }
+    }
+
+    /// Returns the larger number of each lane.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        Pack { lanes: self.simd.max_f64s(self.lanes, other.lanes), ..self }
+    }
+
     /// Returns the inverse of each number, and 0 for 0.
     #[inline(always)]
     pub fn inverse_or_zero(self) -> Self {

@@ -1,6 +1,8 @@
 //! Tasks that run at the same time, under the observer of the thread that starts them.
 
-use crate::observer::CurrentObserver;
+use crate::NumericError;
+use crate::observer::{CurrentObserver, check_stopped};
+use std::sync::{Mutex, PoisonError};
 
 /// Runs all tasks at the same time, the first on this thread, and returns their results in order.
 ///
@@ -23,11 +25,14 @@ pub fn together<R: Send, F: FnOnce() -> R + Send>(tasks: impl IntoIterator<Item 
     })
 }
 
+/// Runs of consecutive chunks that each thread takes, about: some threads may be slower.
+const RUNS: usize = 8;
+
 /// Calls `work` for each chunk of this length (the last may be shorter) of an array, with the
-/// number of the chunk. Each thread takes consecutive chunks.
+/// number of the chunk. Threads take the chunks in runs, in order.
 ///
 /// # Errors
-/// The first error of the work, by number of the chunk at which its thread began.
+/// An error of the work. Other threads may finish their chunks, and take more.
 ///
 /// ```
 /// use eikona_numeric::for_chunks;
@@ -45,13 +50,44 @@ pub fn for_chunks<T: Send, E: Send>(
     length: usize,
     work: impl Fn(usize, &mut [T]) -> Result<(), E> + Sync,
 ) -> Result<(), E> {
-    let length = length.max(1);
-    let share = items.len().div_ceil(length).div_ceil(threads.max(1)).max(1);
-    let work = &work;
-    let tasks = items.chunks_mut(share * length).enumerate().map(|(i, items)| {
-        move || items.chunks_mut(length).enumerate().try_for_each(|(k, chunk)| work(i * share + k, chunk))
-    });
-    together(tasks).into_iter().collect()
+    let (length, threads) = (length.max(1), threads.max(1));
+    let chunks = items.len().div_ceil(length);
+    let run = if threads == 1 { chunks } else { chunks.div_ceil(RUNS * threads) }.max(1);
+    let runs = Mutex::new(items.chunks_mut(run * length).enumerate());
+    let next = || runs.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let task = || {
+        while let Some((i, items)) = next() {
+            items.chunks_mut(length).enumerate().try_for_each(|(k, chunk)| work(i * run + k, chunk))?;
+        }
+        Ok(())
+    };
+    together((0..threads.min(chunks)).map(|_| task)).into_iter().collect()
+}
+
+/// Values per piece of work.
+const PIECE: usize = 256;
+
+/// Returns a function of each number below a bound, in order.
+///
+/// # Errors
+/// [`NumericError::Stopped`].
+///
+/// ```
+/// assert_eq!(eikona_numeric::mapped(2, 4, |i| i * i)?, [0, 1, 4, 9]);
+/// # Ok::<(), eikona_numeric::NumericError>(())
+/// ```
+pub fn mapped<T: Clone + Default + Send>(
+    threads: usize,
+    bound: usize,
+    function: impl Fn(usize) -> T + Sync,
+) -> Result<Vec<T>, NumericError> {
+    let mut values = vec![T::default(); bound];
+    for_chunks(threads, &mut values, PIECE, |piece, values| {
+        check_stopped()?;
+        (piece * PIECE..).zip(values).for_each(|(i, value)| *value = function(i));
+        Ok(())
+    })?;
+    Ok(values)
 }
 
 /// Runs two tasks, at the same time if there are at least two threads.
@@ -80,5 +116,34 @@ fn joined<R>(thread: std::thread::ScopedJoinHandle<'_, R>) -> R {
     match thread.join() {
         Ok(result) => result,
         Err(panic) => std::panic::resume_unwind(panic),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_chunk_is_worked_on_once_by_any_number_of_threads() {
+        for threads in [0, 1, 2, 3, 50] {
+            for count in [0, 1, 7, 100, 1001] {
+                let mut numbers = vec![0; count];
+                for_chunks(threads, &mut numbers, 7, |chunk, numbers| {
+                    numbers.iter_mut().zip(7 * chunk..).for_each(|(x, i)| *x += i);
+                    Ok::<(), ()>(())
+                })
+                .unwrap();
+                assert!(numbers.iter().copied().eq(0..count));
+                assert_eq!(mapped(threads, count, |i| i).unwrap(), numbers);
+            }
+        }
+    }
+
+    #[test]
+    fn an_error_of_any_chunk_is_returned() {
+        for threads in [1, 2, 3] {
+            let fails = |chunk: usize, _: &mut [u8]| if chunk == 80 { Err(chunk) } else { Ok(()) };
+            assert_eq!(for_chunks(threads, &mut [0; 100], 1, fails), Err(80));
+        }
     }
 }

@@ -11,6 +11,20 @@ fn pair(first: [Vec3; 3], second: [Vec3; 3]) -> TriangleMesh {
 }
 
 #[test]
+fn threads_do_not_matter() {
+    let mesh = shapes::linked_rings(2, 0.3, 100, 40).unwrap();
+    let wave = |v: usize| [1.0, 2.0, 3.0].map(|k: f64| 0.4 * (1.7 * k + 0.01 * k * v as f64).sin());
+    let motion: Vec<Vec3> = (0..mesh.vertex_count()).map(wave).collect();
+    let all =
+        |threads| (safe_motion(&mesh, &motion, threads).unwrap(), self_distance(&mesh, threads).unwrap());
+    let (safe, distance) = all(1);
+    assert!(safe.share < 1.0 && safe.contact.is_some() && distance > 0.0);
+    for threads in [2, 3, 7] {
+        assert_eq!(all(threads), (safe, distance));
+    }
+}
+
+#[test]
 fn known_contacts_are_found_at_their_times() {
     // A corner onto a face.
     let mesh = pair([[0., 0., 0.], [9., 0., 0.], [0., 9., 0.]], [[2., 2., 1.], [3., 2., 4.], [2., 3., 4.]]);

@@ -3,7 +3,9 @@
 mod tangent;
 
 use eikona::mesh::{TriangleMesh, Vertex, damage, shapes};
-use eikona::repulsive::{Barycentre, Exponents, Flow, FlowOptions, Growth, Pin, Quantity, RepulsiveError};
+use eikona::repulsive::{
+    Barycentre, Exponents, Flow, FlowOptions, Growth, Pin, Potential, Quantity, RepulsiveError,
+};
 use eikona::spatial::{intersections_with, self_distance, self_intersections};
 use tangent::{moved, together, two_spheres};
 
@@ -87,6 +89,29 @@ fn a_bumpy_sphere_becomes_round() {
     for p in flow.mesh().positions() {
         let away = [0, 1, 2].map(|k| p[k] - centre[k]).iter().map(|x| x * x).sum::<f64>().sqrt();
         assert!((away / radius - 1.0).abs() < 0.05, "{away} {radius}");
+    }
+}
+
+#[test]
+fn threads_do_not_matter() {
+    // Large enough for all that threads share.
+    let mesh = damage::jitter(&shapes::linked_rings(2, 0.3, 100, 40).unwrap(), 0.3, 1).unwrap();
+    let room = moved(&shapes::icosphere(4).unwrap(), |p| p.map(|x| 4.0 * x));
+    let options = FlowOptions::default()
+        .with_keep(vec![Quantity::Area, Quantity::Volume])
+        .with_potentials(vec![Potential::obstacle(1.0, &room, 6.0).unwrap()])
+        .with_obstacle(Some(room));
+    let state = |threads: usize| {
+        let mut flow = Flow::new(&mesh, &options.clone().with_threads(threads)).unwrap();
+        for _ in 0..2 {
+            let step = flow.step().unwrap().unwrap();
+            assert!(step.remeshing.is_some_and(|counts| counts.changed()));
+        }
+        flow.state()
+    };
+    let one = state(1);
+    for threads in [2, 3] {
+        assert!(state(threads) == one, "{threads} threads");
     }
 }
 

@@ -101,7 +101,7 @@ fn surfaces() {
         assert!(self_intersections(&mesh, 2).unwrap().is_empty(), "{what}");
     }
     // A torus whose tube is wider than its hole meets itself.
-    let spindle = shapes::torus(1.0, 0.4, 40, 17).unwrap();
+    let spindle = shapes::torus(1.0, 0.4, 80, 35).unwrap();
     let wide = spindle.positions().iter().map(|&[x, y, z]| {
         let away = x.hypot(y);
         let tube = 1.0 + 3.0 * (away - 1.0);

@@ -75,8 +75,9 @@ fn energy_scales_and_does_not_depend_on_place_or_orientation() {
         let triangles = lay_out(&mesh);
         let sum: f64 = mesh.faces().map(|f| given.density[f] * triangles[f.index()].area).sum();
         assert!((sum / given.value - 1.0).abs() < 1e-13);
-        let on_threads = tangent_point_energy(&mesh, &options.with_threads(3)).unwrap();
-        assert!(on_threads == given);
+        for threads in [2, 3] {
+            assert!(tangent_point_energy(&mesh, &options.with_threads(threads)).unwrap() == given);
+        }
     }
 }
 
@@ -108,7 +109,10 @@ fn clusters_cost_less_than_half_a_percent() {
             let sum: f64 = found.differential.as_slice().iter().map(|d| d[k]).sum();
             assert!(sum.abs() < 1e-11 * norms[0], "{what}: {sum}");
         }
-        assert!(found == tangent_point_energy(&mesh, &options.with_threads(3)).unwrap(), "{what}");
+        for threads in [2, 3] {
+            let other = tangent_point_energy(&mesh, &options.with_threads(threads)).unwrap();
+            assert!(found == other, "{what}");
+        }
     }
     // Exponents below 3, where the kernel is not smooth across the tangent plane.
     let options = EnergyOptions::default().with_exponents(Exponents::of_power(2.5).unwrap());

@@ -18,8 +18,7 @@ pub struct CotanLaplacian {
 impl CotanLaplacian {
     /// Assembles the operator from the layouts of the faces.
     pub fn new(mesh: &TriangleMesh, triangles: &[Triangle]) -> CotanLaplacian {
-        let mut graph =
-            Graph { unknowns: mesh.vertex_count(), pairs: Vec::with_capacity(3 * mesh.face_count()) };
+        let graph = CotanLaplacian::graph_of(mesh);
         let mut matrix = SymmetricMatrix {
             diagonal: vec![0.0; mesh.vertex_count()],
             off_diagonal: Vec::with_capacity(3 * mesh.face_count()),
@@ -28,13 +27,18 @@ impl CotanLaplacian {
             for k in 0..3 {
                 let (i, j) = (corners[k], corners[(k + 1) % 3]);
                 let weight = 0.5 * triangle.cotangent((k + 2) % 3);
-                graph.pairs.push([i, j]);
                 matrix.off_diagonal.push(-weight);
                 matrix.diagonal[i as usize] += weight;
                 matrix.diagonal[j as usize] += weight;
             }
         }
         CotanLaplacian { graph, matrix }
+    }
+
+    /// Returns the pairs of vertices with an entry, which do not depend on positions.
+    pub fn graph_of(mesh: &TriangleMesh) -> Graph {
+        let pairs = mesh.triangles().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        Graph { unknowns: mesh.vertex_count(), pairs: pairs.collect() }
     }
 
     /// Returns the index in `matrix.off_diagonal` of an entry between two vertices, if they share a

@@ -83,22 +83,17 @@ impl Guard {
     }
 
     /// Whether a box meets too many cells.
-    fn fills_grid(&self, (low, high): (Vec3, Vec3)) -> bool {
+    fn fills_grid(&self, (low, high): Bounds) -> bool {
         let cells: f64 = (0..3).map(|k| (high[k] - low[k]) / self.cell + 1.0).product();
         cells > MOST_CELLS || cells.is_nan()
     }
 
-    /// The faces that may meet a box, each once.
-    fn candidates(&self, place: (Vec3, Vec3)) -> Vec<u32> {
-        let mut found = self.large.clone();
-        if self.fills_grid(place) {
-            found.extend(self.buckets.iter().flatten());
-        } else {
-            found.extend(self.cells(place).flat_map(|bucket| &self.buckets[bucket]));
-        }
-        found.sort_unstable();
-        found.dedup();
-        found
+    /// The faces that may meet a box, some of them several times.
+    fn candidates(&self, place: Bounds) -> impl Iterator<Item = u32> {
+        let fills = self.fills_grid(place);
+        let all = fills.then(|| self.buckets.iter()).into_iter().flatten();
+        let near = (!fills).then(|| self.cells(place).map(|bucket| &self.buckets[bucket]));
+        all.chain(near.into_iter().flatten()).flatten().chain(&self.large).copied()
     }
 
     /// Whether the surface can go over from the removed to the added faces without touching others
@@ -109,22 +104,31 @@ impl Guard {
         if added.iter().enumerate().any(itself) {
             return false;
         }
-        let corners: Vec<Vec3> = added.iter().flatten().chain(between.iter().flatten()).copied().collect();
-        let whole = bounds(&corners);
-        let others = self.candidates(whole).into_iter().filter(|f| !removed.contains(f));
-        let mut others = others.filter_map(|f| self.triangle(mesh, f)).filter(|t| meet(bounds(t), whole));
-        others.all(|other| {
+        let added: Vec<_> = added.iter().map(|t| (t, bounds(t))).collect();
+        let between: Vec<_> = between.iter().map(|t| (t, bounds(t))).collect();
+        let places = added.iter().map(|own| own.1).chain(between.iter().map(|own| own.1));
+        let whole = places.fold(NOWHERE, joined);
+        let mut seen = Vec::new();
+        self.candidates(whole).all(|face| {
+            if removed.contains(&face) {
+                return true;
+            }
+            let Some(other) = self.triangle(mesh, face) else { return true };
             let place = bounds(&other);
-            let touches = |t: &[Vec3; 3]| meet(bounds(t), place) && triangles_intersect(*t, other);
-            let holds = |t: &[Vec3; 4]| {
-                meet(bounds(t), place) && other.iter().any(|p| !t.contains(p) && is_in_tetrahedron(*p, *t))
-            };
-            !added.iter().any(touches) && !between.iter().any(holds)
+            // Most candidates are not near; the others are few.
+            if !meet(place, whole) || seen.contains(&face) {
+                return true;
+            }
+            seen.push(face);
+            let holds = |t: &[Vec3; 4]| other.iter().any(|p| !t.contains(p) && is_in_tetrahedron(*p, *t));
+            let touches = |t: &[Vec3; 3]| triangles_intersect(*t, other);
+            !added.iter().any(|(t, own)| meet(*own, place) && touches(t))
+                && !between.iter().any(|(t, own)| meet(*own, place) && holds(t))
         })
     }
 
     /// The buckets of the cells that meet a box.
-    fn cells(&self, (low, high): (Vec3, Vec3)) -> impl Iterator<Item = usize> + use<> {
+    fn cells(&self, (low, high): Bounds) -> impl Iterator<Item = usize> + use<> {
         let cell = self.cell;
         let mask = self.buckets.len() - 1;
         let [first, last] = [low, high].map(|p| p.map(|x| (x / cell).floor() as i64));
@@ -141,12 +145,19 @@ impl Guard {
     }
 }
 
-fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
-    points.iter().fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high), p| {
-        ([0, 1, 2].map(|k| low[k].min(p[k])), [0, 1, 2].map(|k| high[k].max(p[k])))
-    })
+/// The lowest and the highest corner of a box.
+type Bounds = (Vec3, Vec3);
+
+const NOWHERE: Bounds = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+
+fn bounds(points: &[Vec3]) -> Bounds {
+    points.iter().map(|p| (*p, *p)).fold(NOWHERE, joined)
 }
 
-fn meet(a: (Vec3, Vec3), b: (Vec3, Vec3)) -> bool {
+fn joined(a: Bounds, b: Bounds) -> Bounds {
+    ([0, 1, 2].map(|k| a.0[k].min(b.0[k])), [0, 1, 2].map(|k| a.1[k].max(b.1[k])))
+}
+
+fn meet(a: Bounds, b: Bounds) -> bool {
     (0..3).all(|k| a.0[k] <= b.1[k] && b.0[k] <= a.1[k])
 }

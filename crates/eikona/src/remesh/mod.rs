@@ -26,7 +26,7 @@ pub use places::Places;
 
 use changing::Changing;
 use eikona_mesh::{Edge, Face, MeshError, Topology, TriangleMesh, Vertex};
-use eikona_numeric::{NumericError, check_stopped};
+use eikona_numeric::{NumericError, check_stopped, mapped};
 use passes::Passes;
 use places::nearest_from;
 use thiserror::Error;
@@ -130,11 +130,11 @@ pub fn remesh(mesh: &TriangleMesh, sizes: &[f64], options: &RemeshOptions) -> Re
         let positions = smooth::smoothed(mesh, sizes, fixed, options)?;
         state.mesh = state.mesh.with_positions(positions)?;
     }
-    let place = |(p, near): (&[f64; 3], &u32)| {
-        let place = nearest_from(mesh, Face(*near), *p);
+    let place = |vertex: usize| {
+        let place = nearest_from(mesh, Face(state.near[vertex]), state.mesh.positions()[vertex]);
         (place.face.0, place.weights)
     };
-    let places = Places(state.mesh.positions().iter().zip(&state.near).map(place).collect());
+    let places = Places(mapped(options.threads, state.near.len(), place)?);
     let mut number = vec![None; count];
     for (new, &old) in state.origin.iter().enumerate().filter(|(_, old)| (**old as usize) < count) {
         number[old as usize] = Some(Vertex(new as u32));

@@ -1,9 +1,10 @@
 //! Where the vertices of a remeshed surface lie on the original one, and how data follows them.
 
 use super::changing::Vec3;
-use crate::geometry::vector::{add, lerp, scale};
+use crate::geometry::vector::{add, dot, lerp, scale};
 use crate::spatial::{ClosestPoint, closest_point_of_triangle};
 use eikona_mesh::{Face, SurfacePoint, TriangleMesh};
+use eikona_numeric::{NumericError, mapped};
 
 /// The place of each vertex of a remeshed surface on the original one: a face, and barycentric
 /// coordinates in it.
@@ -90,8 +91,18 @@ impl Places {
     }
 
     /// Composes places on a surface with those of its vertices on an original one.
-    pub(crate) fn then(&self, faces: &[[u32; 3]], earlier: &Places, original: &TriangleMesh) -> Places {
-        let of = |&(face, weights): &(u32, [f64; 3])| {
+    ///
+    /// # Errors
+    /// [`NumericError::Stopped`].
+    pub(crate) fn then(
+        &self,
+        faces: &[[u32; 3]],
+        earlier: &Places,
+        original: &TriangleMesh,
+        threads: usize,
+    ) -> Result<Places, NumericError> {
+        let of = |vertex: usize| {
+            let (face, weights) = self.0[vertex];
             let corners = faces[face as usize];
             let heaviest = heaviest(weights);
             let start = earlier.0[corners[heaviest] as usize];
@@ -102,7 +113,7 @@ impl Places {
             let place = nearest_from(original, Face(start.0), p);
             (place.face.0, place.weights)
         };
-        Places(self.0.iter().map(of).collect())
+        Ok(Places(mapped(threads, self.len(), of)?))
     }
 
     fn position(&self, original: &TriangleMesh, vertex: u32) -> Vec3 {
@@ -125,18 +136,32 @@ fn blend<const N: usize>(corners: [[f64; N]; 3], weights: [f64; 3]) -> [f64; N] 
     std::array::from_fn(|k| (0..3).map(|i| weights[i] * corners[i][k]).sum())
 }
 
+/// The squared distance of a point from the box of a triangle.
+fn squared_distance_of_box(p: Vec3, [a, b, c]: [Vec3; 3]) -> f64 {
+    let away = [0, 1, 2].map(|k| {
+        let (low, high) = (a[k].min(b[k]).min(c[k]), a[k].max(b[k]).max(c[k]));
+        (low - p[k]).max(p[k] - high).max(0.0)
+    });
+    dot(away, away)
+}
+
 /// Goes from a face to neighbours that are closer to a point, as long as there are any. Unlike the
 /// closest point of the whole surface, this does not leap to a sheet that happens to be near.
 pub(super) fn nearest_from(mesh: &TriangleMesh, start: Face, p: Vec3) -> ClosestPoint {
-    let at = |face: Face| closest_point_of_triangle(p, mesh.face_positions(face));
     let mut face = start;
-    let (mut weights, mut position, mut squared) = at(face);
+    let (mut weights, mut position, mut squared) = closest_point_of_triangle(p, mesh.face_positions(face));
     loop {
         let here = face;
         for corner in mesh.face_vertices(here).into_iter().flat_map(|v| mesh.vertex_corners(v)) {
-            let other = at(corner.face());
-            if other.2 < squared {
-                (face, (weights, position, squared)) = (corner.face(), other);
+            let other = corner.face();
+            let corners = mesh.face_positions(other);
+            // Most faces around are not close enough.
+            if other == face || squared_distance_of_box(p, corners) > squared {
+                continue;
+            }
+            let found = closest_point_of_triangle(p, corners);
+            if found.2 < squared {
+                (face, (weights, position, squared)) = (other, found);
             }
         }
         if face == here {

@@ -2,10 +2,11 @@
 
 use crate::geometry::vector::{add, cross, dot, norm, scale, sub};
 use crate::repulsive::error::RepulsiveError;
-use eikona_mesh::{TriangleMesh, VertexField};
+use eikona_mesh::{ElementId, Face, TriangleMesh, VertexField};
+use eikona_numeric::mapped;
 
 /// One face as the energy sees it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct FaceDatum {
     pub centroid: [f64; 3],
     pub normal: [f64; 3],
@@ -33,19 +34,23 @@ impl FaceForce {
 /// Returns all faces, with lengths divided by `unit`.
 ///
 /// # Errors
-/// [`RepulsiveError::FlatFace`].
-pub(crate) fn face_data(mesh: &TriangleMesh, unit: f64) -> Result<Vec<FaceDatum>, RepulsiveError> {
-    mesh.faces()
-        .map(|face| {
-            let [a, b, c] = mesh.face_positions(face).map(|p| p.map(|x| x / unit));
-            let doubled = cross(sub(b, a), sub(c, a));
-            let size = norm(doubled);
-            let flat = !(size > 0.0 && size.is_finite());
-            let centroid = scale(add(add(a, b), c), 1.0 / 3.0);
-            let datum = FaceDatum { centroid, normal: scale(doubled, 1.0 / size), area: 0.5 * size };
-            if flat { Err(RepulsiveError::FlatFace { face }) } else { Ok(datum) }
-        })
-        .collect()
+/// [`RepulsiveError::FlatFace`] with the first such face, [`RepulsiveError::Numeric`].
+pub(crate) fn face_data(
+    mesh: &TriangleMesh,
+    unit: f64,
+    threads: usize,
+) -> Result<Vec<FaceDatum>, RepulsiveError> {
+    let data = mapped(threads, mesh.face_count(), |f| {
+        let [a, b, c] = mesh.face_positions(Face::from_index(f)).map(|p| p.map(|x| x / unit));
+        let doubled = cross(sub(b, a), sub(c, a));
+        let size = norm(doubled);
+        let centroid = scale(add(add(a, b), c), 1.0 / 3.0);
+        FaceDatum { centroid, normal: scale(doubled, 1.0 / size), area: 0.5 * size }
+    })?;
+    match data.iter().position(|datum| !(datum.area > 0.0 && datum.area.is_finite())) {
+        Some(f) => Err(RepulsiveError::FlatFace { face: Face::from_index(f) }),
+        None => Ok(data),
+    }
 }
 
 /// Returns the derivatives by the vertices, in the units of [`face_data`].

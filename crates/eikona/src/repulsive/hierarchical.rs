@@ -17,12 +17,12 @@ use crate::repulsive::kernel::{Kernel, Powers};
 use crate::repulsive::leaf_sums::{
     Far, Near, far_density, far_row, fill, near_density, near_row, put_back, take_out,
 };
-use crate::repulsive::moments::{MomentForce, Moments, moments_of, pass_down, radii};
+use crate::repulsive::moments::{MomentForce, Moments, force_of_face, moments_of, pass_down, radii};
 use crate::repulsive::near_contact::NearContact;
 use crate::repulsive::options::Exponents;
 use crate::spatial::{ClusterTree, LEAF_POINTS};
 use eikona_numeric::{
-    Instructions, NumericError, Vectorized, check_step, check_stopped, together, vectorized,
+    Instructions, NumericError, Vectorized, check_stopped, for_chunks, mapped, together, vectorized,
 };
 use std::ops::Range;
 
@@ -53,48 +53,64 @@ impl Interactions {
         faces: &[FaceDatum],
         separation: f64,
         contact: &NearContact,
+        threads: usize,
     ) -> Result<Interactions, NumericError> {
         let centroids: Vec<[f64; 3]> = faces.iter().map(|face| face.centroid).collect();
-        let tree = ClusterTree::new(&centroids);
+        let tree = ClusterTree::on_threads(&centroids, threads);
         check_stopped()?;
         let ordered = tree.in_order(faces);
-        let moments = moments_of(&tree, &ordered);
-        let reach: Vec<f64> =
-            radii(&tree, &ordered, &moments).into_iter().map(|r| (r / separation).powi(2)).collect();
-        check_stopped()?;
+        let moments = moments_of(&tree, &ordered, threads);
+        let reach = radii(&tree, &ordered, &moments, threads)?;
+        let reach = reach.into_iter().map(|r| (r / separation).powi(2)).collect();
         let place_of = if contact.pairs.is_empty() { Vec::new() } else { places_of(&tree) };
-        let mut leaves = Vec::with_capacity(ordered.len().div_ceil(LEAF_POINTS));
-        let mut stack = Vec::new();
-        for (node, cluster) in tree.nodes().iter().enumerate().filter(|(_, cluster)| cluster.is_leaf()) {
-            check_step(leaves.len())?;
-            let own = &ordered[cluster.places()];
-            let (mut low, mut high) = (own[0].centroid, own[0].centroid);
-            for face in own {
-                for k in 0..3 {
-                    low[k] = low[k].min(face.centroid[k]);
-                    high[k] = high[k].max(face.centroid[k]);
-                }
-            }
-            let mut list = LeafList { node: node as u32, ..LeafList::default() };
-            let partners = partners_of(&tree, cluster.places(), contact, &place_of);
-            stack.push(0);
-            while let Some(other) = stack.pop() {
-                let c = moments[other].centre;
-                let away = [0, 1, 2].map(|k| (low[k] - c[k]).max(c[k] - high[k]).max(0.0));
-                if dot(away, away) > reach[other]
-                    && within(&partners, tree.nodes()[other].places()).is_empty()
-                {
-                    list.far.push(other as u32);
-                } else if let Some([first, second]) = tree.children(other) {
-                    stack.extend([second, first]);
-                } else {
-                    list.near.push(other as u32);
-                }
-            }
-            list.leave_out(&tree, &partners);
-            leaves.push(list);
-        }
+        let search = Search { tree: &tree, ordered: &ordered, moments: &moments, reach, contact, place_of };
+        let nodes: Vec<usize> = tree.leaves().collect();
+        let leaves = mapped(threads, nodes.len(), |leaf| search.list_of(nodes[leaf]))?;
         Ok(Interactions { tree, leaves })
+    }
+}
+
+/// What decides which clusters are far from a leaf.
+struct Search<'a> {
+    tree: &'a ClusterTree,
+    ordered: &'a [FaceDatum],
+    moments: &'a [Moments],
+    /// The square of the distance from which on each cluster is far.
+    reach: Vec<f64>,
+    contact: &'a NearContact,
+    place_of: Vec<u32>,
+}
+
+impl Search<'_> {
+    fn list_of(&self, node: usize) -> LeafList {
+        let Search { tree, moments, .. } = self;
+        let places = tree.nodes()[node].places();
+        let own = &self.ordered[places.clone()];
+        let (mut low, mut high) = (own[0].centroid, own[0].centroid);
+        for face in own {
+            for k in 0..3 {
+                low[k] = low[k].min(face.centroid[k]);
+                high[k] = high[k].max(face.centroid[k]);
+            }
+        }
+        let mut list = LeafList { node: node as u32, ..LeafList::default() };
+        let partners = partners_of(tree, places, self.contact, &self.place_of);
+        let mut stack = vec![0];
+        while let Some(other) = stack.pop() {
+            let c = moments[other].centre;
+            let away = [0, 1, 2].map(|k| (low[k] - c[k]).max(c[k] - high[k]).max(0.0));
+            if dot(away, away) > self.reach[other]
+                && within(&partners, tree.nodes()[other].places()).is_empty()
+            {
+                list.far.push(other as u32);
+            } else if let Some([first, second]) = tree.children(other) {
+                stack.extend([second, first]);
+            } else {
+                list.near.push(other as u32);
+            }
+        }
+        list.leave_out(tree, &partners);
+        list
     }
 }
 
@@ -158,7 +174,7 @@ pub(crate) fn hierarchical(
 ) -> Result<Vec<Row>, NumericError> {
     let tree = &interactions.tree;
     let ordered = tree.in_order(faces);
-    let moments = moments_of(tree, &ordered);
+    let moments = moments_of(tree, &ordered, threads);
     check_stopped()?;
     let work = Work { interactions, faces: &ordered, moments: &moments, differential };
     let mut rows = vec![Row::default(); ordered.len()];
@@ -178,22 +194,37 @@ pub(crate) fn hierarchical(
         }
         let finished = done.len();
         done.into_iter().collect::<Result<(), NumericError>>()?;
-        buffers[..finished].iter_mut().for_each(|buffer| total.take(buffer));
+        buffers[..finished].iter_mut().for_each(|buffer| total.take(buffer, threads));
     }
-    let PartnerForces { at_faces, at_clusters } = total;
     if differential {
-        for (row, [x, y, z, area]) in rows.iter_mut().zip(at_faces) {
-            row.force.add(&FaceForce { centroid: [x, y, z], area, ..FaceForce::default() });
-        }
-        pass_down(tree, &ordered, &moments, at_clusters, |place, centroid, area| {
-            rows[place].force.add(&FaceForce { centroid, area, ..FaceForce::default() });
-        });
+        add_partner_forces(&work, total, threads, &mut rows)?;
     }
     let mut result = vec![Row::default(); rows.len()];
     for (row, &face) in rows.into_iter().zip(tree.order()) {
         result[face as usize] = row;
     }
     Ok(result)
+}
+
+/// Adds the derivatives by the partners of leaves to the rows of the faces.
+fn add_partner_forces(
+    work: &Work,
+    sums: PartnerForces,
+    threads: usize,
+    rows: &mut [Row],
+) -> Result<(), NumericError> {
+    let PartnerForces { at_faces, mut at_clusters } = sums;
+    let Interactions { tree, leaves } = work.interactions;
+    pass_down(tree, work.moments, &mut at_clusters, threads);
+    for_chunks(threads, rows, LEAF_POINTS, |leaf, rows| {
+        let node = leaves[leaf].node as usize;
+        for (row, place) in rows.iter_mut().zip(tree.nodes()[node].places()) {
+            let [x, y, z, area] = at_faces[place];
+            row.force.add(&FaceForce { centroid: [x, y, z], area, ..FaceForce::default() });
+            row.force.add(&force_of_face(&at_clusters[node], &work.moments[node], &work.faces[place]));
+        }
+        Ok(())
+    })
 }
 
 #[derive(Clone, Copy)]
@@ -219,16 +250,29 @@ impl PartnerForces {
     }
 
     /// Adds others, which become zero.
-    fn take(&mut self, other: &mut PartnerForces) {
-        for (sum, own) in self.at_faces.iter_mut().zip(&mut other.at_faces) {
+    fn take(&mut self, other: &mut PartnerForces, threads: usize) {
+        moved_into(&mut self.at_faces, &mut other.at_faces, threads, |sum, own| {
             (0..4).for_each(|k| sum[k] += own[k]);
-            *own = [0.0; 4];
-        }
-        for (sum, own) in self.at_clusters.iter_mut().zip(&mut other.at_clusters) {
-            sum.add(own);
-            *own = MomentForce::default();
-        }
+        });
+        moved_into(&mut self.at_clusters, &mut other.at_clusters, threads, MomentForce::add);
     }
+}
+
+fn moved_into<T: Default + Send>(
+    sums: &mut [T],
+    others: &mut [T],
+    threads: usize,
+    add: impl Fn(&mut T, &T) + Copy + Send,
+) {
+    let share = sums.len().div_ceil(threads.max(1)).max(1);
+    together(sums.chunks_mut(share).zip(others.chunks_mut(share)).map(|(sums, others)| {
+        move || {
+            for (sum, other) in sums.iter_mut().zip(others) {
+                add(sum, other);
+                *other = T::default();
+            }
+        }
+    }));
 }
 
 /// Some consecutive leaves, with the rows of their faces.
@@ -380,10 +424,10 @@ mod tests {
                 mesh.with_positions(mesh.positions().iter().enumerate().map(at).collect()).unwrap()
             };
             let exponents = Exponents::new(alpha, beta).unwrap();
-            let faces = face_data(mesh, 1.0).unwrap();
-            let interactions = Interactions::new(&faces, 0.6, &NearContact::default()).unwrap();
+            let faces = face_data(mesh, 1.0, 1).unwrap();
+            let interactions = Interactions::new(&faces, 0.6, &NearContact::default(), 1).unwrap();
             let at = |step: f64, differential: bool| {
-                let faces = face_data(&moved(step), 1.0).unwrap();
+                let faces = face_data(&moved(step), 1.0, 1).unwrap();
                 let rows = hierarchical(&interactions, &faces, exponents, differential, 1).unwrap();
                 (faces, rows)
             };
@@ -408,8 +452,8 @@ mod tests {
     #[test]
     fn all_faces_near_give_the_sum_over_all_pairs() {
         let mesh = shapes::icosphere(2).unwrap();
-        let faces = face_data(&mesh, 1.0).unwrap();
-        let interactions = Interactions::new(&faces, 1e-9, &NearContact::default()).unwrap();
+        let faces = face_data(&mesh, 1.0, 1).unwrap();
+        let interactions = Interactions::new(&faces, 1e-9, &NearContact::default(), 1).unwrap();
         assert_eq!(pairs(&interactions), [320 * 320, 0]);
         let near = hierarchical(&interactions, &faces, Exponents::default(), true, 1).unwrap();
         let all =

@@ -2,8 +2,9 @@
 //! the faces.
 
 use crate::geometry::vector::{add, dot, scale, sub};
-use crate::repulsive::faces::FaceDatum;
+use crate::repulsive::faces::{FaceDatum, FaceForce};
 use crate::spatial::ClusterTree;
+use eikona_numeric::{NumericError, mapped};
 
 /// A symmetric matrix: xx, yy, zz, xy, xz, yz.
 pub(crate) type Symmetric = [f64; 6];
@@ -35,18 +36,14 @@ impl MomentForce {
 }
 
 /// Returns the moments of all clusters of faces in the order of the tree.
-pub(crate) fn moments_of(tree: &ClusterTree, faces: &[FaceDatum]) -> Vec<Moments> {
+pub(crate) fn moments_of(tree: &ClusterTree, faces: &[FaceDatum], threads: usize) -> Vec<Moments> {
     let mut result = vec![Moments::default(); tree.nodes().len()];
-    for node in (0..result.len()).rev() {
-        result[node] = match tree.children(node) {
-            Some(children) => combined(children.map(|child| result[child]).iter()),
-            None => {
-                let points = faces[tree.nodes()[node].places()].iter();
-                let points: Vec<Moments> = points.map(of_face).collect();
-                combined(points.iter())
-            }
+    tree.ascend(&mut result, 1, threads, |node, own, children| {
+        own[0] = match children {
+            Some([first, second]) => combined([first[0], second[0]].into_iter()),
+            None => combined(faces[tree.nodes()[node].places()].iter().map(of_face)),
         };
-    }
+    });
     result
 }
 
@@ -54,7 +51,7 @@ fn of_face(face: &FaceDatum) -> Moments {
     Moments { area: face.area, centre: face.centroid, second: [0.0; 6] }
 }
 
-fn combined<'a>(parts: impl Iterator<Item = &'a Moments> + Clone) -> Moments {
+fn combined(parts: impl Iterator<Item = Moments> + Clone) -> Moments {
     let area: f64 = parts.clone().map(|part| part.area).sum();
     let weighted = parts.clone().fold([0.0; 3], |sum, part| add(sum, scale(part.centre, part.area)));
     let centre = scale(weighted, 1.0 / area);
@@ -78,43 +75,42 @@ fn times([xx, yy, zz, xy, xz, yz]: Symmetric, [x, y, z]: [f64; 3]) -> [f64; 3] {
 }
 
 /// Returns the largest distance of a centroid from the centre of each cluster.
-pub(crate) fn radii(tree: &ClusterTree, faces: &[FaceDatum], moments: &[Moments]) -> Vec<f64> {
-    let radius = |(node, moments): (&crate::spatial::Cluster, &Moments)| {
-        let away = |face: &FaceDatum| {
-            let d = sub(face.centroid, moments.centre);
-            dot(d, d)
-        };
-        faces[node.places()].iter().map(away).fold(0.0, f64::max).sqrt()
-    };
-    tree.nodes().iter().zip(moments).map(radius).collect()
-}
-
-/// Passes derivatives by the moments of clusters on to the faces, as derivatives by centroid and
-/// area.
-pub(crate) fn pass_down(
+///
+/// # Errors
+/// [`NumericError::Stopped`].
+pub(crate) fn radii(
     tree: &ClusterTree,
     faces: &[FaceDatum],
     moments: &[Moments],
-    mut forces: Vec<MomentForce>,
-    mut to_face: impl FnMut(usize, [f64; 3], f64),
-) {
-    for node in 0..forces.len() {
-        let (force, whole) = (forces[node], moments[node]);
-        match tree.children(node) {
-            Some(children) => {
-                for child in children {
-                    let own = part_of(&force, &whole, &moments[child]);
-                    forces[child].add(&own);
-                }
-            }
-            None => {
-                for place in tree.nodes()[node].places() {
-                    let own = part_of(&force, &whole, &of_face(&faces[place]));
-                    to_face(place, own.centre, own.area);
-                }
-            }
+    threads: usize,
+) -> Result<Vec<f64>, NumericError> {
+    mapped(threads, tree.nodes().len(), |node| {
+        radius(&faces[tree.nodes()[node].places()], moments[node].centre)
+    })
+}
+
+/// Returns the largest distance of a centroid from a point.
+pub(crate) fn radius(faces: &[FaceDatum], centre: [f64; 3]) -> f64 {
+    let away = |face: &FaceDatum| {
+        let d = sub(face.centroid, centre);
+        dot(d, d)
+    };
+    faces.iter().map(away).fold(0.0, f64::max).sqrt()
+}
+
+/// Adds to derivatives by the moments of clusters those that come from the clusters around them.
+pub(crate) fn pass_down(tree: &ClusterTree, moments: &[Moments], forces: &mut [MomentForce], threads: usize) {
+    tree.descend(forces, 1, threads, |[node, first, second], force, [at_first, at_second]| {
+        for (child, sum) in [(first, at_first), (second, at_second)] {
+            sum[0].add(&part_of(&force[0], &moments[node], &moments[child]));
         }
-    }
+    });
+}
+
+/// Returns the derivative by a face of a leaf, from that by the moments of the leaf.
+pub(crate) fn force_of_face(force: &MomentForce, leaf: &Moments, face: &FaceDatum) -> FaceForce {
+    let MomentForce { centre, area, .. } = part_of(force, leaf, &of_face(face));
+    FaceForce { centroid: centre, area, ..FaceForce::default() }
 }
 
 /// The derivative by the moments of a part, from that by the moments of the whole.

@@ -54,7 +54,7 @@ impl PairSum {
     /// [`RepulsiveError::NearContact`], [`RepulsiveError::Numeric`].
     pub fn new(mesh: &TriangleMesh, unit: f64, options: &PairSumOptions) -> Result<PairSum, RepulsiveError> {
         let PairSumOptions { exponents, pairs, separation, quadrature, threads } = *options;
-        let faces = face_data(mesh, unit)?;
+        let faces = face_data(mesh, unit, threads)?;
         let contact = match quadrature {
             Quadrature::Midpoint => NearContact::default(),
             Quadrature::Adaptive { separation } => {
@@ -67,7 +67,7 @@ impl PairSum {
             Pairs::All => None,
             Pairs::Hierarchical => {
                 check_separation(separation)?;
-                Some(Interactions::new(&faces, separation, &contact)?)
+                Some(Interactions::new(&faces, separation, &contact, threads)?)
             }
         };
         Ok(PairSum { unit, exponents, threads, contact, interactions })
@@ -87,7 +87,7 @@ impl PairSum {
     /// [`RepulsiveError::FlatFace`], [`RepulsiveError::Touching`], [`RepulsiveError::Numeric`].
     pub fn at<'a>(&self, mesh: &'a TriangleMesh, differential: bool) -> Result<Summed<'a>, RepulsiveError> {
         let PairSum { unit, exponents, threads, contact, .. } = self;
-        let faces = face_data(mesh, *unit)?;
+        let faces = face_data(mesh, *unit, *threads)?;
         let mut rows = match &self.interactions {
             Some(interactions) => hierarchical(interactions, &faces, *exponents, differential, *threads)?,
             None => all_pairs(&faces, *exponents, contact, *threads)?,

@@ -2,22 +2,24 @@
 
 use super::cluster_tree::ClusterTree;
 use crate::geometry::vector::{add, distance, scale};
-use eikona_numeric::{NumericError, check_step, check_stopped, together};
-use std::ops::Range;
+use eikona_numeric::{NumericError, check_stopped, mapped};
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 type Vec3 = [f64; 3];
 
 /// Pairs of triangles.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ClosePairs {
-    /// The lower number first, in increasing order; at most as many as asked for.
+    /// The lower number first, in increasing order; only one of them if there are more than asked
+    /// for.
     pub pairs: Vec<[u32; 2]>,
     /// The number of all pairs, or one that is larger than asked for.
     pub count: usize,
 }
 
 /// The centroid of a triangle and the largest distance of a corner from it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(crate) struct Ball {
     pub centre: Vec3,
     pub radius: f64,
@@ -49,120 +51,106 @@ pub(crate) fn close_pairs(
     most: usize,
     threads: usize,
 ) -> Result<ClosePairs, NumericError> {
-    let search = Search::new(triangles, separation)?;
-    let leaves = search.leaves();
-    let shares = leaves.chunks(leaves.len().div_ceil(threads.max(1)).max(1));
-    let parts = together(shares.map(|leaves| || search.pairs_of(leaves, &counts, most)));
-    let mut all = ClosePairs::default();
-    for part in parts {
-        let part = part?;
-        all.count += part.count;
-        all.pairs.extend(part.pairs);
-    }
-    all.pairs.sort_unstable();
-    all.pairs.truncate(most);
-    Ok(all)
+    let search = Search::new(triangles, separation, threads)?;
+    let count = AtomicUsize::new(0);
+    let parts = search.tree.over_leaves(threads, |leaves| {
+        let mut pairs = Vec::new();
+        search.for_pairs(leaves, &counts, |pair| {
+            pairs.push(pair);
+            if count.fetch_add(1, Relaxed) < most {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
+        })?;
+        Ok(pairs)
+    })?;
+    let count = count.into_inner();
+    // Where the search ended depends on the threads; where it began does not.
+    let mut pairs = if count > most { search.first(&counts)? } else { parts.concat() };
+    pairs.sort_unstable();
+    Ok(ClosePairs { pairs, count })
 }
 
 /// Triangles in a tree.
 struct Search {
     separation: f64,
     tree: ClusterTree,
-    /// Boxes of the clusters.
-    boxes: Vec<Aabb>,
-    /// The largest radius in each cluster.
-    largest: Vec<f64>,
+    clusters: Vec<Extent>,
     /// In the order of the tree.
     balls: Vec<Ball>,
 }
 
+/// The box of a cluster, and the largest radius in it.
+#[derive(Clone, Copy)]
+struct Extent {
+    bounds: Aabb,
+    largest: f64,
+}
+
 impl Search {
-    fn new(triangles: &[[Vec3; 3]], separation: f64) -> Result<Search, NumericError> {
-        let balls: Vec<Ball> = triangles.iter().map(|corners| Ball::of(*corners)).collect();
+    fn new(triangles: &[[Vec3; 3]], separation: f64, threads: usize) -> Result<Search, NumericError> {
+        let balls: Vec<Ball> = mapped(threads, triangles.len(), |f| Ball::of(triangles[f]))?;
         let centres: Vec<Vec3> = balls.iter().map(|ball| ball.centre).collect();
-        check_stopped()?;
-        let tree = ClusterTree::new(&centres);
+        let tree = ClusterTree::on_threads(&centres, threads);
         check_stopped()?;
         let balls = tree.in_order(&balls);
-        let mut boxes = vec![Aabb::EMPTY; tree.nodes().len()];
-        let mut largest = vec![0.0f64; boxes.len()];
-        for node in (0..boxes.len()).rev() {
-            if let Some([a, b]) = tree.children(node) {
-                boxes[node] = boxes[a].including(boxes[b].low).including(boxes[b].high);
-                largest[node] = largest[a].max(largest[b]);
-            } else {
-                for place in tree.nodes()[node].places() {
-                    let corners = triangles[tree.order()[place] as usize];
-                    boxes[node] = corners.iter().fold(boxes[node], |whole, &p| whole.including(p));
-                    largest[node] = largest[node].max(balls[place].radius);
-                }
-            }
-        }
-        Ok(Search { separation, tree, boxes, largest, balls })
-    }
-
-    fn leaves(&self) -> Vec<usize> {
-        (0..self.boxes.len()).filter(|&node| self.tree.nodes()[node].is_leaf()).collect()
-    }
-
-    /// The pairs of triangles of some leaves with triangles at later places. Stops beyond
-    /// `most`.
-    fn pairs_of(
-        &self,
-        leaves: &[usize],
-        counts: impl Fn(usize, usize) -> bool,
-        most: usize,
-    ) -> Result<ClosePairs, NumericError> {
-        let mut found = ClosePairs::default();
-        let mut stack = Vec::new();
-        for (step, &leaf) in leaves.iter().enumerate() {
-            check_step(16 * step)?;
-            let own = self.tree.nodes()[leaf].places();
-            stack.push(0);
-            while let Some(node) = stack.pop() {
-                if found.count > most {
-                    return Ok(found);
-                }
-                let places = self.tree.nodes()[node].places();
-                let largest = self.largest[leaf].max(self.largest[node]);
-                let apart = self.separation * self.boxes[node].distance(&self.boxes[leaf]) >= largest;
-                if places.end <= own.start || apart {
-                    continue;
-                }
-                if let Some(children) = self.tree.children(node) {
-                    stack.extend(children);
-                } else {
-                    self.pairs_between(own.clone(), places, &counts, most, &mut found);
-                }
-            }
-        }
-        Ok(found)
-    }
-
-    fn pairs_between(
-        &self,
-        own: Range<usize>,
-        others: Range<usize>,
-        counts: impl Fn(usize, usize) -> bool,
-        most: usize,
-        found: &mut ClosePairs,
-    ) {
-        for a in own {
-            for b in others.start.max(a + 1)..others.end {
-                let largest = self.balls[a].radius.max(self.balls[b].radius);
-                if self.separation * self.balls[a].gap(&self.balls[b]) >= largest {
-                    continue;
-                }
-                let [s, t] = [a, b].map(|place| self.tree.order()[place]);
-                let [f, g] = [s.min(t), s.max(t)].map(|f| f as usize);
-                if counts(f, g) {
-                    found.count += 1;
-                    if found.pairs.len() < most {
-                        found.pairs.push([f as u32, g as u32]);
+        let mut clusters = vec![Extent { bounds: Aabb::EMPTY, largest: 0.0 }; tree.nodes().len()];
+        tree.ascend(&mut clusters, 1, threads, |node, own, children| {
+            let own = &mut own[0];
+            match children {
+                Some([a, b]) => *own = a[0].joined(&b[0]),
+                None => {
+                    for place in tree.nodes()[node].places() {
+                        let corners = triangles[tree.order()[place] as usize];
+                        own.bounds = corners.iter().fold(own.bounds, |whole, &p| whole.including(p));
+                        own.largest = own.largest.max(balls[place].radius);
                     }
                 }
             }
-        }
+        });
+        Ok(Search { separation, tree, clusters, balls })
+    }
+
+    /// Calls `visit` with the pairs of triangles of some leaves with triangles at later places,
+    /// until it breaks.
+    fn for_pairs(
+        &self,
+        leaves: &[usize],
+        counts: impl Fn(usize, usize) -> bool,
+        mut visit: impl FnMut([u32; 2]) -> ControlFlow<()>,
+    ) -> Result<(), NumericError> {
+        let close = |leaf: usize, node: usize| {
+            let [own, other] = [leaf, node].map(|node| &self.clusters[node]);
+            self.separation * other.bounds.distance(&own.bounds) < own.largest.max(other.largest)
+        };
+        self.tree.for_pairs(leaves, close, |a, b| {
+            let [own, other] = [a, b].map(|place| &self.balls[place]);
+            if self.separation * own.gap(other) >= own.radius.max(other.radius) {
+                return ControlFlow::Continue(());
+            }
+            let [s, t] = [a, b].map(|place| self.tree.order()[place]);
+            let [f, g] = [s.min(t), s.max(t)];
+            if counts(f as usize, g as usize) { visit([f, g]) } else { ControlFlow::Continue(()) }
+        })
+    }
+
+    /// The first pair that is found, if there is one.
+    fn first(&self, counts: impl Fn(usize, usize) -> bool) -> Result<Vec<[u32; 2]>, NumericError> {
+        let leaves: Vec<usize> = self.tree.leaves().collect();
+        let mut first = Vec::new();
+        self.for_pairs(&leaves, counts, |pair| {
+            first.push(pair);
+            ControlFlow::Break(())
+        })?;
+        Ok(first)
+    }
+}
+
+impl Extent {
+    fn joined(&self, other: &Extent) -> Extent {
+        let bounds = self.bounds.including(other.bounds.low).including(other.bounds.high);
+        Extent { bounds, largest: self.largest.max(other.largest) }
     }
 }
 
@@ -189,5 +177,37 @@ impl Aabb {
         let apart =
             [0, 1, 2].map(|k| (other.low[k] - self.high[k]).max(self.low[k] - other.high[k]).max(0.0));
         apart.iter().map(|x| x * x).sum::<f64>().sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spatial::triangle_distance;
+    use eikona_mesh::shapes;
+
+    #[test]
+    fn pairs_do_not_depend_on_the_threads() {
+        let mesh = shapes::icosphere(4).unwrap();
+        let triangles: Vec<[Vec3; 3]> = mesh.faces().map(|f| mesh.face_positions(f)).collect();
+        let apart = |f: usize, g: usize| !mesh.triangles()[f].iter().any(|v| mesh.triangles()[g].contains(v));
+        let find = |most: usize, threads: usize| close_pairs(&triangles, 0.7, apart, most, threads).unwrap();
+        let all = find(usize::MAX, 1);
+        for f in (0..triangles.len()).step_by(100) {
+            for g in f + 1..triangles.len() {
+                let [s, t] = [f, g].map(|f| Ball::of(triangles[f]));
+                let near = |distance: f64| apart(f, g) && 0.7 * distance < s.radius.max(t.radius);
+                let found = all.pairs.binary_search(&[f as u32, g as u32]).is_ok();
+                let distance = triangle_distance(triangles[f], triangles[g]);
+                assert!(if found { near(s.gap(&t)) } else { !near(distance) }, "{f} {g}");
+            }
+        }
+        assert_eq!(all.pairs.len(), all.count);
+        for threads in [2, 3] {
+            assert_eq!(find(all.count, threads).pairs, all.pairs);
+            let first = find(all.count - 1, threads);
+            assert!(first.count >= all.count);
+            assert_eq!((first.pairs.len(), &first.pairs), (1, &find(5, 1).pairs));
+        }
     }
 }

@@ -14,7 +14,8 @@ use crate::geometry::vector::{add, distance, dot, scale, sub};
 use crate::spatial::closest::{closest_point_of_triangle, segment_distance, triangle_distance};
 use crate::spatial::cluster_tree::ClusterTree;
 use eikona_mesh::{Edge, Face, TriangleMesh, Vertex};
-use eikona_numeric::{NumericError, check_step, check_stopped, together};
+use eikona_numeric::{NumericError, check_step, check_stopped, mapped};
+use std::ops::ControlFlow;
 
 type Vec3 = [f64; 3];
 
@@ -188,10 +189,9 @@ fn first_contact(
     motion: &[Vec3],
     threads: usize,
 ) -> Result<SafeMotion, NumericError> {
-    let sweep = Sweep::new(mesh, moving, motion)?;
+    let sweep = Sweep::new(mesh, moving, motion, threads)?;
     let mut first = SafeMotion { share: 1.0, contact: None };
-    for found in together(sweep.shares(threads).map(|leaves| || sweep.first_contact(leaves))) {
-        let found = found?;
+    for found in sweep.tree.over_leaves(threads, |leaves| sweep.first_contact(leaves))? {
         if found.share < first.share {
             first = found;
         }
@@ -208,9 +208,8 @@ pub(crate) fn contacts(
     motion: &[Vec3],
     threads: usize,
 ) -> Result<Vec<Contact>, NumericError> {
-    let sweep = Sweep::new(mesh, moving, motion)?;
-    let parts = together(sweep.shares(threads).map(|leaves| || sweep.contacts(leaves)));
-    Ok(parts.into_iter().collect::<Result<Vec<_>, NumericError>>()?.concat())
+    let sweep = Sweep::new(mesh, moving, motion, threads)?;
+    Ok(sweep.tree.over_leaves(threads, |leaves| sweep.contacts(leaves))?.concat())
 }
 
 /// Returns the smallest distance of two faces that share no vertex; infinite if all do.
@@ -232,17 +231,14 @@ pub(crate) fn contacts(
 /// ```
 pub fn self_distance(mesh: &TriangleMesh, threads: usize) -> Result<f64, NumericError> {
     let still = vec![[0.0; 3]; mesh.vertex_count()];
-    let sweep = Sweep::new(mesh, mesh.face_count(), &still)?;
-    let mut least = f64::INFINITY;
-    for found in together(sweep.shares(threads).map(|leaves| || sweep.least_distance(leaves))) {
-        least = least.min(found?);
-    }
-    Ok(least)
+    let sweep = Sweep::new(mesh, mesh.face_count(), &still, threads)?;
+    let found = sweep.tree.over_leaves(threads, |leaves| sweep.least_distance(leaves))?;
+    Ok(found.into_iter().fold(f64::INFINITY, f64::min))
 }
 
 /// A box around points at the start, and the range of their motions. Two boxes that move alike do
 /// not meet, however far they go.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct MovingBox {
     low: Vec3,
     high: Vec3,
@@ -300,8 +296,7 @@ pub(super) struct Sweep<'a> {
     /// The first faces move; pairs of others do not count.
     moving: usize,
     motion: &'a [Vec3],
-    tree: ClusterTree,
-    leaves: Vec<usize>,
+    pub tree: ClusterTree,
     /// Boxes of the clusters.
     boxes: Vec<MovingBox>,
     /// Boxes of the faces, in the order of the tree.
@@ -309,32 +304,34 @@ pub(super) struct Sweep<'a> {
 }
 
 impl<'a> Sweep<'a> {
-    pub fn new(mesh: &'a TriangleMesh, moving: usize, motion: &'a [Vec3]) -> Result<Sweep<'a>, NumericError> {
+    pub fn new(
+        mesh: &'a TriangleMesh,
+        moving: usize,
+        motion: &'a [Vec3],
+        threads: usize,
+    ) -> Result<Sweep<'a>, NumericError> {
         let middle = |f: Face| {
             let corners = mesh.face_vertices(f).map(|v| at(mesh, motion, v, 0.5));
             scale(add(add(corners[0], corners[1]), corners[2]), 1.0 / 3.0)
         };
-        let centroids: Vec<Vec3> = mesh.faces().map(middle).collect();
-        check_stopped()?;
-        let tree = ClusterTree::new(&centroids);
-        check_stopped()?;
-        let of_face = |f: &u32| {
-            let corners = mesh.face_vertices(Face(*f));
+        let centroids: Vec<Vec3> = mapped(threads, mesh.face_count(), |f| middle(Face(f as u32)))?;
+        let tree = ClusterTree::on_threads(&centroids, threads);
+        let of_face = |place: usize| {
+            let corners = mesh.face_vertices(Face(tree.order()[place]));
             corners
                 .iter()
                 .fold(MovingBox::EMPTY, |whole, &v| whole.including(mesh.position(v), motion[v.index()]))
         };
-        let faces: Vec<MovingBox> = tree.order().iter().map(of_face).collect();
+        let faces: Vec<MovingBox> = mapped(threads, mesh.face_count(), of_face)?;
         let mut boxes = vec![MovingBox::EMPTY; tree.nodes().len()];
-        for node in (0..boxes.len()).rev() {
-            boxes[node] = match tree.children(node) {
-                Some([a, b]) => boxes[a].joined(&boxes[b]),
+        tree.ascend(&mut boxes, 1, threads, |node, own, children| {
+            own[0] = match children {
+                Some([a, b]) => a[0].joined(&b[0]),
                 None => faces[tree.nodes()[node].places()].iter().fold(MovingBox::EMPTY, |w, f| w.joined(f)),
             };
-        }
+        });
         check_stopped()?;
-        let leaves = (0..boxes.len()).filter(|&node| tree.nodes()[node].is_leaf()).collect();
-        Ok(Sweep { mesh, moving, motion, tree, leaves, boxes, faces })
+        Ok(Sweep { mesh, moving, motion, tree, boxes, faces })
     }
 
     fn moves(&self, place: usize) -> bool {
@@ -344,11 +341,6 @@ impl<'a> Sweep<'a> {
     /// The face at a place.
     pub fn face(&self, place: usize) -> Face {
         Face(self.tree.order()[place])
-    }
-
-    /// The leaves, divided among threads.
-    pub fn shares(&self, threads: usize) -> impl Iterator<Item = &[usize]> {
-        self.leaves.chunks(self.leaves.len().div_ceil(threads.max(1)).max(1))
     }
 
     /// The first contact of the faces of some leaves with faces at later places.
@@ -385,30 +377,13 @@ impl<'a> Sweep<'a> {
         leaves: &[usize],
         mut visit: impl FnMut(usize, usize),
     ) -> Result<(), NumericError> {
-        let mut stack = Vec::new();
-        for (step, &leaf) in leaves.iter().enumerate() {
-            check_step(16 * step)?;
-            let own = self.tree.nodes()[leaf].places();
-            stack.push(0);
-            while let Some(node) = stack.pop() {
-                let cluster = self.tree.nodes()[node];
-                if cluster.places().end <= own.start || !self.boxes[node].meets(&self.boxes[leaf]) {
-                    continue;
-                }
-                if let Some(children) = self.tree.children(node) {
-                    stack.extend(children);
-                    continue;
-                }
-                for a in own.clone() {
-                    for b in cluster.places().filter(|&b| b > a && self.faces[a].meets(&self.faces[b])) {
-                        if self.moves(a) || self.moves(b) {
-                            visit(a, b);
-                        }
-                    }
-                }
+        let meet = |leaf: usize, node: usize| self.boxes[node].meets(&self.boxes[leaf]);
+        self.tree.for_pairs(leaves, meet, |a, b| {
+            if self.faces[a].meets(&self.faces[b]) && (self.moves(a) || self.moves(b)) {
+                visit(a, b);
             }
-        }
-        Ok(())
+            ControlFlow::Continue(())
+        })
     }
 
     /// The least distance of the faces of some leaves from faces that share no vertex with them.

@@ -3,7 +3,7 @@
 use super::collision::{Sweep, joined};
 use crate::geometry::vector::{cross, sub};
 use eikona_mesh::{ElementId, Face, TriangleMesh};
-use eikona_numeric::{NumericError, together};
+use eikona_numeric::NumericError;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
 type Vec3 = [f64; 3];
@@ -74,7 +74,7 @@ fn pairs_of(
     threads: usize,
 ) -> Result<Vec<[Face; 2]>, NumericError> {
     let still = vec![[0.0; 3]; mesh.vertex_count()];
-    let sweep = Sweep::new(mesh, mesh.face_count(), &still)?;
+    let sweep = Sweep::new(mesh, mesh.face_count(), &still, threads)?;
     let found = |leaves: &[usize]| {
         let mut pairs = Vec::new();
         sweep.for_pairs(leaves, |a, b| {
@@ -85,9 +85,7 @@ fn pairs_of(
         })?;
         Ok(pairs)
     };
-    let parts = together(sweep.shares(threads).map(|leaves| || found(leaves)));
-    let parts: Vec<Vec<[Face; 2]>> = parts.into_iter().collect::<Result<_, NumericError>>()?;
-    let mut pairs = parts.concat();
+    let mut pairs = sweep.tree.over_leaves(threads, found)?.concat();
     pairs.sort_unstable();
     Ok(pairs)
 }
@@ -132,14 +130,14 @@ pub(crate) fn is_in_tetrahedron(p: Vec3, [a, b, c, d]: [Vec3; 4]) -> bool {
 
 /// Six times the signed volume of a tetrahedron, with the exact sign.
 fn orient(a: Vec3, b: Vec3, c: Vec3, d: Vec3) -> f64 {
-    let [a, b, c, d] = [a, b, c, d].map(|[x, y, z]| Coord3D { x, y, z });
-    orient3d(a, b, c, d)
+    let coord = |[x, y, z]: Vec3| Coord3D { x, y, z };
+    orient3d(coord(a), coord(b), coord(c), coord(d))
 }
 
 /// Twice the signed area of a triangle seen along an axis, with the exact sign.
 fn flat(axis: usize, a: Vec3, b: Vec3, c: Vec3) -> f64 {
-    let [a, b, c] = [a, b, c].map(|p| Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] });
-    orient2d(a, b, c)
+    let coord = |p: Vec3| Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] };
+    orient2d(coord(a), coord(b), coord(c))
 }
 
 fn has_no_area([a, b, c]: [Vec3; 3]) -> bool {

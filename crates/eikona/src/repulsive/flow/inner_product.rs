@@ -108,7 +108,7 @@ impl Flow {
 
     fn fractional_inner_product(&mut self) -> Result<InnerProduct, RepulsiveError> {
         let unit = self.current.unit;
-        let faces = face_data(&self.mesh, unit)?;
+        let faces = face_data(&self.mesh, unit, self.options.threads)?;
         let pinned = self.pinned();
         let analysis = self.analysis.as_ref();
         let preconditioner = Preconditioner::new(&self.mesh, unit, self.options.threads, analysis, &pinned)?;

@@ -59,7 +59,8 @@ impl Flow {
         let sizes = self.edge_lengths(moved);
         let done = remesh(moved, &sizes, &options).map_err(RepulsiveError::from_remeshing)?;
         let mut memory = memory.clone();
-        memory.places = done.places.then(moved.triangles(), &self.memory.places, &self.start);
+        let threads = self.options.threads;
+        memory.places = done.places.then(moved.triangles(), &self.memory.places, &self.start, threads)?;
         let component = |v| self.memory.components[done.places.near_vertex(moved, v) as usize];
         memory.components = (0..done.mesh.vertex_count()).map(component).collect();
         memory.pins.iter_mut().zip(&done.fixed).for_each(|(pin, v)| pin.0 = v.0);

@@ -4,17 +4,24 @@ use crate::geometry::vector::{cross, scale, sub};
 use crate::repulsive::faces::FaceDatum;
 use crate::spatial::ClusterTree;
 use eikona_mesh::TriangleMesh;
+use eikona_numeric::{NumericError, check_stopped, for_chunks};
+
+type Vec3 = [f64; 3];
+
+/// Faces or vertices per unit of work.
+const CHUNK: usize = 256;
 
 /// The faces of a mesh in the order of a tree.
 pub(super) struct Elements {
     /// Vertices of each face.
     corners: Vec<[u32; 3]>,
     /// The gradient of the hat function of each corner, times the area.
-    hats: Vec<[[f64; 3]; 3]>,
+    hats: Vec<[Vec3; 3]>,
     areas: Vec<f64>,
     /// The corners at each vertex, as three times the place of the face plus the corner in it.
     at_vertex: Vec<u32>,
     starts: Vec<u32>,
+    threads: usize,
 }
 
 /// The gradients of the three coordinates of a vector field on a face, one after the other.
@@ -25,7 +32,13 @@ pub(super) type Mean = [f64; 3];
 
 impl Elements {
     /// `faces` are in the order of the tree, with lengths divided by `unit`.
-    pub fn new(mesh: &TriangleMesh, unit: f64, tree: &ClusterTree, faces: &[FaceDatum]) -> Elements {
+    pub fn new(
+        mesh: &TriangleMesh,
+        unit: f64,
+        tree: &ClusterTree,
+        faces: &[FaceDatum],
+        threads: usize,
+    ) -> Elements {
         let corners = tree.in_order(mesh.triangles());
         let hat = |(corners, face): (&[u32; 3], &FaceDatum)| {
             let [a, b, c] = corners.map(|v| mesh.positions()[v as usize].map(|x| x / unit));
@@ -43,7 +56,7 @@ impl Elements {
             starts.push(at_vertex.len() as u32);
         }
         let areas = faces.iter().map(|face| face.area).collect();
-        Elements { corners, hats, areas, at_vertex, starts }
+        Elements { corners, hats, areas, at_vertex, starts, threads }
     }
 
     /// Returns the number of vertices.
@@ -52,79 +65,110 @@ impl Elements {
     }
 
     /// Returns the gradients of some vector fields, times the areas: those of a face together.
-    pub fn gradients(&self, fields: &[Vec<[f64; 3]>]) -> Vec<Gradient> {
-        let mut result = Vec::with_capacity(self.corners.len() * fields.len());
-        for (corners, hats) in self.corners.iter().zip(&self.hats) {
-            for field in fields {
-                let mut gradient = [0.0; 9];
-                for (&v, hat) in corners.iter().zip(hats) {
-                    let x = field[v as usize];
-                    for c in 0..3 {
-                        for k in 0..3 {
-                            gradient[3 * c + k] += x[c] * hat[k];
-                        }
+    pub fn gradients(&self, fields: &[&[Vec3]]) -> Result<Vec<Gradient>, NumericError> {
+        self.on_faces(fields, |place, corners| {
+            let mut gradient = [0.0; 9];
+            for (x, hat) in corners.into_iter().zip(&self.hats[place]) {
+                for c in 0..3 {
+                    for k in 0..3 {
+                        gradient[3 * c + k] += x[c] * hat[k];
                     }
                 }
-                result.push(gradient);
             }
-        }
-        result
+            gradient
+        })
     }
 
     /// Returns the means of some vector fields on the faces, times the areas.
-    pub fn means(&self, fields: &[Vec<[f64; 3]>]) -> Vec<Mean> {
-        let mut result = Vec::with_capacity(self.corners.len() * fields.len());
-        for (corners, area) in self.corners.iter().zip(&self.areas) {
-            for field in fields {
-                let [a, b, c] = corners.map(|v| field[v as usize]);
-                result.push([0, 1, 2].map(|k| (a[k] + b[k] + c[k]) * (area / 3.0)));
-            }
-        }
-        result
+    pub fn means(&self, fields: &[&[Vec3]]) -> Result<Vec<Mean>, NumericError> {
+        self.on_faces(fields, |place, [a, b, c]| {
+            [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) * (self.areas[place] / 3.0))
+        })
     }
 
     /// Adds `factor` times the transpose of [`gradients`](Self::gradients).
-    pub fn add_divergences(&self, gradients: &[Gradient], factor: f64, fields: &mut [Vec<[f64; 3]>]) {
+    pub fn add_divergences(
+        &self,
+        gradients: &[Gradient],
+        factor: f64,
+        fields: &mut [Vec<Vec3>],
+    ) -> Result<(), NumericError> {
         let many = fields.len();
-        for (k, field) in fields.iter_mut().enumerate() {
-            for (v, sum) in field.iter_mut().enumerate() {
-                for corner in &self.at_vertex[self.starts[v] as usize..self.starts[v + 1] as usize] {
-                    let (place, corner) = ((corner / 3) as usize, (corner % 3) as usize);
-                    let (g, [x, y, z]) = (&gradients[place * many + k], self.hats[place][corner]);
-                    for c in 0..3 {
-                        sum[c] += factor * (x * g[3 * c] + y * g[3 * c + 1] + z * g[3 * c + 2]);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Adds, at the corners of each face, the deviation from the mean on the face, times a power of
-    /// the area.
-    pub fn add_deviations(&self, power: f64, fields: &[Vec<[f64; 3]>], result: &mut [Vec<[f64; 3]>]) {
-        for (corners, area) in self.corners.iter().zip(&self.areas) {
-            let weight = area.powf(power);
-            for (field, result) in fields.iter().zip(&mut *result) {
-                let own = corners.map(|v| field[v as usize]);
-                let mean = [0, 1, 2].map(|k| (own[0][k] + own[1][k] + own[2][k]) / 3.0);
-                for (&v, own) in corners.iter().zip(own) {
-                    (0..3).for_each(|k| result[v as usize][k] += weight * (own[k] - mean[k]));
-                }
-            }
-        }
+        self.at_vertices(fields, |field, _, place, corner| {
+            let (g, [x, y, z]) = (&gradients[place * many + field], self.hats[place][corner]);
+            [0, 3, 6].map(|c| factor * (x * g[c] + y * g[c + 1] + z * g[c + 2]))
+        })
     }
 
     /// Adds `factor` times the transpose of [`means`](Self::means).
-    pub fn add_means(&self, means: &[Mean], factor: f64, fields: &mut [Vec<[f64; 3]>]) {
+    pub fn add_means(
+        &self,
+        means: &[Mean],
+        factor: f64,
+        fields: &mut [Vec<Vec3>],
+    ) -> Result<(), NumericError> {
         let many = fields.len();
-        for (k, field) in fields.iter_mut().enumerate() {
-            for (v, sum) in field.iter_mut().enumerate() {
-                for corner in &self.at_vertex[self.starts[v] as usize..self.starts[v + 1] as usize] {
-                    let place = (corner / 3) as usize;
-                    let share = factor * self.areas[place] / 3.0;
-                    (0..3).for_each(|c| sum[c] += share * means[place * many + k][c]);
+        self.at_vertices(fields, |field, _, place, _| {
+            let share = factor * self.areas[place] / 3.0;
+            means[place * many + field].map(|x| share * x)
+        })
+    }
+
+    /// Adds, at the corners of each face, the deviation from the mean on the face, times the weight
+    /// of the face.
+    pub fn add_deviations(
+        &self,
+        weights: &[f64],
+        fields: &[&[Vec3]],
+        result: &mut [Vec<Vec3>],
+    ) -> Result<(), NumericError> {
+        let many = fields.len();
+        let means = self.on_faces(fields, |_, [a, b, c]| [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0))?;
+        self.at_vertices(result, |field, v, place, _| {
+            sub(fields[field][v], means[place * many + field]).map(|x| weights[place] * x)
+        })
+    }
+
+    /// Returns a function of each face and of its corners' values in some fields: the values of a
+    /// face together.
+    fn on_faces<const N: usize>(
+        &self,
+        fields: &[&[Vec3]],
+        function: impl Fn(usize, [Vec3; 3]) -> [f64; N] + Sync,
+    ) -> Result<Vec<[f64; N]>, NumericError> {
+        let many = fields.len();
+        let mut result = vec![[0.0; N]; self.corners.len() * many];
+        for_chunks(self.threads, &mut result, CHUNK * many, |chunk, result| {
+            check_stopped()?;
+            for (place, own) in (chunk * CHUNK..).zip(result.chunks_mut(many)) {
+                for (own, field) in own.iter_mut().zip(fields) {
+                    *own = function(place, self.corners[place].map(|v| field[v as usize]));
                 }
             }
+            Ok::<(), NumericError>(())
+        })?;
+        Ok(result)
+    }
+
+    /// Adds a function of the number of the field, the vertex, and the place and corner of the face
+    /// over all faces at the vertex.
+    fn at_vertices(
+        &self,
+        fields: &mut [Vec<Vec3>],
+        function: impl Fn(usize, usize, usize, usize) -> Vec3 + Sync,
+    ) -> Result<(), NumericError> {
+        for (number, field) in fields.iter_mut().enumerate() {
+            for_chunks(self.threads, field, CHUNK, |chunk, sums| {
+                check_stopped()?;
+                for (v, sum) in (chunk * CHUNK..).zip(sums) {
+                    for corner in &self.at_vertex[self.starts[v] as usize..self.starts[v + 1] as usize] {
+                        let own = function(number, v, (corner / 3) as usize, (corner % 3) as usize);
+                        (0..3).for_each(|c| sum[c] += own[c]);
+                    }
+                }
+                Ok::<(), NumericError>(())
+            })?;
         }
+        Ok(())
     }
 }

@@ -7,7 +7,8 @@ use crate::repulsive::moments::{Moments, Symmetric};
 use crate::repulsive::options::Exponents;
 use crate::spatial::{ClusterTree, LEAF_POINTS};
 use eikona_numeric::{
-    Instructions, NumericError, Pack, Vectorized, check_step, check_stopped, for_chunks, together, vectorized,
+    CompressedRows, Instructions, NumericError, Pack, Vectorized, check_step, check_stopped, for_chunks,
+    together, vectorized,
 };
 
 /// Entries of a near block: column by column, so that the faces of a leaf fill vectors.
@@ -123,42 +124,20 @@ impl KernelMatrices {
         kernels: Kernels,
         threads: usize,
     ) -> Result<KernelMatrices, NumericError> {
-        let near = partition.near.items().len() * BLOCK;
-        let [mut high, mut low, mut fractional] = [(); 3].map(|()| vec![0f32; near]);
-        check_stopped()?;
-        let leaves = partition.leaves.len();
-        let share = leaves.div_ceil(threads.max(1)).max(1);
-        let mut tasks = Vec::new();
-        let (mut rest_high, mut rest_low, mut rest_fractional) =
-            (high.as_mut_slice(), low.as_mut_slice(), fractional.as_mut_slice());
-        for start in (0..leaves).step_by(share) {
-            let leaves = start..leaves.min(start + share);
-            let starts = partition.near.starts();
-            let length = (starts[leaves.end] - starts[leaves.start]) as usize * BLOCK;
-            let (high, rest) = std::mem::take(&mut rest_high).split_at_mut(length);
-            rest_high = rest;
-            let (low, rest) = std::mem::take(&mut rest_low).split_at_mut(length);
-            rest_low = rest;
-            let (fractional, rest) = std::mem::take(&mut rest_fractional).split_at_mut(length);
-            rest_fractional = rest;
-            tasks.push(move || near_blocks(partition, faces, kernels, leaves, [high, low, fractional]));
-        }
-        together(tasks).into_iter().collect::<Result<(), NumericError>>()?;
-        let projectors = mean_projectors(tree, faces, moments);
-        let mut far = [(); 3].map(|()| Vec::with_capacity(partition.far.items().len()));
-        for node in 0..tree.nodes().len() {
-            for &other in partition.far.row(node) {
+        let near = filled(&partition.near, BLOCK, threads, |leaf, near, entries| {
+            vectorized(Blocks { faces, kernels, leaf, near, entries });
+        })?;
+        let projectors = mean_projectors(tree, faces, moments, threads);
+        let far = filled(&partition.far, 1, threads, |node, row, [high, low, fractional]| {
+            for (i, &other) in row.iter().enumerate() {
                 let other = other as usize;
                 let v = sub(moments[node].centre, moments[other].centre);
                 let squared = dot(v, v);
-                let [own_high, own_fractional] = kernels.at(squared);
                 let out = in_plane(&projectors[node], v) + in_plane(&projectors[other], v);
-                far[0].push(own_high);
-                far[1].push(0.5 * out / (squared * squared) * own_high);
-                far[2].push(own_fractional);
+                [high[i], fractional[i]] = kernels.at(squared);
+                low[i] = 0.5 * out / (squared * squared) * high[i];
             }
-        }
-        check_stopped()?;
+        })?;
         let areas: Vec<[f64; 1]> = faces.iter().map(|face| [face.area]).collect();
         let matrix = |near: Vec<f32>, far: Vec<f64>| -> Result<KernelMatrix, NumericError> {
             let mut matrix = KernelMatrix { near, far, row_sums: vec![0.0; faces.len()] };
@@ -166,7 +145,7 @@ impl KernelMatrices {
             matrix.row_sums = sums.iter().zip(faces).map(|([sum], face)| -sum / face.area).collect();
             Ok(matrix)
         };
-        let [far_high, far_low, far_fractional] = far;
+        let ([high, low, fractional], [far_high, far_low, far_fractional]) = (near, far);
         Ok(KernelMatrices {
             high: matrix(high, far_high)?,
             low: matrix(low, far_low)?,
@@ -175,20 +154,61 @@ impl KernelMatrices {
     }
 }
 
+/// Returns three arrays with `size` entries per item of the rows, which `fill` writes row by row.
+fn filled<T: Clone + Default + Send>(
+    rows: &CompressedRows<u32>,
+    size: usize,
+    threads: usize,
+    fill: impl Fn(usize, &[u32], [&mut [T]; 3]) + Sync,
+) -> Result<[Vec<T>; 3], NumericError> {
+    let (starts, items) = (rows.starts(), rows.items().len());
+    let mut arrays = [(); 3].map(|()| vec![T::default(); items * size]);
+    check_stopped()?;
+    let mut rest = arrays.each_mut().map(|array| &mut array[..]);
+    let share = items.div_ceil(threads.max(1)).max(1);
+    let (mut tasks, mut row, last) = (Vec::new(), 0, starts.len() - 1);
+    while row < last {
+        let end = starts.partition_point(|start| (*start as usize) < starts[row] as usize + share).min(last);
+        let own = row..if starts[end] as usize == items { last } else { end };
+        row = own.end;
+        let mut entries = rest.each_mut().map(|rest| {
+            let length = (starts[own.end] - starts[own.start]) as usize * size;
+            rest.split_off_mut(..length).unwrap_or_default()
+        });
+        let fill = &fill;
+        tasks.push(move || {
+            for row in own {
+                check_step(64 * row)?;
+                let items = rows.row(row);
+                let own = entries.each_mut().map(|entries| entries.split_off_mut(..items.len() * size));
+                fill(row, items, own.map(Option::unwrap_or_default));
+            }
+            Ok(())
+        });
+    }
+    together(tasks).into_iter().collect::<Result<(), NumericError>>()?;
+    Ok(arrays)
+}
+
 /// `v^T P v`
 fn in_plane([xx, yy, zz, xy, xz, yz]: &Symmetric, [x, y, z]: [f64; 3]) -> f64 {
     xx * x * x + yy * y * y + zz * z * z + 2.0 * (xy * x * y + xz * x * z + yz * y * z)
 }
 
 /// The mean of `n n^T` over each cluster.
-fn mean_projectors(tree: &ClusterTree, faces: &[FaceDatum], moments: &[Moments]) -> Vec<Symmetric> {
+fn mean_projectors(
+    tree: &ClusterTree,
+    faces: &[FaceDatum],
+    moments: &[Moments],
+    threads: usize,
+) -> Vec<Symmetric> {
     let mut sums = vec![[0.0; 6]; moments.len()];
-    for node in (0..sums.len()).rev() {
-        let mut sum = [0.0; 6];
-        match tree.children(node) {
+    tree.ascend(&mut sums, 1, threads, |node, own, children| {
+        let sum = &mut own[0];
+        match children {
             Some(children) => {
                 for child in children {
-                    (0..6).for_each(|k| sum[k] += sums[child][k]);
+                    (0..6).for_each(|k| sum[k] += child[0][k]);
                 }
             }
             None => {
@@ -199,34 +219,9 @@ fn mean_projectors(tree: &ClusterTree, faces: &[FaceDatum], moments: &[Moments])
                 }
             }
         }
-        sums[node] = sum;
-    }
+    });
     sums.iter_mut().zip(moments).for_each(|(sum, own)| sum.iter_mut().for_each(|x| *x /= own.area));
     sums
-}
-
-/// Fills the near blocks of some leaves.
-fn near_blocks(
-    partition: &Partition,
-    faces: &[FaceDatum],
-    kernels: Kernels,
-    leaves: std::ops::Range<usize>,
-    mut entries: [&mut [f32]; 3],
-) -> Result<(), NumericError> {
-    for (step, leaf) in leaves.enumerate() {
-        if step % 16 == 0 {
-            check_stopped()?;
-        }
-        let near = partition.near.row(leaf);
-        let length = near.len() * BLOCK;
-        let own = entries.each_mut().map(|entries| {
-            let (own, rest) = std::mem::take(entries).split_at_mut(length);
-            *entries = rest;
-            own
-        });
-        vectorized(Blocks { faces, kernels, leaf, near, entries: own });
-    }
-    Ok(())
 }
 
 /// The near blocks of a leaf.
@@ -329,27 +324,19 @@ impl KernelMatrix {
     ) -> Result<Vec<[f64; N]>, NumericError> {
         let nodes = tree.nodes().len();
         let add = |sum: &mut [f64; N], own: &[f64; N]| (0..N).for_each(|c| sum[c] += own[c]);
+        let add_all = |sums: &mut [[f64; N]], others: &[[f64; N]]| {
+            sums.iter_mut().zip(others).for_each(|(sum, own)| add(sum, own));
+        };
         let mut sums = vec![[0.0; N]; nodes * many];
-        for node in (0..nodes).rev() {
-            match tree.children(node) {
-                Some(children) => {
-                    let (before, after) = sums.split_at_mut((node + 1) * many);
-                    for child in children {
-                        let offset = (child - node - 1) * many;
-                        for k in 0..many {
-                            add(&mut before[node * many + k], &after[offset + k]);
-                        }
-                    }
-                }
-                None => {
-                    for place in tree.nodes()[node].places() {
-                        for k in 0..many {
-                            add(&mut sums[node * many + k], &columns[place * many + k]);
-                        }
-                    }
-                }
+        tree.ascend(&mut sums, many, threads, |node, own, children| match children {
+            Some(children) => children.iter().for_each(|child| add_all(own, child)),
+            None => {
+                let places = tree.nodes()[node].places();
+                columns[places.start * many..places.end * many]
+                    .chunks(many)
+                    .for_each(|face| add_all(own, face));
             }
-        }
+        });
         check_stopped()?;
         let mut result = vec![[0.0; N]; nodes * many];
         for_chunks(threads, &mut result, many, |node, result| {
@@ -362,16 +349,9 @@ impl KernelMatrix {
             }
             Ok::<(), NumericError>(())
         })?;
-        for node in 0..nodes {
-            if let Some(children) = tree.children(node) {
-                for child in children {
-                    for k in 0..many {
-                        let own = result[node * many + k];
-                        add(&mut result[child * many + k], &own);
-                    }
-                }
-            }
-        }
+        tree.descend(&mut result, many, threads, |_, own, children| {
+            children.into_iter().for_each(|child| add_all(child, own));
+        });
         Ok(result)
     }
 }

@@ -104,6 +104,9 @@ pub struct Metric {
     matrices: Matrices,
     elements: Elements,
     preconditioner: Preconditioner,
+    /// The weights of deviations from means on faces in the preconditioner, in the order of the
+    /// tree.
+    deviations: Vec<f64>,
     /// Vertices that do not move; empty if all do.
     pinned: Vec<bool>,
     /// What potentials add, in the unit of length.
@@ -167,9 +170,9 @@ impl Metric {
         }
         check_separation(options.separation)?;
         let unit = unit_of_length(mesh);
-        let faces = face_data(mesh, unit)?;
+        let faces = face_data(mesh, unit, options.threads)?;
         let centroids: Vec<[f64; 3]> = faces.iter().map(|face| face.centroid).collect();
-        let tree = ClusterTree::new(&centroids);
+        let tree = ClusterTree::on_threads(&centroids, options.threads);
         check_stopped()?;
         let mut pinned = vec![false; if pins.is_empty() { 0 } else { mesh.vertex_count() }];
         for &vertex in pins {
@@ -197,23 +200,24 @@ impl Metric {
         let scale = unit.powf(-2.0 * (options.exponents.order() - 1.0));
         stiffness.scale(1.0 / scale);
         let ordered = tree.in_order(faces);
-        let elements = Elements::new(mesh, unit, &tree, &ordered);
+        let power = options.exponents.order() - 1.0;
+        let deviations = ordered.iter().map(|face| face.area.powf(power)).collect();
+        let elements = Elements::new(mesh, unit, &tree, &ordered, options.threads);
         check_stopped()?;
         let kernels = Kernels::new(options.exponents);
         let matrices = match options.pairs {
             Pairs::All => Matrices::AllPairs { faces: ordered, kernels },
             Pairs::Hierarchical => {
-                let moments = moments_of(&tree, &ordered);
-                let radii = radii(&tree, &ordered, &moments);
-                check_stopped()?;
-                let partition = Partition::new(&tree, &moments, &radii, options.separation)?;
-                check_stopped()?;
-                let kernels =
-                    KernelMatrices::new(&tree, &partition, &ordered, &moments, kernels, options.threads)?;
+                let threads = options.threads;
+                let moments = moments_of(&tree, &ordered, threads);
+                let radii = radii(&tree, &ordered, &moments, threads)?;
+                let partition = Partition::new(&tree, &moments, &radii, options.separation, threads)?;
+                let kernels = KernelMatrices::new(&tree, &partition, &ordered, &moments, kernels, threads)?;
                 Matrices::Stored { tree, partition, kernels: Box::new(kernels) }
             }
         };
-        Ok(Metric { options: *options, unit, matrices, elements, preconditioner, pinned, stiffness })
+        let options = *options;
+        Ok(Metric { options, unit, matrices, elements, preconditioner, deviations, pinned, stiffness })
     }
 
     /// Returns the product with a vector field on the vertices.
@@ -241,7 +245,7 @@ impl Metric {
     ) -> Result<VertexField<[f64; 3]>, RepulsiveError> {
         // a a / |v|^(2 (2 - s) + 2)
         let scale = self.unit.powf(2.0 * (self.options.exponents.order() - 1.0));
-        let mut image = self.fractional_products(&[field.as_slice().to_vec()])?;
+        let mut image = self.fractional_products(&[field.as_slice()])?;
         let image = image.pop().unwrap_or_default();
         Ok(image.into_iter().map(|x| x.map(|x| scale * x)).collect::<Vec<_>>().into())
     }
@@ -254,7 +258,7 @@ impl Metric {
     /// The product with a field in space.
     pub(super) fn force_of(&self, field: &[[f64; 3]]) -> Result<Vec<[f64; 3]>, NumericError> {
         let scale = self.scale();
-        let image = self.products(&[field.to_vec()])?.pop().unwrap_or_default();
+        let image = self.products(&[field])?.pop().unwrap_or_default();
         Ok(image.into_iter().map(|x| x.map(|x| scale * x)).collect())
     }
 
@@ -264,19 +268,17 @@ impl Metric {
     }
 
     /// Products in the unit of length.
-    fn products(&self, fields: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<[f64; 3]>>, NumericError> {
+    fn products(&self, fields: &[&[[f64; 3]]]) -> Result<Vec<Vec<[f64; 3]>>, NumericError> {
         let Metric { matrices, elements, options, .. } = self;
         let many = fields.len();
         let mut result = vec![vec![[0.0; 3]; elements.vertices()]; many];
-        let gradients = elements.gradients(fields);
+        let gradients = elements.gradients(fields)?;
         let gradients = matrices.times(KernelKind::High, &gradients, many, options.threads)?;
-        elements.add_divergences(&gradients, 2.0, &mut result);
-        check_stopped()?;
+        elements.add_divergences(&gradients, 2.0, &mut result)?;
         if options.low_order {
-            let means = elements.means(fields);
+            let means = elements.means(fields)?;
             let means = matrices.times(KernelKind::Low, &means, many, options.threads)?;
-            elements.add_means(&means, 2.0, &mut result);
-            check_stopped()?;
+            elements.add_means(&means, 2.0, &mut result)?;
         }
         for (result, field) in result.iter_mut().zip(fields) {
             self.stiffness.add_product(field, result);
@@ -285,14 +287,13 @@ impl Metric {
     }
 
     /// Products with the fractional Laplacian of order `2 - s`, in the unit of length.
-    fn fractional_products(&self, fields: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<[f64; 3]>>, NumericError> {
+    fn fractional_products(&self, fields: &[&[[f64; 3]]]) -> Result<Vec<Vec<[f64; 3]>>, NumericError> {
         let Metric { matrices, elements, options, .. } = self;
         let many = fields.len();
         let mut result = vec![vec![[0.0; 3]; elements.vertices()]; many];
-        let means = elements.means(fields);
+        let means = elements.means(fields)?;
         let means = matrices.times(KernelKind::Fractional, &means, many, options.threads)?;
-        elements.add_means(&means, 2.0, &mut result);
-        check_stopped()?;
+        elements.add_means(&means, 2.0, &mut result)?;
         Ok(result)
     }
 }

@@ -2,10 +2,15 @@
 
 use super::Metric;
 use super::laplacian::ScreenedLaplacian;
+use crate::operators::CotanLaplacian;
 use crate::repulsive::error::RepulsiveError;
 use eikona_mesh::{TriangleMesh, VertexField};
-use eikona_numeric::{Cholesky, NumericError, Ordering, Symbolic, check_stopped};
+use eikona_numeric::{
+    Cholesky, Graph, NumericError, Ordering, Symbolic, check_stopped, for_chunks, side_by_side,
+};
 use std::sync::Arc;
+
+type Vec3 = [f64; 3];
 
 /// The factor of `C + m M`, where C is the cotan Laplacian and M the lumped mass.
 ///
@@ -13,6 +18,7 @@ use std::sync::Arc;
 /// component its own mean without them.
 pub(in crate::repulsive) struct Preconditioner {
     factor: Cholesky<f64>,
+    threads: usize,
 }
 
 /// The factor of the diagonal by which pinned vertices are held in the preconditioner.
@@ -20,6 +26,10 @@ const STIFF: f64 = 1e8;
 
 /// The symbolic analysis, which depends on the connectivity only.
 pub(in crate::repulsive) type Analysis = Arc<Symbolic>;
+
+fn analysis_of(graph: &Graph) -> Result<Analysis, NumericError> {
+    Ok(Arc::new(Symbolic::new(graph, Ordering::MinimumDegree)?))
+}
 
 impl Preconditioner {
     /// Factors the matrix, with the analysis of another surface of the same connectivity.
@@ -30,8 +40,9 @@ impl Preconditioner {
         analysis: Option<&Analysis>,
         pinned: &[bool],
     ) -> Result<Preconditioner, NumericError> {
-        let laplacian = ScreenedLaplacian::new(mesh, unit)?;
-        Preconditioner::factored(&laplacian, threads, analysis, pinned)
+        let analyse = || analysis.cloned().map_or_else(|| analysis_of(&CotanLaplacian::graph_of(mesh)), Ok);
+        let (analysis, laplacian) = side_by_side(threads, analyse, || ScreenedLaplacian::new(mesh, unit));
+        Preconditioner::factored(&laplacian?, threads, Some(&analysis?), pinned)
     }
 
     /// As [`new`](Self::new), for a matrix that is there already.
@@ -43,11 +54,11 @@ impl Preconditioner {
     ) -> Result<Preconditioner, NumericError> {
         let symbolic = match analysis {
             Some(analysis) => analysis.clone(),
-            None => Arc::new(Symbolic::new(&laplacian.graph, Ordering::MinimumDegree)?),
+            None => analysis_of(&laplacian.graph)?,
         };
         let mut matrix = laplacian.matrix.clone();
         matrix.diagonal.iter_mut().zip(pinned).filter(|(_, p)| **p).for_each(|(x, _)| *x *= STIFF);
-        Ok(Preconditioner { factor: Cholesky::on_threads(symbolic, &matrix, threads)? })
+        Ok(Preconditioner { factor: Cholesky::on_threads(symbolic, &matrix, threads)?, threads })
     }
 
     /// The analysis, for surfaces of the same connectivity.
@@ -56,13 +67,22 @@ impl Preconditioner {
     }
 
     /// Solves for the coordinates of some vector fields.
-    pub fn solve(&self, fields: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<[f64; 3]>>, NumericError> {
-        let coordinates = fields.iter().flat_map(|field| [0, 1, 2].map(|k| (field, k)));
-        let rhs: Vec<Vec<f64>> = coordinates.map(|(field, k)| field.iter().map(|x| x[k]).collect()).collect();
-        let solutions = self.factor.solve_many(&rhs)?;
-        let field =
-            |three: &[Vec<f64>]| (0..three[0].len()).map(|v| [0, 1, 2].map(|k| three[k][v])).collect();
-        Ok(solutions.chunks(3).map(field).collect())
+    pub fn solve(&self, fields: &[impl AsRef<[Vec3]> + Sync]) -> Result<Vec<Vec<Vec3>>, NumericError> {
+        let mut rhs = vec![Vec::new(); 3 * fields.len()];
+        for_chunks(self.threads, &mut rhs, 3, |field, coordinates| {
+            for (k, coordinate) in coordinates.iter_mut().enumerate() {
+                *coordinate = fields[field].as_ref().iter().map(|x| x[k]).collect();
+            }
+            check_stopped()
+        })?;
+        let coordinates = self.factor.solve_many(&rhs)?;
+        let mut solutions = vec![Vec::new(); fields.len()];
+        for_chunks(self.threads, &mut solutions, 1, |field, solution| {
+            let [x, y, z] = [0, 1, 2].map(|k| &coordinates[3 * field + k]);
+            solution[0] = x.iter().zip(y).zip(z).map(|((x, y), z)| [*x, *y, *z]).collect();
+            check_stopped()
+        })?;
+        Ok(solutions)
     }
 }
 
@@ -97,6 +117,78 @@ fn centre(field: &mut [[f64; 3]]) {
     field.iter_mut().for_each(|x| (0..3).for_each(|k| x[k] -= mean[k]));
 }
 
+/// Conjugate gradients for one right-hand side.
+struct Column {
+    solution: Vec<Vec3>,
+    residual: Vec<Vec3>,
+    direction: Vec<Vec3>,
+    /// That of the residual with the preconditioned one.
+    product: f64,
+    /// The squared norm of the solution, and of the last change to it, in the norm of A. Changes
+    /// are orthogonal in it, so the error is about that of the next ones.
+    whole: f64,
+    last: f64,
+}
+
+impl Column {
+    fn new(residual: Vec<Vec3>) -> Column {
+        let solution = vec![[0.0; 3]; residual.len()];
+        Column { solution, residual, direction: Vec::new(), product: 0.0, whole: 0.0, last: 0.0 }
+    }
+
+    fn start(&mut self, conditioned: &mut Vec<Vec3>) {
+        self.product = dot(&self.residual, conditioned);
+        self.last = self.product;
+        self.direction = std::mem::take(conditioned);
+    }
+
+    /// Goes along the direction, whose product is given.
+    fn advance(&mut self, image: &[Vec3]) {
+        let step = self.product / dot(&self.direction, image);
+        self.last = 0.0;
+        if step.is_finite() && step > 0.0 {
+            self.last = step * self.product;
+            self.whole += self.last;
+            plus(&mut self.solution, step, &self.direction);
+            plus(&mut self.residual, -step, image);
+        }
+    }
+
+    /// Turns the direction, given the preconditioned residual.
+    fn turn(&mut self, conditioned: &[Vec3]) {
+        let before = self.product;
+        self.product = dot(&self.residual, conditioned);
+        let ratio = if before > 0.0 { self.product / before } else { 0.0 };
+        for (d, z) in self.direction.iter_mut().zip(conditioned) {
+            (0..3).for_each(|k| d[k] = z[k] + ratio * d[k]);
+        }
+    }
+
+    /// The last change, as a share of the solution.
+    fn change(&self) -> f64 {
+        if self.last > 0.0 { (self.last / self.whole).sqrt() } else { 0.0 }
+    }
+}
+
+fn of_columns(columns: &[Column], field: impl Fn(&Column) -> &Vec<Vec3>) -> Vec<&[Vec3]> {
+    columns.iter().map(|column| field(column).as_slice()).collect()
+}
+
+/// Does some work for all columns, each with a field of its own.
+fn with_columns(
+    threads: usize,
+    columns: &mut [Column],
+    fields: Vec<Vec<Vec3>>,
+    work: impl Fn(&mut Column, &mut Vec<Vec3>) + Sync,
+) -> Result<(), NumericError> {
+    let mut pairs: Vec<(&mut Column, Vec<Vec3>)> = columns.iter_mut().zip(fields).collect();
+    for_chunks(threads, &mut pairs, 1, |_, pair| {
+        let (column, field) = &mut pair[0];
+        work(column, field);
+        check_stopped()
+    })
+}
+
 impl Metric {
     /// Returns the displacements whose products are some forces, all of them in common passes over
     /// the kernel matrices.
@@ -124,53 +216,33 @@ impl Metric {
         &self,
         forces: Vec<Vec<[f64; 3]>>,
     ) -> Result<(Vec<Vec<[f64; 3]>>, usize, f64), NumericError> {
-        let many = forces.len();
-        let mut residual = forces;
-        residual.iter_mut().for_each(|r| self.project(r));
-        let mut solution: Vec<Vec<[f64; 3]>> = residual.iter().map(|r| vec![[0.0; 3]; r.len()]).collect();
-        let mut conditioned = self.precondition(&residual)?;
-        let mut direction = conditioned.clone();
-        let mut product: Vec<f64> = (0..many).map(|i| dot(&residual[i], &conditioned[i])).collect();
-        // The squared norm of the solution, and of the last change to it, in the norm of A. Changes
-        // are orthogonal in it, so the error is about that of the next ones.
-        let (mut whole, mut last) = (vec![0.0; many], product.clone());
-        let share = |last: f64, whole: f64| if last > 0.0 { (last / whole).sqrt() } else { 0.0 };
+        let threads = self.options.threads;
+        let mut columns: Vec<Column> = forces.into_iter().map(Column::new).collect();
+        columns.iter_mut().for_each(|column| self.project(&mut column.residual));
+        let conditioned = self.precondition(&of_columns(&columns, |column| &column.residual))?;
+        with_columns(threads, &mut columns, conditioned, |column, conditioned| column.start(conditioned))?;
         let mut iterations = 0;
         while iterations < MOST_ITERATIONS
-            && (0..many).any(|i| share(last[i], whole[i]) > self.options.tolerance)
+            && columns.iter().any(|column| column.change() > self.options.tolerance)
         {
             check_stopped()?;
             iterations += 1;
-            let mut image = self.products(&direction)?;
-            image.iter_mut().for_each(|x| self.project(x));
-            for i in 0..many {
-                let step = product[i] / dot(&direction[i], &image[i]);
-                last[i] = 0.0;
-                if step.is_finite() && step > 0.0 {
-                    last[i] = step * product[i];
-                    whole[i] += last[i];
-                    plus(&mut solution[i], step, &direction[i]);
-                    plus(&mut residual[i], -step, &image[i]);
-                }
-            }
-            conditioned = self.precondition(&residual)?;
-            for i in 0..many {
-                let before = product[i];
-                product[i] = dot(&residual[i], &conditioned[i]);
-                let ratio = if before > 0.0 { product[i] / before } else { 0.0 };
-                let rest = &conditioned[i];
-                for (d, z) in direction[i].iter_mut().zip(rest) {
-                    (0..3).for_each(|k| d[k] = z[k] + ratio * d[k]);
-                }
-            }
+            let images = self.products(&of_columns(&columns, |column| &column.direction))?;
+            with_columns(threads, &mut columns, images, |column, image| {
+                self.project(image);
+                column.advance(image);
+            })?;
+            let conditioned = self.precondition(&of_columns(&columns, |column| &column.residual))?;
+            with_columns(threads, &mut columns, conditioned, |column, conditioned| column.turn(conditioned))?;
         }
+        let change = columns.iter().map(Column::change).fold(0.0, f64::max);
         let scale = 1.0 / self.scale();
-        for field in &mut solution {
-            self.project(field);
-            field.iter_mut().for_each(|x| *x = x.map(|x| scale * x));
-        }
-        let change = (0..many).map(|i| share(last[i], whole[i])).fold(0.0, f64::max);
-        Ok((solution, iterations, change))
+        let solution = |mut column: Column| {
+            self.project(&mut column.solution);
+            column.solution.iter_mut().for_each(|x| *x = x.map(|x| scale * x));
+            column.solution
+        };
+        Ok((columns.into_iter().map(solution).collect(), iterations, change))
     }
 
     /// Two solves around the fractional Laplacian of order `2 - s`.
@@ -178,19 +250,21 @@ impl Metric {
     /// Deviation: the Laplacian sees means on faces only, so it vanishes for a function that is 1,
     /// -1 and 0 at the corners of each face; regular triangulations have them. Deviations from the
     /// means are weighted as the Laplacian would; they are small for smooth functions.
-    fn precondition(&self, residual: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<[f64; 3]>>, NumericError> {
+    fn precondition(&self, residual: &[&[Vec3]]) -> Result<Vec<Vec<Vec3>>, NumericError> {
         let mut inner = self.preconditioner.solve(residual)?;
         inner.iter_mut().for_each(|x| self.clear_pins(x));
-        let mut image = self.fractional_products(&inner)?;
-        self.elements.add_deviations(self.options.exponents.order() - 1.0, &inner, &mut image);
+        let fields: Vec<&[Vec3]> = inner.iter().map(Vec::as_slice).collect();
+        let mut image = self.fractional_products(&fields)?;
+        self.elements.add_deviations(&self.deviations, &fields, &mut image)?;
         image.iter_mut().for_each(|x| self.clear_pins(x));
         let mut outer = self.preconditioner.solve(&image)?;
-        for (outer, residual) in outer.iter_mut().zip(residual) {
+        for_chunks(self.options.threads, &mut outer, 1, |i, outer| {
             if self.drifts() {
-                self.add_drift(residual, outer);
+                self.add_drift(residual[i], &mut outer[0]);
             }
-            self.project(outer);
-        }
+            self.project(&mut outer[0]);
+            check_stopped()
+        })?;
         Ok(outer)
     }
 

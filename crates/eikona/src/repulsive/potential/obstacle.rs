@@ -5,6 +5,7 @@ use super::surface::{FaceShape, Vec3, add_faces, face_shapes};
 use crate::geometry::power_of_two_near;
 use crate::geometry::vector::{add, cross, norm, scale, sub};
 use crate::repulsive::error::RepulsiveError;
+use crate::spatial::ClusterTree;
 use eikona_mesh::{ElementId, Face, FaceField, TriangleMesh};
 use eikona_numeric::{NumericError, check_stopped, for_chunks};
 use std::sync::Arc;
@@ -64,7 +65,7 @@ impl Obstacle {
     ///
     /// # Cost
     /// O(O log O) for O faces: about 0.3 s per million. Sums over it take O(log O) per face of the
-    /// moving surface: about 10 us per thread with 80,000 faces and p = 6.
+    /// moving surface: about 5 us per thread with 80,000 faces and p = 6.
     ///
     /// # Reference
     /// Yu, Brakensiek, Schumacher and Crane, *Repulsive Surfaces*, 2021, section 7.3.2.
@@ -237,14 +238,20 @@ impl Obstacle {
         kernel: &Kernel,
         threads: usize,
     ) -> Result<Vec<Sum>, RepulsiveError> {
-        let mut sums = vec![Sum::default(); shapes.len()];
-        for_chunks(threads, &mut sums, CHUNK, |chunk, sums| {
+        // Faces next to each other descend the tree of the obstacle together.
+        let centroids: Vec<Vec3> =
+            shapes.iter().map(|shape| shape.centroid().map(|x| x / self.unit)).collect();
+        let tree = ClusterTree::on_threads(&centroids, threads);
+        check_stopped()?;
+        let ordered = tree.in_order(&centroids);
+        let mut found = vec![Sum::default(); shapes.len()];
+        for_chunks(threads, &mut found, CHUNK, |chunk, found| {
             check_stopped()?;
-            for (sum, shape) in sums.iter_mut().zip(&shapes[chunk * CHUNK..]) {
-                *sum = self.sources.sum(kernel, shape.centroid().map(|x| x / self.unit));
-            }
+            self.sources.sums(kernel, &ordered[chunk * CHUNK..][..found.len()], found);
             Ok::<(), NumericError>(())
         })?;
+        let mut sums = vec![Sum::default(); shapes.len()];
+        found.into_iter().zip(tree.order()).for_each(|(sum, f)| sums[*f as usize] = sum);
         let finite = |sum: &Sum| sum.value.is_finite() && sum.gradient.iter().all(|x| x.is_finite());
         match sums.iter().position(|sum| !finite(sum)) {
             Some(f) => Err(RepulsiveError::FaceOnObstacle { face: Face::from_index(f) }),
