@@ -185,3 +185,73 @@ fn examples_run() {
         assert_eq!(folder.column(&format!("{name}/log.csv"), "step"), [0.0, 1.0], "{name}");
     }
 }
+
+#[test]
+fn growth_and_moving_pins_resume_bit_for_bit() {
+    let folder = Folder::new();
+    let grows = "keep.volume = { times = 3, steps = 8 }\n[[obstacle]]\n\
+                 mesh = { shape = \"icosphere\", levels = 2, scale = 1.6 }\nweight = 0.1\n";
+    let moves = "keep.area = { times = 1.3, steps = 6 }\n[[pin]]\nvertices = [0]\nmove = [0, 0, 0.8]\n\
+                 steps = 7\n[[pin]]\nvertices = [11]\n";
+    for (name, text) in [("grows", grows), ("moves", moves)] {
+        folder.write("s.toml", &format!("mesh = {{ shape = \"icosphere\", levels = 2 }}\n{text}"));
+        folder.done(&format!("repulse s.toml -o {name} --until steps=10"));
+        folder.done(&format!("repulse s.toml -o {name}-part --until steps=3"));
+        folder.done(&format!("repulse s.toml -o {name}-part --until steps=5 --resume"));
+        folder.done(&format!("repulse s.toml -o {name}-part --until steps=10 --resume"));
+        folder.assert_same_run(&format!("{name}-part"), name);
+        let done: f64 = folder.rows(name).iter().map(|row| row["growth"].as_f64().unwrap_or(0.0)).sum();
+        assert!(done > 6.0, "{name}: {done}");
+    }
+}
+
+#[test]
+fn targets_out_of_reach_are_said() {
+    let folder = Folder::new();
+    let grows = "keep.volume = { times = 8, steps = 20 }\nstop.steps = 100\n[[obstacle]]\n\
+                 mesh = { shape = \"icosphere\", levels = 2, scale = 1.5 }\nweight = 0.1\n";
+    let moves = "keep.area = true\nstop.steps = 100\n[[pin]]\nvertices = [0]\nmove = [0, 0, 3]\n\
+                 steps = 20\n[[pin]]\nvertices = [11]\n[[obstacle]]\nweight = 0.1\n\
+                 mesh = { shape = \"cuboid\", width = 4, depth = 4, height = 0.2, move = [0, 0, 1.9] }\n";
+    for (name, text, words) in [
+        ("grows", grows, ["blocked: the volume went from 4.04", "% of the way to 32.3", "leaves more room"]),
+        ("moves", moves, ["blocked: 1 moving pin went 2", "% of the way", "weaken obstacles"]),
+    ] {
+        folder.write("s.toml", &format!("mesh = {{ shape = \"icosphere\", levels = 2 }}\n{text}"));
+        folder.warned(&format!("repulse s.toml -o {name} --report {name}.json"), &words);
+        let report = folder.json(&format!("{name}.json"));
+        let result = &report["result"];
+        assert_eq!(
+            (&result["stopped_by"], &report["warnings"][0]["kind"]),
+            (&"blocked".into(), &"blocked".into())
+        );
+        let done = result["growth_done"].as_f64().unwrap();
+        assert!((0.1..0.9).contains(&done), "{done}");
+        assert!(result["steps"].as_u64().unwrap() < 60, "{result}");
+        // Resumed, it has nothing to add.
+        folder.warned(&format!("repulse s.toml -o {name} --resume"), &words);
+        assert_eq!(folder.rows(name).len() as u64, result["steps"].as_u64().unwrap() + 1);
+    }
+}
+
+#[test]
+fn several_meshes_keep_the_data_that_they_have() {
+    let folder = Folder::new();
+    folder.write(
+        "c.obj",
+        "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nv 0 0 1 1 0 0\nvt 0.25 0.5\nf 1/1 3/1 2/1\nf 1/1 2/1 4/1\n\
+         f 2/1 3/1 4/1\nf 1/1 4/1 3/1\n",
+    );
+    folder.write(
+        "s.toml",
+        "mesh = [{ shape = \"icosphere\", levels = 1, move = [5, 0, 0] }, \"c.obj\"]\nremesh = false\n",
+    );
+    let outcome = folder.done("repulse s.toml -o run --until steps=1 --frames obj");
+    let note = "mesh 1 has no colours (grey there), texture coordinates (0 there), but others have";
+    assert!(outcome.stderr.contains(note), "{}", outcome.stderr);
+    let last = eikona_mesh::io::read_mesh(folder.0.join("run/frames/000001.obj")).unwrap();
+    let red = &last.vertex_scalars.iter().find(|(name, _)| name == "red").unwrap().1;
+    assert_eq!((red[0], red[42]), (200.0 / 255.0, 1.0));
+    let uvs = last.corner_uvs.unwrap();
+    assert_eq!((uvs[0], uvs[3 * 80]), ([0.0, 0.0], [0.25, 0.5]));
+}

@@ -1,9 +1,11 @@
 //! Arguments of `eikona repulse`.
 
-use crate::input::MeshArguments;
+use super::animation::{DEFAULT_RATE, parse_rate};
+use crate::input::{MeshArguments, parse_format};
 use crate::quadrature::QuadratureKind;
 use clap::Args;
 use eikona::repulsive::Quantity;
+use eikona_mesh::io::MeshFormat;
 use std::path::PathBuf;
 
 /// Arguments of `eikona repulse`.
@@ -69,6 +71,19 @@ pub struct RepulseArguments {
     /// Write every K-th frame, and the last [default: 1]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u64).range(1..), help_heading = "Outputs")]
     pub frames_every: Option<u64>,
+    /// Format of the frames: ply, obj, glb, vtp, off, stl or gltf. Colours and values of the input
+    /// follow the surface in PLY, VTP and GLB, texture coordinates in PLY, OBJ and GLB
+    #[arg(long, value_name = "FORMAT", value_parser = parse_format, default_value = "ply",
+        hide_default_value = true, help_heading = "Outputs")]
+    pub frames: MeshFormat,
+    /// Write the frames without colours, values and texture coordinates of the input
+    #[arg(long, help_heading = "Outputs")]
+    pub no_data: bool,
+    /// At the end, write the frames as animation.glb too: one mesh with a morph target per frame,
+    /// FPS frames per second. Needs --remesh off
+    #[arg(long, value_name = "FPS", num_args = 0..=1, require_equals = true,
+        default_missing_value = DEFAULT_RATE, value_parser = parse_rate, help_heading = "Outputs")]
+    pub animation: Option<f64>,
     /// Write a checkpoint every K steps, and at the end [default: 10]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u64).range(1..), help_heading = "Outputs")]
     pub checkpoint_every: Option<u64>,

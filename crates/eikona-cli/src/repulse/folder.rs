@@ -1,10 +1,11 @@
 //! The folder of a run: log, frames and checkpoint. Each file is whole at any time, so that a run
 //! that is killed can be resumed.
 
+use super::recent::{PATIENCE, Recent};
 use crate::exit::Failure;
 use eikona::repulsive::{Flow, FlowState, Quantity};
-use eikona_mesh::TriangleMesh;
-use eikona_mesh::io::{MeshOut, StagedFile, publish_files, stage_file, stage_mesh};
+use eikona_mesh::FileError;
+use eikona_mesh::io::{MeshFormat, MeshOut, StagedFile, publish_files, stage_file, stage_mesh};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::fs::{self, File, OpenOptions};
@@ -77,6 +78,8 @@ const VERSION: u32 = 1;
 /// The folder of a run.
 pub struct RunFolder {
     path: PathBuf,
+    /// That of the frames.
+    format: MeshFormat,
     settings: Value,
     step: u64,
     seconds: f64,
@@ -88,7 +91,7 @@ pub struct RunFolder {
 
 impl RunFolder {
     /// Creates the folder, which has to be new or empty.
-    pub fn create(path: &Path, settings: &Value) -> Result<RunFolder, Failure> {
+    pub fn create(path: &Path, format: MeshFormat, settings: &Value) -> Result<RunFolder, Failure> {
         let shown = path.display();
         if path.is_file() {
             return Err(Failure::Usage(format!("{shown}: this is a file; name a folder")));
@@ -109,6 +112,7 @@ impl RunFolder {
         writeln!(csv, "{COLUMNS}").map_err(|fault| cannot_write(&path.join("log.csv"), &fault))?;
         Ok(RunFolder {
             path: path.to_path_buf(),
+            format,
             settings: settings.clone(),
             step: 0,
             seconds: 0.0,
@@ -120,7 +124,11 @@ impl RunFolder {
     }
 
     /// Opens the folder of a run, and takes back what it did after its checkpoint.
-    pub fn resume(path: &Path, settings: &Value) -> Result<(RunFolder, FlowState), Failure> {
+    pub fn resume(
+        path: &Path,
+        format: MeshFormat,
+        settings: &Value,
+    ) -> Result<(RunFolder, FlowState), Failure> {
         let file = path.join("checkpoint");
         let shown = file.display();
         let text = fs::read_to_string(&file).map_err(|fault| {
@@ -145,6 +153,7 @@ impl RunFolder {
         let jsonl = truncated(&path.join("log.jsonl"), keep)?;
         let folder = RunFolder {
             path: path.to_path_buf(),
+            format,
             settings: settings.clone(),
             step: checkpoint.step,
             seconds: checkpoint.seconds,
@@ -188,6 +197,20 @@ impl RunFolder {
         self.frames.last() == Some(&self.step)
     }
 
+    /// Reads the last steps from the log, so that a run that is resumed ends where it would have.
+    pub fn recent(&self) -> Result<Recent, Failure> {
+        let path = self.path.join("log.jsonl");
+        let text = fs::read_to_string(&path).map_err(|fault| cannot_read(&path, fault))?;
+        let mut recent = Recent::default();
+        let lines: Vec<&str> = text.lines().rev().take(PATIENCE + 1).collect();
+        for line in lines.into_iter().rev() {
+            let row: Value = serde_json::from_str(line).map_err(|fault| cannot_read(&path, fault))?;
+            let number = |key: &str| row[key].as_f64();
+            recent.push(number("objective").unwrap_or(f64::MAX), number("growth").unwrap_or(0.0));
+        }
+        Ok(recent)
+    }
+
     /// Appends a row to both logs.
     pub fn log(&mut self, row: &Row, more: Value) -> Result<(), Failure> {
         (self.step, self.seconds) = (row.step, row.seconds);
@@ -202,17 +225,26 @@ impl RunFolder {
     }
 
     /// Writes the frame of the last step, with a picture if there is one, and lists it.
-    pub fn frame(&mut self, mesh: &TriangleMesh, picture: Option<Vec<u8>>) -> Result<(), Failure> {
+    pub fn frame(&mut self, mesh: &MeshOut, picture: Option<Vec<u8>>) -> Result<(), Failure> {
         self.frames.push(self.step);
-        let name = |extension: &str| self.path.join("frames").join(format!("{:06}.{extension}", self.step));
-        let mut files = vec![stage_mesh(name("ply"), &MeshOut::from(mesh)).map_err(Failure::writing)?.0];
+        let mut files = vec![stage_mesh(self.frame_path(self.step), mesh).map_err(unwritten)?.0];
         if let Some(picture) = picture {
-            files.push(stage_file(name("png"), |out| out.write_all(&picture)).map_err(Failure::writing)?);
+            let path = self.frame_path(self.step).with_extension("png");
+            files.push(stage_file(path, |out| out.write_all(&picture)).map_err(unwritten)?);
         }
-        let listed: Vec<Value> =
-            self.frames.iter().map(|step| json!({"step": step, "mesh": format!("{step:06}.ply")})).collect();
+        let listed: Vec<Value> = self
+            .frames
+            .iter()
+            .map(|step| json!({"step": step, "mesh": self.frame_path(*step).file_name().map(|n| n.to_string_lossy())}))
+            .collect();
         files.push(self.json("frames/manifest.json", &json!({"version": VERSION, "frames": listed}))?);
-        publish_files(files).map_err(Failure::writing)
+        publish_files(files).map_err(unwritten)
+    }
+
+    /// The mesh file of a frame.
+    pub fn frame_path(&self, step: u64) -> PathBuf {
+        let extension = self.format.name().to_lowercase();
+        self.path.join("frames").join(format!("{step:06}.{extension}"))
     }
 
     /// Replaces the checkpoint.
@@ -227,20 +259,32 @@ impl RunFolder {
             state: state.clone(),
         };
         let file = self.json("checkpoint", &json!(checkpoint))?;
-        publish_files(vec![file]).map_err(Failure::writing)
+        publish_files(vec![file]).map_err(unwritten)
     }
 
     fn json(&self, name: &str, value: &Value) -> Result<StagedFile, Failure> {
         let text = format!("{value}\n");
-        stage_file(self.path.join(name), |out| out.write_all(text.as_bytes())).map_err(Failure::writing)
+        stage_file(self.path.join(name), |out| out.write_all(text.as_bytes())).map_err(unwritten)
     }
 }
 
 fn cannot_write(path: &Path, fault: &std::io::Error) -> Failure {
     Failure::Failed(format!(
-        "{}: cannot write here ({fault}); the run can be resumed from its checkpoint, if there is one",
+        "{}: cannot write this file ({fault}); make room, and continue from the last checkpoint with --resume",
         path.display()
     ))
+}
+
+/// A file of a run that could not be written.
+pub fn unwritten(fault: FileError) -> Failure {
+    match fault {
+        FileError::Io { path, fault } => cannot_write(Path::new(&path), &fault),
+        fault => Failure::writing(fault),
+    }
+}
+
+fn cannot_read(path: &Path, fault: impl std::fmt::Display) -> Failure {
+    Failure::Input(format!("{}: cannot read the log of the run ({fault}); start a new one", path.display()))
 }
 
 fn fresh(path: &Path) -> Result<File, Failure> {

@@ -1,7 +1,10 @@
 //! `eikona repulse`: moves a surface so that it never touches itself.
 
+mod animation;
 mod arguments;
+mod attributes;
 mod folder;
+mod recent;
 mod scene_setup;
 mod setup;
 
@@ -10,18 +13,19 @@ pub use arguments::RepulseArguments;
 use crate::exit::Failure;
 use crate::picture::{PictureArguments, draw};
 use crate::session::{General, Session};
+use crate::warned::Warned;
+use animation::write_animation;
 use arguments::Until;
-use eikona::repulsive::{Flow, FlowStep, Quantity};
+use attributes::Attributes;
+use eikona::repulsive::{Flow, FlowStep, Quantity, Remeshing};
 use eikona::spatial::self_distance;
+use eikona_mesh::io::{MeshFormat, write_mesh_bytes};
 use eikona_render::{Coloring, Scene};
 use folder::{Row, RunFolder};
+use recent::blocked_sentence;
 use serde_json::{Value, json};
 use setup::Setup;
 use std::time::Instant;
-
-/// Without `--until`: so many steps have to lower the energy by this share.
-const PATIENCE: usize = 10;
-const PROGRESS: f64 = 1e-3;
 
 /// Runs the command and returns the exit code.
 pub fn run(arguments: &RepulseArguments, general: &General) -> Result<u8, Failure> {
@@ -44,6 +48,8 @@ struct Run {
     folder: RunFolder,
     flow: Flow,
     render: bool,
+    /// Frames per second of the animation, if there is to be one.
+    animation: Option<f64>,
     started: Instant,
     /// The seconds before it was resumed.
     before: f64,
@@ -53,21 +59,24 @@ struct Run {
 
 impl Run {
     fn start(setup: Setup, arguments: &RepulseArguments, session: &mut Session) -> Result<Run, Failure> {
+        let format = arguments.frames;
+        check_frames(&setup, format, session)?;
         let (folder, flow) = if arguments.resume {
-            let (folder, state) = RunFolder::resume(&arguments.output, &setup.settings)?;
+            let (folder, state) = RunFolder::resume(&arguments.output, format, &setup.settings)?;
             let flow = session.solver("energy", || Flow::resume(&setup.mesh, state, &setup.options))?;
             session.note(&format!("continuing after step {}", folder.step()));
             (folder, flow)
         } else {
             // The energy comes first, so that a mesh that is refused leaves no folder.
             let flow = session.solver("energy", || Flow::new(&setup.mesh, &setup.options))?;
-            (RunFolder::create(&arguments.output, &setup.settings)?, flow)
+            (RunFolder::create(&arguments.output, format, &setup.settings)?, flow)
         };
         let mut run = Run {
             before: folder.seconds(),
             first_energy: folder.first_energy().unwrap_or(flow.energy()),
             self_distance: distance(&flow, setup.options.threads)?,
             render: arguments.render,
+            animation: arguments.animation,
             started: Instant::now(),
             setup,
             folder,
@@ -88,23 +97,23 @@ impl Run {
 
     /// Takes steps, and returns why they ended.
     fn steps(&mut self, session: &mut Session) -> Result<&'static str, Failure> {
-        let mut recent = vec![self.flow.objective()];
+        let mut recent = self.folder.recent()?;
         loop {
             let step = self.folder.step();
             if let Some(reason) = reached(&self.setup.until, step, self.flow.energy(), self.seconds()) {
                 return Ok(reason);
             }
-            let settled = self.setup.until.is_empty()
-                && !self.flow.is_growing()
-                && recent.len() > PATIENCE
-                && recent[recent.len() - 1 - PATIENCE] - self.flow.objective()
-                    < PROGRESS * self.flow.energy();
-            if settled {
+            if self.setup.until.is_empty() && recent.settled(&self.flow) {
                 return Ok("settled");
             }
+            if recent.blocked(&self.flow) {
+                return Ok("blocked");
+            }
             let name = self.progress(step + 1);
-            let Some(done) = session.solver(&name, || self.flow.step())? else { return Ok("minimum") };
-            recent.push(done.objective);
+            let Some(done) = session.solver(&name, || self.flow.step())? else {
+                return Ok(if self.flow.is_growing() { "blocked" } else { "minimum" });
+            };
+            recent.push(done.objective, done.growth);
             self.record(step + 1, &done, session)?;
         }
     }
@@ -142,7 +151,7 @@ impl Run {
             self.self_distance,
         );
         session.detail(&format!("step {step}: energy {:.6}, length {:.3e}", done.energy, done.step_size));
-        self.folder.log(&row, facts_of(done))?;
+        self.folder.log(&row, facts_of(done, &self.flow))?;
         if step.is_multiple_of(self.setup.frames_every) {
             self.write_frame()?;
         }
@@ -153,12 +162,22 @@ impl Run {
     }
 
     fn write_frame(&mut self) -> Result<(), Failure> {
-        let scene = || Scene::new(self.flow.mesh(), Coloring::default());
+        let mesh = self.flow.mesh();
         let picture = match self.render {
-            true => Some(draw(scene(), &PictureArguments::default())?),
+            true => Some(draw(Scene::new(mesh, Coloring::default()), &PictureArguments::default())?),
             false => None,
         };
-        self.folder.frame(self.flow.mesh(), picture)
+        let Setup { mesh: start, attributes, options, .. } = &self.setup;
+        let pulled;
+        let attributes: &Attributes = match self.folder.step() == 0 || options.remeshing == Remeshing::Off {
+            true => attributes,
+            false => {
+                pulled = attributes.pulled(self.flow.places(), start, mesh.triangles());
+                &pulled
+            }
+        };
+        let colours = attributes.colours();
+        self.folder.frame(&attributes.out(mesh, colours.as_deref()), picture)
     }
 
     /// Writes the last frame, the checkpoint and the report.
@@ -167,7 +186,16 @@ impl Run {
             self.write_frame()?;
         }
         self.folder.checkpoint(&self.flow.state())?;
-        let Run { folder, flow, first_energy, .. } = &self;
+        let Run { setup, folder, flow, first_energy, .. } = &self;
+        if reason == "blocked" {
+            let sentence = blocked_sentence(&setup.mesh, &setup.options, flow, self.self_distance);
+            session.warn(Warned::new("blocked", sentence).with("growth_done", flow.growth_done()));
+        }
+        if let Some(rate) = self.animation {
+            let path = write_animation(folder, &setup.mesh, &setup.attributes, rate)?;
+            let frames = folder.frames().len();
+            session.note(&format!("{} holds {frames} frames, {rate} per second", path.display()));
+        }
         session.report.phase("flow", self.started.elapsed());
         session.report.result.extend(
             [
@@ -179,6 +207,7 @@ impl Run {
                 ("area", json!(Quantity::Area.of(flow.mesh()))),
                 ("volume", json!(Quantity::Volume.of(flow.mesh()))),
                 ("faces", json!(flow.mesh().face_count())),
+                ("growth_done", json!(flow.growth_done())),
                 ("self_distance", json!(self.self_distance)),
                 ("frames", json!(folder.frames())),
             ]
@@ -191,6 +220,7 @@ impl Run {
             match reason {
                 "settled" => "ten steps lowered it by less than 0.1 %",
                 "minimum" => "no step lowers it further",
+                "blocked" => "what should grow or move is blocked",
                 _ => "as asked",
             },
             folder.path().display(),
@@ -199,14 +229,28 @@ impl Run {
     }
 }
 
+/// Checks that frames can be written, and warns of what their format cannot hold.
+fn check_frames(setup: &Setup, format: MeshFormat, session: &mut Session) -> Result<(), Failure> {
+    let colours = setup.attributes.colours();
+    let out = setup.attributes.out(&setup.mesh, colours.as_deref());
+    let left_out = write_mesh_bytes(&mut std::io::sink(), format, &out)
+        .map_err(|fault| Failure::Usage(format!("--frames {}: {fault}", format.name().to_lowercase())))?;
+    for warning in &left_out {
+        session.warn(Warned::from(warning).about("frames"));
+    }
+    Ok(())
+}
+
 /// What the log has besides its columns.
-fn facts_of(done: &FlowStep) -> Value {
+fn facts_of(done: &FlowStep, flow: &Flow) -> Value {
     let mut facts = json!({
         "objective": done.objective,
         "descent": done.descent,
         "backtracks": done.backtracks,
         "limited_by_collision": done.limited_by_collision,
         "deviation": done.deviation,
+        "growth": done.growth,
+        "growth_done": flow.growth_done(),
     });
     if let Some(counts) = done.remeshing {
         facts["remeshing"] = json!({

@@ -1,5 +1,6 @@
 //! The flow that a scene describes: its surface and the options.
 
+use super::attributes::Attributes;
 use crate::exit::Failure;
 use crate::input::{MeshArguments, MeshInput};
 use crate::numpy::NpzReader;
@@ -15,13 +16,19 @@ use eikona_scene::model::{self, Goal, ObstacleShape, OnLine, Source, Surface, Ta
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Reads the meshes of a scene, and returns the surface and the options.
-pub fn flow_of(scene: &Scene, session: &mut Session) -> Result<(TriangleMesh, FlowOptions), Failure> {
-    let mut parts = Vec::new();
+/// Reads the meshes of a scene, and returns the surface, its data, and the options.
+pub fn flow_of(
+    scene: &Scene,
+    session: &mut Session,
+) -> Result<(TriangleMesh, Attributes, FlowOptions), Failure> {
+    let (mut parts, mut data) = (Vec::new(), Vec::new());
     for surface in &scene.surfaces {
-        parts.push(mesh_of(&surface.value, session)?);
+        let (part, attributes) = part_of(&surface.value, session)?;
+        data.push((attributes, part.vertex_count(), part.face_count()));
+        parts.push(part);
     }
     let mesh = joined(&parts)?;
+    let attributes = Attributes::joined(data, session);
     let [alpha, beta] = scene.exponents;
     let mut options =
         FlowOptions::default().with_exponents(Exponents::new(alpha, beta)?).with_keep(Vec::new());
@@ -58,14 +65,14 @@ pub fn flow_of(scene: &Scene, session: &mut Session) -> Result<(TriangleMesh, Fl
     if let Some(log) = &scene.log {
         session.note(&format!("line {}: the log is log.csv in the output folder", log.line));
     }
-    Ok((mesh, options))
+    Ok((mesh, attributes, options))
 }
 
 fn at_line(scene: &Scene, line: usize, fault: impl std::fmt::Display) -> Failure {
     Failure::Input(format!("{}: line {line}: {fault}", scene.file.display()))
 }
 
-fn read(path: &Path, session: &mut Session) -> Result<TriangleMesh, Failure> {
+fn read(path: &Path, session: &mut Session) -> Result<MeshInput, Failure> {
     let arguments = MeshArguments {
         mesh: path.to_path_buf(),
         in_format: None,
@@ -74,16 +81,28 @@ fn read(path: &Path, session: &mut Session) -> Result<TriangleMesh, Failure> {
         stitch: None,
         all_faults: false,
     };
-    Ok(MeshInput::read(&arguments, session)?.mesh)
+    MeshInput::read(&arguments, session)
 }
 
 fn mesh_of(surface: &Surface, session: &mut Session) -> Result<TriangleMesh, Failure> {
-    let mesh = match &surface.source {
-        Source::File(path) => read(path, session)?,
-        shape @ Source::Shape { .. } => shape.shape().unwrap_or_else(|| TriangleMesh::new(vec![], vec![]))?,
+    part_of(surface, session).map(|(mesh, _)| mesh)
+}
+
+/// A mesh of the scene with its data; shapes have none.
+fn part_of(surface: &Surface, session: &mut Session) -> Result<(TriangleMesh, Attributes), Failure> {
+    let (mesh, attributes) = match &surface.source {
+        Source::File(path) => {
+            let input = read(path, session)?;
+            let attributes = Attributes::of(&input, session);
+            (input.mesh, attributes)
+        }
+        shape @ Source::Shape { .. } => {
+            let mesh = shape.shape().unwrap_or_else(|| TriangleMesh::new(vec![], vec![]))?;
+            (mesh, Attributes::default())
+        }
     };
     let scaled = mesh.positions().iter().map(|p| p.map(|x| surface.scale * x)).collect();
-    moved(&mesh.with_positions(scaled)?, surface.offset)
+    Ok((moved(&mesh.with_positions(scaled)?, surface.offset)?, attributes))
 }
 
 fn moved(mesh: &TriangleMesh, offset: [f64; 3]) -> Result<TriangleMesh, Failure> {

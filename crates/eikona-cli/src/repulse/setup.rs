@@ -1,6 +1,7 @@
 //! What a run needs, from a mesh and options or from a scene.
 
 use super::arguments::{RemeshKind, RepulseArguments, Until};
+use super::attributes::Attributes;
 use super::scene_setup;
 use crate::exit::Failure;
 use crate::input::MeshInput;
@@ -8,6 +9,7 @@ use crate::session::Session;
 use crate::warned::Warned;
 use eikona::repulsive::{Exponents, FlowOptions, Quantity, Remeshing};
 use eikona::spatial::self_intersections;
+use eikona_mesh::io::MeshFormat;
 use eikona_mesh::{FileError, TriangleMesh, counted};
 use eikona_scene::{SceneError, is_scene, read_scene};
 use serde_json::{Value, json};
@@ -17,6 +19,8 @@ use std::path::Path;
 pub struct Setup {
     /// The surface at the start.
     pub mesh: TriangleMesh,
+    /// Its data, which follow the surface.
+    pub attributes: Attributes,
     pub options: FlowOptions,
     pub until: Vec<Until>,
     pub frames_every: u64,
@@ -37,11 +41,17 @@ impl Setup {
             false => Setup::of_mesh(arguments, session)?,
         };
         setup.allow_intersections(session)?;
+        if arguments.no_data {
+            setup.attributes = Attributes::default();
+        }
+        setup.check_animation(arguments)?;
         setup.settings["vertices"] = json!(setup.mesh.vertex_count());
         setup.settings["faces"] = json!(setup.mesh.face_count());
         setup.settings["area"] = json!(Quantity::Area.of(&setup.mesh));
         setup.settings["quadrature"] = json!(setup.options.quadrature());
         setup.settings["collisions"] = json!(setup.options.collisions);
+        setup.settings["frames"] = json!(arguments.frames);
+        setup.settings["data"] = json!(setup.attributes.names());
         Ok(setup)
     }
 
@@ -61,8 +71,10 @@ impl Setup {
             "alpha": exponents.alpha, "beta": exponents.beta, "keep": options.keep,
             "remeshing": options.remeshing,
         });
+        let attributes = Attributes::of(&input, session);
         Ok(Setup {
             mesh: input.mesh,
+            attributes,
             options,
             until: arguments.until.clone(),
             frames_every: arguments.frames_every.unwrap_or(FRAMES_EVERY),
@@ -78,7 +90,7 @@ impl Setup {
         let scene = session
             .phase("read scene", || read_scene(&arguments.mesh.mesh))
             .map_err(|fault| unread(&arguments.mesh.mesh, fault))?;
-        let (mesh, options) = scene_setup::flow_of(&scene, session)?;
+        let (mesh, attributes, options) = scene_setup::flow_of(&scene, session)?;
         let stop = &scene.stop;
         let mut until = arguments.until.clone();
         if until.is_empty() {
@@ -98,12 +110,35 @@ impl Setup {
         }
         Ok(Setup {
             mesh,
+            attributes,
             options: options.with_threads(session.threads()),
             until,
             frames_every: every(arguments.frames_every, frames, FRAMES_EVERY),
             checkpoint_every: every(arguments.checkpoint_every, checkpoints, CHECKPOINT_EVERY),
             settings: json!({ "scene": settings }),
         })
+    }
+
+    /// An animation needs frames with the same vertices and faces.
+    fn check_animation(&self, arguments: &RepulseArguments) -> Result<(), Failure> {
+        if arguments.animation.is_none() {
+            return Ok(());
+        }
+        if self.options.remeshing != Remeshing::Off {
+            return Err(Failure::Usage(
+                "--animation needs faces that keep their numbers, but remeshing changes them; add \
+                 --remesh off (remesh = false in a scene), or play the files in frames/ one by one"
+                    .into(),
+            ));
+        }
+        if arguments.frames == MeshFormat::Stl {
+            return Err(Failure::Usage(
+                "--animation reads the frames, and faces in STL files do not share vertices; choose other \
+                 --frames"
+                    .into(),
+            ));
+        }
+        Ok(())
     }
 
     /// Below p = 4, surfaces may intersect at the start. Steps cannot be kept free of collisions

@@ -51,6 +51,27 @@ impl Folder {
         lines.map(|l| l.split(',').nth(place).unwrap().parse().unwrap()).collect()
     }
 
+    /// The rows of the log of a run of `eikona repulse`.
+    pub fn rows(&self, run: &str) -> Vec<serde_json::Value> {
+        let text = self.read(&format!("{run}/log.jsonl"));
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    }
+
+    /// Compares the logs, but for times, and the frames of the same steps of two runs.
+    #[track_caller]
+    pub fn assert_same_run(&self, run: &str, other: &str) {
+        let [rows, others] = [run, other].map(|name| {
+            let mut rows = self.rows(name);
+            rows.iter_mut().for_each(|row| row["seconds"] = 0.into());
+            rows
+        });
+        assert_eq!(rows, others);
+        for step in 0..rows.len() {
+            let frame = |run: &str| self.bytes(&format!("{run}/frames/{step:06}.ply"));
+            assert_eq!(frame(run), frame(other), "frame {step}");
+        }
+    }
+
     /// The numbers of a NumPy file of int32.
     pub fn npy(&self, name: &str) -> Vec<i32> {
         let bytes = self.bytes(name);

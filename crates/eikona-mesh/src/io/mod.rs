@@ -8,7 +8,7 @@
 //! | PLY | ascii and binary; polygons, strips, edges; all scalar properties | ascii or binary; all but polylines of more than 2 nodes stay whole |
 //! | STL | ascii and binary, three vertices per facet | ascii or binary, triangles only |
 //! | OFF | with colours and normals | polygons, colours |
-//! | GLB, glTF | all primitives, placed by their nodes; `_NAME` scalars | GLB: triangles, lines, scalars, colours |
+//! | GLB, glTF | all primitives, placed by their nodes; `_NAME` scalars | GLB: triangles, lines, scalars, colours, texture coordinates, animations ([`stage_animation`]) |
 //! | VTP | ascii, base64 and raw data, zlib | polygons, lines, scalars, colours |
 //!
 //! Text may be UTF-8, UTF-16 or UTF-32. Writing to a format of 32-bit floats (STL, GLB, glTF) gives
@@ -24,6 +24,7 @@ mod base64;
 mod detect;
 mod faces;
 mod gltf;
+mod gltf_animation;
 mod gltf_buffers;
 mod gltf_scene;
 mod gltf_write;
@@ -49,6 +50,7 @@ mod tests;
 
 pub use atomic::{StagedFile, discard_temporary_files, publish_files, stage_file, write_atomically};
 pub use gltf::read_gltf;
+pub use gltf_animation::{Animation, stage_animation};
 pub use obj::read_obj;
 pub use off::read_off;
 pub use output::{Encoding, MeshOut};

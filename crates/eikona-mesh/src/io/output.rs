@@ -173,7 +173,10 @@ impl<'a> MeshOut<'a> {
             lost(true, &format!("the face vectors \"{name}\""));
         }
         lost(format == Stl && self.vertex_colours.is_some(), "colours");
-        lost(!matches!(format, Obj | Ply) && self.corner_uvs.is_some(), "texture coordinates of corners");
+        lost(
+            !(glb || matches!(format, Obj | Ply)) && self.corner_uvs.is_some(),
+            "texture coordinates of corners",
+        );
         lost(matches!(format, Stl | Off) && !self.lines.is_empty(), "lines");
         if glb {
             left_out.extend(rounding::warning(self, rounding::offset(self.positions()), format));

@@ -1,7 +1,7 @@
 //! Where the vertices of a remeshed surface lie on the original one, and how data follows them.
 
 use super::changing::Vec3;
-use crate::geometry::vector::{add, dot, lerp, scale};
+use crate::geometry::vector::{add, dot, scale};
 use crate::spatial::{ClosestPoint, closest_point_of_triangle};
 use eikona_mesh::{Face, SurfacePoint, TriangleMesh};
 use eikona_numeric::{NumericError, mapped};
@@ -11,9 +11,9 @@ use eikona_numeric::{NumericError, mapped};
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Places(pub(super) Vec<(u32, [f64; 3])>);
 
-/// How far corners are moved towards the middle of their face to find on which side of an edge of
-/// the original surface they lie.
-const INWARDS: f64 = 1e-3;
+/// Corner values of two faces agree at a common vertex if they differ by less than this share of
+/// how much they differ within a face.
+const SEAM: f64 = 1e-3;
 
 impl Places {
     /// The places of the vertices of a surface on itself.
@@ -60,8 +60,9 @@ impl Places {
     }
 
     /// Returns values at the corners of the new faces, interpolated from those at the corners of
-    /// the original ones. Where these differ across an edge, as texture coordinates do at a seam,
-    /// so do the new ones.
+    /// the original ones. Where these differ between faces, as texture coordinates do at a seam,
+    /// so do the new ones: a face takes all its values from the side on which its middle lies. Its
+    /// corners beyond the seam take those of the nearest point on that side.
     pub fn pull_corners<const N: usize>(
         &self,
         original: &TriangleMesh,
@@ -69,10 +70,11 @@ impl Places {
         values: &[[[f64; N]; 3]],
     ) -> Vec<[[f64; N]; 3]> {
         let of_face = |corners: &[u32; 3]| {
-            let middle = self.middle(original, corners);
+            let middle = self.middle(original, corners).face;
             corners.map(|v| {
-                let inside = lerp(self.position(original, v), middle.position, INWARDS);
-                let place = nearest_from(original, middle.face, inside);
+                let position = self.position(original, v);
+                let same_side = |from, to| agree(original, values, from, to);
+                let place = nearest_among(original, middle, position, same_side);
                 blend(values[place.face.0 as usize], place.weights)
             })
         };
@@ -132,8 +134,10 @@ fn heaviest(weights: [f64; 3]) -> usize {
     (0..3).fold(0, |k, i| if weights[i] > weights[k] { i } else { k })
 }
 
+/// The weighted mean. Corners without weight may have any value, also NaN.
 fn blend<const N: usize>(corners: [[f64; N]; 3], weights: [f64; 3]) -> [f64; N] {
-    std::array::from_fn(|k| (0..3).map(|i| weights[i] * corners[i][k]).sum())
+    let weighty = (0..3).filter(|i| weights[*i] != 0.0);
+    std::array::from_fn(|k| weighty.clone().map(|i| weights[i] * corners[i][k]).sum())
 }
 
 /// The squared distance of a point from the box of a triangle.
@@ -145,9 +149,28 @@ fn squared_distance_of_box(p: Vec3, [a, b, c]: [Vec3; 3]) -> f64 {
     dot(away, away)
 }
 
+/// Whether the corner values of two faces agree at a vertex that both have.
+fn agree<const N: usize>(mesh: &TriangleMesh, values: &[[[f64; N]; 3]], from: Face, to: Face) -> bool {
+    let [own, other] = [from, to].map(|face| &values[face.index()]);
+    let far = |a: &[f64; N], b: &[f64; N]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let extent = far(&own[0], &own[1]).max(far(&own[1], &own[2])).max(far(&own[2], &own[0]));
+    let [corners, others] = [from, to].map(|face| mesh.face_vertices(face));
+    (0..3).any(|i| (0..3).any(|k| corners[i] == others[k] && far(&own[i], &other[k]) <= SEAM * extent))
+}
+
 /// Goes from a face to neighbours that are closer to a point, as long as there are any. Unlike the
 /// closest point of the whole surface, this does not leap to a sheet that happens to be near.
 pub(super) fn nearest_from(mesh: &TriangleMesh, start: Face, p: Vec3) -> ClosestPoint {
+    nearest_among(mesh, start, p, |_, _| true)
+}
+
+/// As [`nearest_from`], by steps from a face to another that are allowed.
+fn nearest_among(
+    mesh: &TriangleMesh,
+    start: Face,
+    p: Vec3,
+    allowed: impl Fn(Face, Face) -> bool,
+) -> ClosestPoint {
     let mut face = start;
     let (mut weights, mut position, mut squared) = closest_point_of_triangle(p, mesh.face_positions(face));
     loop {
@@ -156,7 +179,7 @@ pub(super) fn nearest_from(mesh: &TriangleMesh, start: Face, p: Vec3) -> Closest
             let other = corner.face();
             let corners = mesh.face_positions(other);
             // Most faces around are not close enough.
-            if other == face || squared_distance_of_box(p, corners) > squared {
+            if other == face || squared_distance_of_box(p, corners) > squared || !allowed(here, other) {
                 continue;
             }
             let found = closest_point_of_triangle(p, corners);

@@ -130,6 +130,7 @@ impl Flow {
                         limited_by_collision,
                         deviation: settled.deviation,
                         remeshing: settled.remeshing,
+                        growth: base.share,
                     };
                     self.memory = settled.memory;
                     // A step without descent says nothing about the length of the next one.

@@ -60,6 +60,9 @@ pub struct FlowStep {
     /// What remeshing did after the step; `None` if it was off, could not be done without
     /// collisions, or would have raised the energy too much.
     pub remeshing: Option<RemeshCounts>,
+    /// How much of what grows or moves on its own was done, as a share of what one step should
+    /// bring: 1 if nothing was in the way, 0 if all was, or if the schedule is over.
+    pub growth: f64,
 }
 
 /// A surface that moves to lower its tangent-point energy.
@@ -195,6 +198,27 @@ impl Flow {
     /// Returns whether a quantity still grows, or a pin still moves.
     pub fn is_growing(&self) -> bool {
         self.memory.changes_after(&self.options, self.memory.time)
+    }
+
+    /// Returns how much of the schedule is done, as a share of the longest one among the quantities
+    /// that grow and the pins that move: 1 if it is over, or if there is none.
+    ///
+    /// ```
+    /// use eikona::mesh::shapes;
+    /// use eikona::repulsive::{Flow, FlowOptions, Growth, Quantity};
+    /// let growth = Growth { quantity: Quantity::Area, times: 1.2, plus: 0.0, steps: 4 };
+    /// let options = FlowOptions::default().with_keep(vec![]).with_growth(vec![growth]);
+    /// let mut flow = Flow::new(&shapes::icosphere(2)?, &options)?;
+    /// assert_eq!(flow.growth_done(), 0.0);
+    /// let step = flow.step()?.unwrap();
+    /// assert_eq!((step.growth, flow.growth_done()), (1.0, 0.25));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn growth_done(&self) -> f64 {
+        match self.options.growing_steps() {
+            0 => 1.0,
+            steps => (self.memory.time / steps as f64).min(1.0),
+        }
     }
 
     /// Takes one step. `None` if there is none that lowers the energy: a minimum, up to rounding.

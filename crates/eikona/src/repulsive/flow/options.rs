@@ -106,6 +106,12 @@ impl FlowOptions {
         self.quadrature.unwrap_or(suited)
     }
 
+    /// The number of steps after which nothing grows or moves on its own any more.
+    pub(super) fn growing_steps(&self) -> u64 {
+        let moving = self.pins.iter().filter(|pin| pin.motion != [0.0; 3]).map(|pin| pin.steps);
+        self.growth.iter().map(|growth| growth.steps).chain(moving).max().unwrap_or(0)
+    }
+
     /// # Errors
     /// [`RepulsiveError::Constraint`].
     pub(super) fn check(&self) -> Result<(), RepulsiveError> {

@@ -154,7 +154,6 @@ impl Memory {
 
     /// Whether something grows or moves after a time.
     pub fn changes_after(&self, options: &FlowOptions, time: f64) -> bool {
-        options.growth.iter().any(|growth| time < growth.steps as f64)
-            || options.pins.iter().any(|pin| pin.motion != [0.0; 3] && time < pin.steps as f64)
+        time < options.growing_steps() as f64
     }
 }
