@@ -141,8 +141,8 @@ fn every_method_runs() {
     assert!(energies.len() >= 7, "{energies:?}");
 }
 
-/// Coarse rings, whose energy knows of centroids alone: their faces slip between each other's
-/// unless collisions are looked for (RS figure 27).
+/// Coarse rings: where the energy knows of centroids alone, faces slip between each other's unless
+/// collisions are looked for (RS figure 27). Adaptive quadrature keeps them apart, too.
 #[test]
 fn coarse_rings_slip_through_each_other_unless_collisions_are_detected() {
     let folder = Folder::new();
@@ -151,7 +151,9 @@ fn coarse_rings_slip_through_each_other_unless_collisions_are_detected() {
     let scene = std::fs::read_to_string(scene).unwrap();
     assert!(scene.contains("collisions = true"));
     folder.write("held.toml", &scene);
-    folder.write("free.toml", &scene.replace("collisions = true", "collisions = false"));
+    let free = scene.replace("collisions = true", "collisions = false");
+    folder.write("free.toml", &free);
+    folder.write("adaptive.toml", &free.replace("midpoint", "adaptive"));
     let intersecting = |name: &str| {
         folder.done(&format!("repulse {name}.toml -o {name} --until steps=60 --frames-every 10"));
         let frames = (0..=6).map(|k| format!("{name}/frames/{:06}.ply", 10 * k));
@@ -164,6 +166,7 @@ fn coarse_rings_slip_through_each_other_unless_collisions_are_detected() {
     };
     assert_eq!(intersecting("held"), 0);
     assert!(intersecting("free") > 10);
+    assert_eq!(intersecting("adaptive"), 0);
 }
 
 /// The scenes that come with the project take a step.
@@ -194,9 +197,12 @@ fn growth_and_moving_pins_resume_bit_for_bit() {
     let moves = "keep.area = { times = 1.3, steps = 6 }\n[[pin]]\nvertices = [0]\nmove = [0, 0, 0.8]\n\
                  steps = 7\n[[pin]]\nvertices = [11]\n";
     for (name, text) in [("grows", grows), ("moves", moves)] {
-        folder.write("s.toml", &format!("mesh = {{ shape = \"icosphere\", levels = 2 }}\n{text}"));
+        let text = format!("mesh = {{ shape = \"icosphere\", levels = 2 }}\n{text}");
+        folder.write("s.toml", &text);
         folder.done(&format!("repulse s.toml -o {name} --until steps=10"));
         folder.done(&format!("repulse s.toml -o {name}-part --until steps=3"));
+        // Lines do not matter.
+        folder.write("s.toml", &format!("# A remark.\n{text}"));
         folder.done(&format!("repulse s.toml -o {name}-part --until steps=5 --resume"));
         folder.done(&format!("repulse s.toml -o {name}-part --until steps=10 --resume"));
         folder.assert_same_run(&format!("{name}-part"), name);

@@ -2,16 +2,19 @@
 
 use super::implicit::Barrier;
 use eikona_mesh::{MeshError, TriangleMesh, shapes};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use std::path::{Path, PathBuf};
 
 /// The number of a line in the scene file, from 1.
 pub type Line = usize;
 
-/// A value with the line that gives it, for messages of whoever uses it.
+/// A value with the line that gives it, for messages of whoever uses it. Serialised, it is the
+/// value alone: comments may be added to a scene whose run is resumed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(transparent)]
 pub struct OnLine<T> {
     /// The line.
+    #[serde(skip)]
     pub line: Line,
     /// The value.
     pub value: T,
@@ -22,6 +25,11 @@ impl<T> OnLine<T> {
     pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> OnLine<U> {
         OnLine { line: self.line, value: convert(self.value) }
     }
+}
+
+/// Serialises whether there is a line.
+fn is_given<S: Serializer>(line: &Option<Line>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_bool(line.is_some())
 }
 
 /// A scene. What is `None` or empty is not in the file.
@@ -45,6 +53,7 @@ pub struct Scene {
     pub method: Option<OnLine<Method>>,
     /// The line that drops the low-order term of the inner product. (The authors' program calls it
     /// `disable_near_field`, but the energy keeps all its pairs.)
+    #[serde(serialize_with = "is_given")]
     pub low_order_off: Option<Line>,
     /// How the energy of two faces is integrated.
     pub quadrature: Option<OnLine<Quadrature>>,
@@ -157,8 +166,10 @@ pub struct Constraints {
     /// Pinned vertices, each at most once.
     pub pins: Vec<OnLine<Pin>>,
     /// The line that pins all vertices of the boundary.
+    #[serde(serialize_with = "is_given")]
     pub boundary_vertices: Option<Line>,
     /// The line that keeps the normals along the boundary.
+    #[serde(serialize_with = "is_given")]
     pub boundary_normals: Option<Line>,
 }
 

@@ -177,7 +177,7 @@ fn data_follow_the_surface() {
         assert!(near || side(done.mesh.face_positions(f)) == side(mesh.face_positions(parent)));
         for value in values {
             assert!(value[0].abs() > 1.0 - 1e-12, "{value:?}");
-            assert_eq!(value, values[0], "a face has values of both sides");
+            assert!((value[0] - values[0][0]).abs() < 1e-12, "a face has values of both sides: {values:?}");
         }
     }
 }

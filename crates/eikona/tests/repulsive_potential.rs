@@ -455,7 +455,9 @@ fn faults_name_the_element_and_the_remedy() {
     says(implicit(ImplicitSurface::Plane { point: centre, normal: centre }), &["normal", "is 0"]);
     says(implicit(ImplicitSurface::Plane { point: [infinite; 3], normal: [1.0; 3] }), &["inf"]);
     let plane = ImplicitSurface::Plane { point: mesh.position(Vertex(7)), normal: [1.0; 3] };
-    says(fault(Potential::repel_from(1.0, plane.clone(), 6.0), &mesh), &["vertex 7 lies", "away"]);
+    let first = mesh.faces().find(|f| mesh.face_vertices(*f).contains(&Vertex(7))).unwrap();
+    let lies = format!("{first} lies on");
+    says(fault(Potential::repel_from(1.0, plane.clone(), 6.0), &mesh), &[&lies, "away"]);
     says(fault(Potential::repel_from(1.0, plane.clone(), 0.0), &mesh), &["exponent 0", "above 0"]);
     says(fault(Potential::attract_to(1.0, plane.clone(), 0.5), &mesh), &["0.5", "at least 1"]);
     says(fault(Potential::attract_to(1.0, plane.clone(), f64::NAN), &mesh), &["NaN"]);

@@ -45,7 +45,9 @@ pub use lattice::Diagonal;
 pub use one_sided::{klein_bottle, moebius_band, projective_plane};
 pub use parameter::MAX_SHAPE_FACES;
 pub use platonic::{icosahedron, octahedron, tetrahedron};
-pub use polycube::{TunnelKnot, borromean_rings, chain_of_genus, clay_animal, handcuffs, joined_rings, knotted_tunnel};
+pub use polycube::{
+    TunnelKnot, borromean_rings, chain_of_genus, clay_animal, handcuffs, joined_rings, knotted_tunnel,
+};
 pub use registry::{Parameter, ShapeDescription, make, shape_descriptions, shape_names};
 pub use revolution::{Ends, cone, cylinder, punctured_torus, torus};
 pub use spheres::{bumpy_sphere, cube_sphere, geodesic_sphere, icosphere, uv_sphere};

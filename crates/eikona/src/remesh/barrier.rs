@@ -19,7 +19,8 @@ pub(crate) trait Barrier: Debug + Send + Sync {
 
 /// Whether the surface can go over from the removed faces to the added ones.
 pub(super) fn allows(barrier: &dyn Barrier, removed: &[[Vec3; 3]], replacement: &Replacement) -> bool {
-    let gap = |triangles: &[[Vec3; 3]]| triangles.iter().map(|t| barrier.gap(*t)).fold(f64::INFINITY, f64::min);
+    let gap =
+        |triangles: &[[Vec3; 3]]| triangles.iter().map(|t| barrier.gap(*t)).fold(f64::INFINITY, f64::min);
     let sides = |[a, b, c, d]: [Vec3; 4]| [[a, b, c], [a, b, d], [a, c, d], [b, c, d]];
     gap(&replacement.added) >= CLOSEST * gap(removed)
         && replacement.between.iter().all(|t| gap(&sides(*t)) > 0.0)

@@ -21,9 +21,7 @@ use crate::repulsive::moments::{MomentForce, Moments, force_of_face, moments_of,
 use crate::repulsive::near_contact::NearContact;
 use crate::repulsive::options::Exponents;
 use crate::spatial::{ClusterTree, LEAF_POINTS};
-use eikona_numeric::{
-    Instructions, NumericError, Vectorized, check_stopped, for_chunks, mapped, together, vectorized,
-};
+use eikona_numeric::{Instructions, NumericError, Vectorized, check_stopped, for_chunks, mapped, vectorized};
 use std::ops::Range;
 
 /// Which faces are near to the faces of a leaf, and which clusters are far from them.
@@ -181,20 +179,17 @@ pub(crate) fn hierarchical(
     let mut total = PartnerForces::new(&work);
     let leaves = interactions.leaves.len().div_ceil(PARTS).max(1);
     let mut parts = interactions.leaves.chunks(leaves).zip(rows.chunks_mut(leaves * LEAF_POINTS));
-    let mut buffers: Vec<PartnerForces> =
-        (0..threads.clamp(1, PARTS)).map(|_| PartnerForces::new(&work)).collect();
+    // Threads that share all parts need not wait for each other.
+    let at_once = if threads > 1 { PARTS } else { 1 };
     loop {
-        let tasks = parts.by_ref().take(buffers.len()).zip(&mut buffers).map(|((lists, rows), partners)| {
-            let work = &work;
-            move || exponents.with_powers(Part { work, lists, rows, partners })
-        });
-        let done = together(tasks.collect::<Vec<_>>());
-        if done.is_empty() {
+        let part = |(lists, rows)| Part { work: &work, lists, rows, partners: PartnerForces::new(&work) };
+        let mut parts: Vec<Part> = parts.by_ref().take(at_once).map(part).collect();
+        if parts.is_empty() {
             break;
         }
-        let finished = done.len();
-        done.into_iter().collect::<Result<(), NumericError>>()?;
-        buffers[..finished].iter_mut().for_each(|buffer| total.take(buffer, threads));
+        for_chunks(threads, &mut parts, 1, |_, part| exponents.with_powers(&mut part[0]))?;
+        let sums: Vec<PartnerForces> = parts.into_iter().map(|part| part.partners).collect();
+        total.add(&sums, threads)?;
     }
     if differential {
         add_partner_forces(&work, total, threads, &mut rows)?;
@@ -249,30 +244,23 @@ impl PartnerForces {
         PartnerForces { at_faces: vec![[0.0; 4]; faces], at_clusters: vec![MomentForce::default(); clusters] }
     }
 
-    /// Adds others, which become zero.
-    fn take(&mut self, other: &mut PartnerForces, threads: usize) {
-        moved_into(&mut self.at_faces, &mut other.at_faces, threads, |sum, own| {
-            (0..4).for_each(|k| sum[k] += own[k]);
-        });
-        moved_into(&mut self.at_clusters, &mut other.at_clusters, threads, MomentForce::add);
-    }
-}
-
-fn moved_into<T: Default + Send>(
-    sums: &mut [T],
-    others: &mut [T],
-    threads: usize,
-    add: impl Fn(&mut T, &T) + Copy + Send,
-) {
-    let share = sums.len().div_ceil(threads.max(1)).max(1);
-    together(sums.chunks_mut(share).zip(others.chunks_mut(share)).map(|(sums, others)| {
-        move || {
-            for (sum, other) in sums.iter_mut().zip(others) {
-                add(sum, other);
-                *other = T::default();
+    fn add(&mut self, others: &[PartnerForces], threads: usize) -> Result<(), NumericError> {
+        const CHUNK: usize = 1024;
+        for_chunks(threads, &mut self.at_faces, CHUNK, |chunk, sums| {
+            for other in others {
+                let own = &other.at_faces[chunk * CHUNK..];
+                sums.iter_mut().zip(own).for_each(|(sum, own)| (0..4).for_each(|k| sum[k] += own[k]));
             }
-        }
-    }));
+            Ok::<(), NumericError>(())
+        })?;
+        for_chunks(threads, &mut self.at_clusters, CHUNK, |chunk, sums| {
+            for other in others {
+                let own = &other.at_clusters[chunk * CHUNK..];
+                sums.iter_mut().zip(own).for_each(|(sum, own)| sum.add(own));
+            }
+            Ok(())
+        })
+    }
 }
 
 /// Some consecutive leaves, with the rows of their faces.
@@ -280,10 +268,10 @@ struct Part<'a> {
     work: &'a Work<'a>,
     lists: &'a [LeafList],
     rows: &'a mut [Row],
-    partners: &'a mut PartnerForces,
+    partners: PartnerForces,
 }
 
-impl Kernel for Part<'_> {
+impl Kernel for &mut Part<'_> {
     type Output = Result<(), NumericError>;
     fn with<P: Powers>(self, exponents: Exponents, powers: P) -> Self::Output {
         let (mut near, mut far) = (Vec::new(), Vec::new());
@@ -307,7 +295,7 @@ impl Kernel for Part<'_> {
                 differential,
             });
             if differential {
-                scatter(list, &work, &near, &far, self.partners);
+                scatter(list, &work, &near, &far, &mut self.partners);
             }
         }
         Ok(())

@@ -14,7 +14,8 @@ use crate::repulsive::error::RepulsiveError;
 use eikona_mesh::{Face, TriangleMesh};
 use eikona_numeric::{NumericError, check_stopped};
 
-/// A face may come closer to a barrier by all but this share of its distance at the start.
+/// A face keeps this share of its distance from a barrier at the start, of which at least half is
+/// known.
 const KEPT: f64 = 0.1;
 /// Pieces are not divided below this share of the distance at the start.
 const SMALLEST: f64 = 0.3;
@@ -127,7 +128,9 @@ impl crate::remesh::Barrier for Barriers {
 
     fn clears(&self, corners: [Vec3; 3], ways: [Vec3; 3]) -> bool {
         let face = Moving { corners, ways };
-        self.0.iter().all(|barrier| barrier.is_far(&face, 1.0, 0.0) || barrier.safe_share_of(face, 1.0) == 1.0)
+        self.0
+            .iter()
+            .all(|barrier| barrier.is_far(&face, 1.0, 0.0) || barrier.safe_share_of(face, 1.0) == 1.0)
     }
 }
 

@@ -259,17 +259,25 @@ impl Field {
     ///
     /// # Errors
     /// [`RepulsiveError::FaceOnObstacle`], [`RepulsiveError::PotentialRange`].
-    fn on_face(&self, mesh: &TriangleMesh, face: Face) -> Result<[(f64, Vec3); POINTS.len()], RepulsiveError> {
+    fn on_face(
+        &self,
+        mesh: &TriangleMesh,
+        face: Face,
+    ) -> Result<[(f64, Vec3); POINTS.len()], RepulsiveError> {
         let corners = mesh.face_positions(face);
         let values = POINTS.map(|(shares, _)| {
             let (distance, gradient) = self.surface.at(point_at(corners, shares));
             let (value, slope) = self.action.at(distance);
             (value, scale(gradient, slope))
         });
-        let finite = values.iter().all(|(value, gradient)| value.is_finite() && gradient.iter().all(|x| x.is_finite()));
+        let finite = values
+            .iter()
+            .all(|(value, gradient)| value.is_finite() && gradient.iter().all(|x| x.is_finite()));
         match (finite, self.action.attract) {
             (true, _) => Ok(values),
-            (false, true) => Err(RepulsiveError::PotentialRange { potential: "the potential of an attractor" }),
+            (false, true) => {
+                Err(RepulsiveError::PotentialRange { potential: "the potential of an attractor" })
+            }
             (false, false) => Err(RepulsiveError::FaceOnObstacle { face }),
         }
     }
@@ -288,7 +296,9 @@ pub(super) fn value(
 ) -> Result<f64, RepulsiveError> {
     let field = Field::new(surface, action)?;
     let shapes = face_shapes(mesh)?;
-    mesh.faces().zip(shapes).try_fold(0.0, |sum, (f, shape)| Ok(sum + shape.area * mean(&field.on_face(mesh, f)?)))
+    mesh.faces()
+        .zip(shapes)
+        .try_fold(0.0, |sum, (f, shape)| Ok(sum + shape.area * mean(&field.on_face(mesh, f)?)))
 }
 
 pub(super) fn differential(
