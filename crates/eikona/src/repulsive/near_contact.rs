@@ -64,10 +64,13 @@ impl NearContact {
     ) -> Result<NearContact, RepulsiveError> {
         let most = MOST_PARTS + MOST_PARTS_PER_FACE * faces.len();
         let normals: Vec<Vec3> = triangles.iter().map(|corners| normal_of(*corners)).collect();
+        let balls: Vec<Ball> = triangles.iter().map(|corners| Ball::of(*corners)).collect();
         let whole = Criterion { separation, slope: LEAST_SHARE.powf(1.0 / alpha) };
         let close = |f: usize, g: usize| {
             let apart = !faces[f].iter().any(|v| faces[g].contains(v));
-            apart && whole.too_large([f, g].map(|f| triangles[f]), [f, g].map(|f| normals[f])) != [false; 2]
+            let (triangles, normals, balls) =
+                ([f, g].map(|f| triangles[f]), [f, g].map(|f| normals[f]), [f, g].map(|f| balls[f]));
+            apart && whole.too_large(triangles, normals, balls) != [false; 2]
         };
         let ClosePairs { pairs, count } = close_pairs(triangles, separation, close, most, threads)?;
         if count > most {
@@ -202,7 +205,7 @@ impl Subdivision<'_> {
     fn split(&self, PairOfParts { pair, parts: [s, t] }: &PairOfParts) -> [bool; 2] {
         let [f, g] = self.pairs[*pair as usize].map(|f| f as usize);
         let triangles = [s.corners(self.triangles[f]), t.corners(self.triangles[g])];
-        self.criterion.too_large(triangles, [self.normals[f], self.normals[g]])
+        self.criterion.too_large(triangles, [self.normals[f], self.normals[g]], triangles.map(Ball::of))
     }
 }
 
@@ -217,8 +220,7 @@ struct Criterion {
 
 impl Criterion {
     /// None is if they lie side by side.
-    fn too_large(&self, [s, t]: [[Vec3; 3]; 2], normals: [Vec3; 2]) -> [bool; 2] {
-        let balls = [Ball::of(s), Ball::of(t)];
+    fn too_large(&self, [s, t]: [[Vec3; 3]; 2], normals: [Vec3; 2], balls: [Ball; 2]) -> [bool; 2] {
         let at = |distance: f64| balls.map(|ball| ball.radius > self.separation * distance);
         let least = balls[0].gap(&balls[1]).max(0.0);
         if at(least) == [false; 2] {
