@@ -342,3 +342,24 @@ fn a_surface_never_passes_an_obstacle() {
         assert!(matches!(fault, RepulsiveError::IntersectsObstacle { .. }), "{fault}");
     }
 }
+
+/// The volume of a surface with boundary changes with a translation, also with the one that holds
+/// its barycentre (RS figure 20).
+#[test]
+fn surfaces_with_boundary_are_remeshed_while_their_volume_falls() {
+    let mesh = shapes::punctured_torus(1.0, 0.45, 0.8, 48, 22).unwrap();
+    let falls = Growth { quantity: Quantity::Volume, times: 1.0, plus: -7.3, steps: 300 };
+    let potentials = vec![Potential::boundary_length(3.0, 2.5), Potential::boundary_curvature(0.02)];
+    let options = FlowOptions::default().with_growth(vec![falls]).with_potentials(potentials);
+    let mut flow = Flow::new(&mesh, &options).unwrap();
+    let before = Quantity::Volume.of(&mesh);
+    let mut remeshed = 0;
+    for _ in 0..45 {
+        let step = flow.step().unwrap().unwrap();
+        remeshed += usize::from(step.remeshing.is_some());
+        assert!(step.deviation < 1e-8, "{}", step.deviation);
+    }
+    assert!(remeshed >= 40, "{remeshed}");
+    let fallen = before - Quantity::Volume.of(flow.mesh());
+    assert!((fallen - 7.3 * 45.0 / 300.0).abs() < 1e-6, "{fallen}");
+}

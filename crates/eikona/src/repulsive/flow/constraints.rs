@@ -1,7 +1,7 @@
 //! Constraints: prescribed quantities, barycentres, and their derivatives by the vertices.
 
 use super::options::{Barycentre, FlowOptions};
-use crate::geometry::vector::{cross, norm, scale, sub};
+use crate::geometry::vector::{cross, dot, norm, scale, sub};
 use crate::repulsive::quantity::Quantity;
 use eikona_mesh::TriangleMesh;
 
@@ -109,6 +109,38 @@ fn component_centres(mesh: &TriangleMesh, components: &[u32]) -> Vec<Vec3> {
 /// of the whole.
 pub(super) fn held_centre(mesh: &TriangleMesh, components: &[u32]) -> Vec3 {
     component_centres(mesh, components).pop().unwrap_or_else(|| barycentre(mesh))
+}
+
+/// Translates motions so that none moves the held point, to first order. The volume of a surface
+/// with boundary changes with a translation, so corrections have to know of the one that follows.
+pub(super) fn hold_centre(mesh: &TriangleMesh, components: &[u32], motions: &mut [Vec<Vec3>]) {
+    let centre = held_centre(mesh, components);
+    let last = component_count(components).saturating_sub(1) as u32;
+    for motion in motions {
+        let (mut change, mut total) = ([0.0; 3], 0.0);
+        for corners in mesh.triangles() {
+            let corners = corners.map(|v| v as usize);
+            if components.get(corners[0]).is_some_and(|component| *component != last) {
+                continue;
+            }
+            let [a, b, c] = corners.map(|v| mesh.positions()[v]);
+            let doubled = cross(sub(b, a), sub(c, a));
+            let size = norm(doubled);
+            let normal = scale(doubled, 1.0 / size);
+            let ways = corners.map(|v| motion[v]);
+            let sides = [sub(c, b), sub(a, c), sub(b, a)];
+            let growth: f64 =
+                ways.iter().zip(sides).map(|(way, side)| 0.5 * dot(cross(normal, side), *way)).sum();
+            total += 0.5 * size;
+            for k in 0..3 {
+                let mean = (a[k] + b[k] + c[k]) / 3.0 - centre[k];
+                let way = (ways[0][k] + ways[1][k] + ways[2][k]) / 3.0;
+                change[k] += 0.5 * size * way + growth * mean;
+            }
+        }
+        let change = scale(change, 1.0 / total);
+        motion.iter_mut().for_each(|way| *way = sub(*way, change));
+    }
 }
 
 /// Adds to a motion the translation of each component along the mean force on it (RS section

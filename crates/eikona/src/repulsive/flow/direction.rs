@@ -107,6 +107,8 @@ impl Flow {
             let order = inner_product.order(self.options.exponents.order());
             add_translations(&self.mesh, &self.memory.components, differential, order, &mut motion);
         }
+        self.hold_centre(&self.mesh, &self.memory, std::slice::from_mut(&mut motion));
+        self.hold_centre(&self.mesh, &self.memory, &mut fields);
         let corrections = Corrections::new(&rows, fields);
         let changes: Vec<f64> = rows.iter().map(|row| product(row, &motion)).collect();
         let multipliers = corrections.take_out(&changes, &mut motion);

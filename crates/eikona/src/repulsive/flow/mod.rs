@@ -25,7 +25,7 @@ use crate::repulsive::options::{Exponents, check_separation};
 use crate::repulsive::potential::{Barriers, Potential};
 use crate::repulsive::quantity::{Quantity, check_oriented};
 use crate::spatial::{intersections_with, self_intersections};
-use constraints::{Constraints, quantities};
+use constraints::{Constraints, hold_centre, holds_barycentre, quantities};
 use eikona_mesh::{Topology, TriangleMesh};
 use eikona_numeric::check_stopped;
 use objective::{Current, potentials_on};
@@ -243,6 +243,13 @@ impl Flow {
 
     fn held_components<'a>(&self, memory: &'a Memory) -> &'a [u32] {
         if self.holds_components() { &memory.components } else { &[] }
+    }
+
+    /// Translates motions so that they hold what is held by a translation, if anything is.
+    fn hold_centre(&self, mesh: &TriangleMesh, memory: &Memory, motions: &mut [Vec<Vec3>]) {
+        if holds_barycentre(&self.options) || self.holds_components() {
+            hold_centre(mesh, self.held_components(memory), motions);
+        }
     }
 
     /// The values that the constraints have to have at a time.

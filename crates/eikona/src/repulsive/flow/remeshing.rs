@@ -77,6 +77,7 @@ impl Flow {
         let rows = constraints.rows(&done.mesh);
         let mut fields = preconditioner.solve(&rows)?;
         fields.iter_mut().for_each(|field| clear_pins(field, &pinned));
+        self.hold_centre(&done.mesh, &memory, &mut fields);
         let corrections = Corrections::new(&rows, fields);
         let targets = self.targets_at(&memory, memory.time);
         let positions = done.mesh.positions().to_vec();
